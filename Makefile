@@ -1,0 +1,34 @@
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+export MPLBACKEND := Agg
+
+.PHONY: demo test lint bench docs clean
+
+demo: $(READY)  ## set up and run the studies of the clutch actuators
+	$(BIN)/python -m studies validate --out output
+	$(BIN)/python -m studies optimise --out output
+
+test: lint  ## set up and run lint, type check and tests
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/basedpyright
+
+bench: $(READY)  ## measure; see benchmarks/
+	$(BIN)/pip install --quiet --editable ".[bench]"
+	$(BIN)/python -m benchmarks --json output/benchmarks.json --out output
+
+docs: $(READY)  ## regenerate the pages with computed results
+	$(BIN)/python -m docs
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --editable ".[dev]"
+	touch $(READY)
+
+clean:
+	rm -rf $(VENV) output

@@ -1,0 +1,136 @@
+"""Annotations that declare the leaves of a model: `Param`, `Var`, `Flow` and `Time`.
+
+`Param[Scalar, "N.m/A", positive]` reads: a parameter, a scalar, in newton metre per ampere, that must be positive.
+To a type checker it is `Annotated[Scalar, ...]`, so a component's constructor and attributes are checked as usual.
+"""
+
+import dataclasses
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from jax import Array
+
+Scalar: TypeAlias = Array | float
+Vector: TypeAlias = Array
+
+Role = Literal["param", "var", "flow", "time"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Sign:
+    """The range a parameter is declared to lie in; `lowest` is the bound, `open` whether the bound is excluded."""
+
+    name: str
+    open: bool
+
+    def admits(self, value: Any) -> Any:
+        """Whether each element of `value` lies in the range; NaN does not."""
+        return value > 0 if self.open else value >= 0
+
+
+positive = Sign("positive", open=True)
+nonnegative = Sign("nonnegative", open=False)
+
+
+@dataclasses.dataclass(frozen=True)
+class Select:
+    """How gladly a variable is taken as a state: higher is preferred."""
+
+    name: str
+    rank: int
+
+
+prefer = Select("prefer", 1)
+avoid = Select("avoid", -1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Nominal:
+    """The size a variable typically has; it scales the error tolerance and the pivots. `None`: taken from its unit."""
+
+    value: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Shape:
+    """The shape of an array leaf: integers, or names of static fields of the same class that hold integers."""
+
+    sizes: tuple[int | str, ...]
+
+
+def shape(*sizes: int | str) -> Shape:
+    """Declare an array leaf, as in `Var[Vector, "K", shape("n")]` with a static field `n: int`."""
+    return Shape(sizes)
+
+
+Option = Sign | Select | Nominal | Shape
+
+
+@dataclasses.dataclass(frozen=True)
+class Declaration:
+    """What a class says of one leaf.
+
+    `sign` applies to parameters; `select` and `nominal` to variables; `sizes` is empty for a scalar, and None for a
+    parameter that takes the shape of the value it is given.
+    """
+
+    role: Role
+    unit: str
+    sign: Sign | None = None
+    select: int = 0
+    nominal: float | None = None
+    sizes: tuple[int | str, ...] | None = ()
+
+
+def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: bool) -> Declaration:
+    if not isinstance(unit, str):
+        raise TypeError(f"The second item of an annotation is its unit, a string such as 'N.m'; got {unit!r}.")
+    fields: dict[str, Any] = {"sizes": () if scalar else None}
+    for option in options:
+        match option:
+            case Sign():
+                fields["sign"] = option
+            case Select():
+                fields["select"] = option.rank
+            case Nominal():
+                fields["nominal"] = option.value
+            case Shape():
+                fields["sizes"] = option.sizes
+            case _:
+                raise TypeError(
+                    f"Unknown option {option!r} in an annotation. Use positive, nonnegative, prefer, avoid, "
+                    "Nominal(...) or shape(...)."
+                )
+    return Declaration(role, unit, **fields)
+
+
+class _Maker:
+    """`Param[type, unit, *options]` at run time: `Annotated[type, Declaration]`."""
+
+    def __init__(self, role: Role) -> None:
+        self._role: Role = role
+
+    def __getitem__(self, items: tuple[Any, ...]) -> Any:
+        if not isinstance(items, tuple) or len(items) < 2:
+            raise TypeError(f"{self._role.capitalize()}[...] takes a type and a unit, as in Param[Scalar, 'ohm'].")
+        kind, unit, *options = items
+        return Annotated[kind, _declaration(self._role, unit, tuple(options), kind == Scalar)]
+
+
+if TYPE_CHECKING:
+    from typing import Annotated as Flow
+    from typing import Annotated as Param
+    from typing import Annotated as Time
+    from typing import Annotated as Var
+else:
+    Param = _Maker("param")
+    Var = _Maker("var")
+    Flow = _Maker("flow")
+    Time = _Maker("time")
+
+
+def declared(annotation: object) -> Declaration | None:
+    """The `Declaration` inside an annotation, if it is one of ours."""
+    for item in getattr(annotation, "__metadata__", ()):
+        if isinstance(item, Declaration):
+            return item
+    return None

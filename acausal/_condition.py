@@ -1,0 +1,71 @@
+"""User functions of a model's variables, kept by what they compute so that an equal one is not compiled again."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
+
+from ._errors import ModelError
+from ._flatten import FlatModel
+from ._jaxpr import structs
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """A function of the leaves of a model, without the numbers in it: those are passed as `constants`.
+
+    Two functions that compute the same from other numbers are equal, whatever Python function they came from.
+    """
+
+    text: str
+    closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
+    leaves: tuple[int, ...]  # the leaves of the model that it reads
+    n_outputs: int
+
+    def __call__(self, constants: list[Any], values: list[Any]) -> list[Any]:
+        """Evaluate from the constants and the values of `leaves`."""
+        return jax.extend.core.jaxpr_as_fun(self.closed)(*constants, *values)
+
+
+def trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
+    """A user's function of the model, and the numbers it holds."""
+
+    def of_leaves(*values: Any) -> list[Any]:
+        result = jax.tree_util.tree_leaves(function(flat.structure.unflatten(values)))
+        return [jnp.asarray(value, float) for value in result]
+
+    shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
+    try:
+        closed = jax.make_jaxpr(of_leaves)(*structs(shapes))
+    except AttributeError as error:
+        raise ModelError(f"{what}: {error}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
+    jaxpr, constants = _hoisted(closed)
+    read = {atom for eqn in jaxpr.eqns for atom in eqn.invars if not isinstance(atom, Literal)} | set(
+        atom for atom in jaxpr.outvars if not isinstance(atom, Literal)
+    )
+    held = len(constants)
+    leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
+    invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
+    slim = ClosedJaxpr(Jaxpr([], invars, jaxpr.outvars, jaxpr.eqns, jaxpr.effects), [])
+    return Quantity(str(slim), slim, leaves, len(jaxpr.outvars)), constants
+
+
+def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
+    """The jaxpr with its constants and its literal numbers turned into leading inputs."""
+    jaxpr = closed.jaxpr
+    variables: list[Any] = list(jaxpr.constvars)
+    constants: list[Any] = list(closed.consts)
+
+    def lift(atom: Any) -> Any:
+        if not isinstance(atom, Literal) or not jnp.issubdtype(atom.aval.dtype, jnp.floating):
+            return atom
+        variables.append(Var(atom.aval))
+        constants.append(jnp.asarray(atom.val, atom.aval.dtype))
+        return variables[-1]
+
+    eqns = [eqn.replace(invars=[lift(atom) for atom in eqn.invars]) for eqn in jaxpr.eqns]
+    outvars = [lift(atom) for atom in jaxpr.outvars]
+    return Jaxpr([], variables + list(jaxpr.invars), outvars, eqns, jaxpr.effects), constants

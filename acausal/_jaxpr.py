@@ -1,0 +1,71 @@
+"""Small operations on jaxprs: slicing out what an output needs, evaluating, recursing into calls."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
+
+
+class Slice(NamedTuple):
+    """A part of a jaxpr that computes some of its outputs, and which of the inputs it reads."""
+
+    jaxpr: ClosedJaxpr
+    used: tuple[int, ...]
+
+
+def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
+    """What computes output number `output`, without the equations and inputs that it does not read."""
+    jaxpr = closed.jaxpr
+    target = jaxpr.outvars[output]
+    needed = {target} if not isinstance(target, Literal) else set()
+    kept: list[JaxprEqn] = []
+    for eqn in reversed(jaxpr.eqns):
+        if any(var in needed for var in eqn.outvars):
+            kept.append(eqn)
+            needed.update(var for var in eqn.invars if not isinstance(var, Literal))
+    used = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
+    constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
+    sliced = Jaxpr(
+        [var for var, _ in constants], [jaxpr.invars[i] for i in used], [target], kept[::-1], jaxpr.effects
+    )  # fmt: skip
+    return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
+
+
+def as_function(closed: ClosedJaxpr) -> Callable[..., Any]:
+    """The jaxpr with one output as a function of its inputs."""
+    function = jaxpr_as_fun(closed)
+    return lambda *args: function(*args)[0]
+
+
+def called(eqn: JaxprEqn) -> ClosedJaxpr | None:
+    """The jaxpr that an equation merely calls (`jit`); None for anything else."""
+    if eqn.primitive.name in ("jit", "pjit", "closed_call", "core_call"):
+        return eqn.params.get("jaxpr") or eqn.params.get("call_jaxpr")
+    return None
+
+
+def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
+    """The body of a function with a derivative rule of its own (`custom_jvp`, `custom_vjp`); for analysis only."""
+    for name in ("call_jaxpr", "fun_jaxpr"):
+        if eqn.primitive.name.startswith("custom_") and name in eqn.params:
+            return eqn.params[name]
+    return None
+
+
+def bind(eqn: JaxprEqn, values: Sequence[Any]) -> list[Any]:
+    """Evaluate one equation; one that holds jaxprs of its own goes through a jaxpr of that single equation."""
+    if any(isinstance(value, Jaxpr | ClosedJaxpr) or callable(value) for value in eqn.params.values()):
+        return _bind_call(eqn, values)
+    results = eqn.primitive.bind(*values, **eqn.params)
+    return list(results) if eqn.primitive.multiple_results else [results]
+
+
+def _bind_call(eqn: JaxprEqn, values: Sequence[Any]) -> list[Any]:
+    given = {var: value for var, value in zip(eqn.invars, values, strict=True) if not isinstance(var, Literal)}
+    whole = Jaxpr([], list(given), eqn.outvars, [eqn])
+    return list(jaxpr_as_fun(ClosedJaxpr(whole, []))(*given.values()))
+
+
+def structs(shapes: Sequence[tuple[int, ...]]) -> list[jax.ShapeDtypeStruct]:
+    return [jax.ShapeDtypeStruct(shape, jax.dtypes.canonicalize_dtype(float)) for shape in shapes]

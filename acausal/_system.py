@@ -1,0 +1,218 @@
+"""The outcome of all structural passes: a system of ordinary differential equations with everything else explicit."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._aliases import TIME, ZERO, Merged, merge
+from ._component import Component
+from ._flatten import FlatModel, flatten
+from ._incident import tabulate
+from ._plan import UNROLLED, Packed, Pair, Plan
+from ._program import programme
+from ._reduction import Reduced, reduce_index
+from ._sort import Sorted, sort
+from ._states import Chosen, nominals, select_states
+from ._tear import Torn, tear
+
+
+@dataclasses.dataclass(eq=False)
+class System:
+    """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
+
+    The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair.
+    """
+
+    flat: FlatModel
+    merged: Merged
+    reduced: Reduced
+    chosen: Chosen
+    ordered: Sorted
+    torn: list[Torn]
+    plan: Plan
+    kind_index: dict[int, int]
+
+    @property
+    def states(self) -> list[Pair]:
+        return self.ordered.states
+
+    @ft.cached_property
+    def state_names(self) -> list[str]:
+        """The name of each state; an array state has one name."""
+        return [self.ordered.table.variable_name(*state) for state in self.states]
+
+    def pack(self, model: Component) -> "Inputs":
+        """Parameters stacked per component class, and start values: what the compiled functions take."""
+        leaves = jax.tree_util.tree_leaves(model)
+        return Inputs(self.pack_params(leaves), self.pack_starts(leaves))
+
+    @ft.cached_property
+    def variable_leaves(self) -> frozenset[int]:
+        return frozenset(self.flat.variable_leaves)
+
+    @ft.cached_property
+    def nominals(self) -> np.ndarray:
+        """The nominal size of each element of the state vector."""
+        sizes = nominals(self.ordered.table)
+        return np.concatenate([np.full(self.plan.size(v), sizes[v]) for v, _ in self.states]) if self.states else np.zeros(0)
+
+    @ft.cached_property
+    def signed_leaves(self) -> list[int]:
+        """Parameters that are declared positive or non-negative."""
+        return [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+
+    def bad_parameters(self, leaves: Sequence[Any]) -> Any:
+        """For each of `signed_leaves`, whether its value is outside its range."""
+        checks = []
+        for index in self.signed_leaves:
+            sign = self.flat.leaves[index].declaration.sign
+            assert sign is not None
+            checks.append(~jnp.all(sign.admits(leaves[index])))
+        return jnp.stack(checks) if checks else jnp.zeros(0, bool)
+
+    def pack_starts(self, leaves: Sequence[Any]) -> Any:
+        """All start values as one vector, numbers on their own without touching the device."""
+        parts = []
+        for index in self.flat.variable_leaves:
+            leaf, value = self.flat.leaves[index], leaves[index]
+            xp = np if isinstance(value, float | np.ndarray) else jnp
+            parts.append(xp.ravel(xp.broadcast_to(value, leaf.stack + leaf.sizes)))
+        if not parts:
+            return np.zeros(0)
+        return (np if all(isinstance(part, np.ndarray) for part in parts) else jnp).concatenate(parts)
+
+    def pack_params(self, leaves: Sequence[Any]) -> Packed:
+        """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
+        used = {key for group in self.plan.groups for key in group.program.params}
+        return {key: _packed(self.flat, leaves, *key) for key in sorted(used)}
+
+    def vector_field(self, t: Any, y: Float[Array, " n"], inputs: "Inputs") -> Float[Array, " n"]:
+        """dy/dt = f(t, y) of the reduced system, with `inputs` from `pack`."""
+        rates = [(variable, order + 1) for variable, order in self.states]
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), rates)
+        return self.plan.collect(store, rates)
+
+    def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
+        """The first unknown, in the order of computation, that is not finite at a point; for messages."""
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
+        for pair, place in self.plan.places.items():
+            value = jnp.ravel(store.segments[place.segment])[place.start : place.start + self.plan.size(pair[0])]
+            if not np.all(np.isfinite(np.asarray(value))):
+                return self.ordered.table.variable_name(*pair)
+        return None
+
+    @property
+    def root_fields(self) -> tuple[str, ...]:
+        """Names of the model's own parts, parameters and variables."""
+        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.flat.leaves))
+
+    def guess(self, inputs: "Inputs") -> Any:
+        """Start values for non-linear solves, by (variable, order) pair; zero for a derivative."""
+
+        def guess(pairs: Sequence[Pair]) -> Any:
+            return jnp.stack([self.start(inputs, v) if k == 0 else jnp.zeros(self.plan.shapes[v]) for v, k in pairs])
+
+        return guess
+
+    def start(self, inputs: "Inputs", variable: int) -> Any:
+        """The start value of a variable: of the values given for its aliases, those that are not zero."""
+        index, sign = self._members(variable)
+        given = jnp.asarray(inputs.starts)[index] * sign
+        total, count = jnp.sum(given, axis=0), jnp.sum(given != 0, axis=0)
+        return (total / jnp.maximum(count, 1)).reshape(self.plan.shapes[variable])
+
+    def start_spread(self, inputs: "Inputs", variable: int) -> Any:
+        """The largest difference between the start value of a variable and the non-zero ones given for its aliases."""
+        index, sign = self._members(variable)
+        given = jnp.asarray(inputs.starts)[index] * sign
+        start = jnp.ravel(self.start(inputs, variable))
+        return jnp.max(jnp.where(given != 0, jnp.abs(given - start), 0.0), axis=0)
+
+    def _members(self, variable: int) -> tuple[np.ndarray, np.ndarray]:
+        """Places in the vector of start values of all aliases of a variable (members x elements), and their signs."""
+        node = int(self.ordered.table.variables[variable])
+        first, last = np.searchsorted(self._sorted_nodes[0], [node, node + 1])
+        members = self._sorted_nodes[1][first:last]
+        return start_places(self.flat)[members][:, None] + np.arange(self.plan.size(variable)), self.merged.sign[members][:, None]
+
+    @ft.cached_property
+    def _sorted_nodes(self) -> tuple[np.ndarray, np.ndarray]:
+        order = np.argsort(self.merged.representative, kind="stable")
+        return self.merged.representative[order], order
+
+    def pair_of_node(self, node: int) -> tuple[Pair | None, int]:
+        """The pair whose value a node has, up to the sign returned; None with sign 0 for zero, with sign 1 for time."""
+        representative, sign = int(self.merged.representative[node]), int(self.merged.sign[node])
+        if representative == ZERO:
+            return None, 0
+        if representative == TIME:
+            return None, 1
+        return (self.ordered.table.number_of_node[representative], 0), sign
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Inputs:
+    """Numbers of a model in the layout of its compiled system: `params` by class and slot, `starts` of all variables."""
+
+    params: Packed
+    starts: Float[Array, " elements"]
+
+
+def build(model: Component, values: Any = None) -> System:
+    """Run the structural passes. `values(reduced)` gives the numbers to choose states by; see `select_states`."""
+    flat = flatten(model)
+    merged = merge(flat)
+    reduced = reduce_index(tabulate(flat, merged))
+    chosen = select_states(reduced, None if values is None else values(reduced))
+    ordered = sort(chosen)
+    torn = [tear(ordered, block) for block in ordered.blocks]
+    ordered.states.sort(key=_layout(ordered))
+    kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
+    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    table = ordered.table
+    shapes = [flat.leaves[leaf].sizes for leaf in flat.leaf_of_node[table.variables]]
+    return System(flat, merged, reduced, chosen, ordered, torn, Plan(uses, ordered.states, shapes), kinds)
+
+
+def _layout(ordered: Sorted) -> Any:
+    """States of like components side by side, so that what is computed for all of them reads one slice."""
+    flat = ordered.table.flat
+    group = np.full(flat.n_nodes, -1)
+    for index, instances in enumerate(flat.instances):
+        nodes = flat.nodes(instances)
+        for slot in range(nodes.shape[1]):
+            members = nodes[nodes[:, slot] >= 0, slot]
+            group[members] = index * 1000 + slot
+
+    def key(pair: Pair) -> tuple[int, int, int]:
+        node = int(ordered.table.variables[pair[0]])
+        return int(group[node]), pair[1], node
+
+    return key
+
+
+def start_places(flat: FlatModel) -> np.ndarray:
+    """Where the start value of each node begins in the vector of all start values."""
+    leaves = [flat.leaves[i] for i in flat.variable_leaves]
+    sizes = np.repeat([int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], [leaf.count for leaf in leaves])
+    return np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int)
+
+
+def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
+    instances = flat.instances[kind]
+    sizes = instances.kind.sizes[slot]
+    values = [leaves[first + slot] for first in instances.first_leaf]
+    if instances.total > UNROLLED:
+        xp = np if all(isinstance(value, np.ndarray | float) for value in values) else jnp
+        return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
+    members: list[Any] = []
+    for value, stack in zip(values, instances.stacks, strict=True):
+        members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
+    return tuple(members)

@@ -1,0 +1,101 @@
+"""Curves through sampled values: piecewise cubics in Hermite form, traceable in the samples.
+
+Between knots x_0 and x_1 = x_0 + h with values y and slopes m, and with u = x - x_0 and the chord D = (y_1 - y_0)/h:
+y = y_0 + m_0 u + (3 D - 2 m_0 - m_1)/h u^2 + (m_0 + m_1 - 2 D)/h^2 u^3.
+"""
+
+import jax.numpy as jnp
+from jax import Array
+
+from acausal import Scalar, Vector
+
+
+def interval(x: Scalar, knots: Vector) -> Array:
+    """The interval that x lies in; the first or last one if x is outside."""
+    return jnp.sum(x >= knots[1:-1])
+
+
+def horner(coefficients: tuple[Scalar, ...] | Array, u: Scalar) -> Scalar:
+    """The polynomial with the given coefficients, that of the lowest power first."""
+    value: Scalar = 0.0
+    for coefficient in coefficients[::-1]:
+        value = coefficient + u * value
+    return value
+
+
+def hermite(y0: Scalar, y1: Scalar, m0: Scalar, m1: Scalar, h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Coefficients of the cubic with the given end values and slopes on an interval of length h."""
+    chord = (y1 - y0) / h
+    return y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2
+
+
+def _monotone_slope(left: Scalar, right: Scalar, h_left: Scalar, h_right: Scalar) -> Scalar:
+    """Slope at a knot between two chords: their weighted harmonic mean, 0 at an extremum (Fritsch, Butland 1984)."""
+    w_left, w_right = 2.0 * h_right + h_left, h_right + 2.0 * h_left
+    same = left * right > 0.0
+    denominator = jnp.where(same, w_left * right + w_right * left, 1.0)
+    return jnp.where(same, (w_left + w_right) * left * right / denominator, 0.0)
+
+
+def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Coefficients on interval(s) i. At the two ends of the table, the slope is that of the outermost chord."""
+
+    def chord(j: Array) -> tuple[Scalar, Scalar]:
+        j = jnp.clip(j, 0, len(knots) - 2)
+        h = knots[j + 1] - knots[j]
+        return (values[j + 1] - values[j]) / h, h
+
+    (before, h_before), (here, h), (after, h_after) = chord(i - 1), chord(i), chord(i + 1)
+    m0 = _monotone_slope(before, here, h_before, h)
+    m1 = _monotone_slope(here, after, h, h_after)
+    return hermite(values[i], values[i + 1], m0, m1, h)
+
+
+def _clamped(x: Scalar, knots: Vector) -> Scalar:
+    # Not jnp.clip, whose derivative at a bound is one half.
+    return jnp.where(x < knots[0], knots[0], jnp.where(x > knots[-1], knots[-1], x))
+
+
+def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
+    """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
+    inside = _clamped(x, knots)
+    i = interval(inside, knots)
+    c0, c1, c2, c3 = _monotone_cubics(knots, values, i)
+    u = inside - knots[i]
+    slope = horner((c1, 2.0 * c2, 3.0 * c3), u)
+    return horner((c0, c1, c2, c3), u) + slope * (x - inside)
+
+
+def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
+    """The integral of `monotone_cubic` from the first knot to x."""
+    inside = _clamped(x, knots)
+    i = interval(inside, knots)
+    intervals = jnp.arange(len(knots) - 1)
+    c0, c1, c2, c3 = _monotone_cubics(knots, values, intervals)
+    areas = (0.0, c0, c1 / 2.0, c2 / 3.0, c3 / 4.0)
+    whole = jnp.sum(jnp.where(intervals < i, horner(areas, jnp.diff(knots)), 0.0))
+    u, outside = inside - knots[i], x - inside
+    here = [area if isinstance(area, float) else jnp.asarray(area)[i] for area in areas]
+    value = horner([jnp.asarray(c)[i] for c in (c0, c1, c2, c3)], u)
+    slope = horner([jnp.asarray(c)[i] for c in (c1, 2.0 * c2, 3.0 * c3)], u)
+    return whole + horner(here, u) + outside * (value + 0.5 * slope * outside)
+
+
+def periodic_spline(knots: Vector, values: Vector) -> Array:
+    """Coefficients, four rows and a column for each interval, of the periodic cubic spline (continuous curvature).
+
+    Continuous second derivative at knot i, with h the interval and D the chord on its left and right:
+    h_r m_(i-1) + 2 (h_l + h_r) m_i + h_l m_(i+1) = 3 (h_r D_l + h_l D_r).
+    """
+    h = jnp.diff(knots)
+    chords = jnp.diff(values) / h
+    left, chords_left = jnp.roll(h, 1), jnp.roll(chords, 1)
+    n = len(h)
+    identity = jnp.eye(n)
+    matrix = (
+        h[:, None] * jnp.roll(identity, -1, axis=1)
+        + 2.0 * (left + h)[:, None] * identity
+        + left[:, None] * jnp.roll(identity, 1, axis=1)
+    )
+    slopes = jnp.linalg.solve(matrix, 3.0 * (h * chords_left + left * chords))
+    return jnp.stack(hermite(values[:-1], values[1:], slopes, jnp.roll(slopes, -1), h))

@@ -1,0 +1,31 @@
+"""Signal ports: one value, no power."""
+
+from typing import ClassVar
+
+from acausal import Component, Port, Scalar, Time, Var
+
+
+class Signal(Port, partial=True):
+    """A value passed between blocks. It has no flow, so reading it loads nothing.
+
+    The unit is that of the quantity it carries, given in the docstring of the component that owns the port.
+    """
+
+    value: Var[Scalar, "1"] = 0.0
+
+
+class Input(Signal):
+    """A signal that a component reads: leaving it open is an error."""
+
+    needs_connection: ClassVar[bool] = True
+
+
+class Output(Signal):
+    """A signal that a component determines."""
+
+
+class SignalSource(Component, partial=True):
+    """A block that determines its output from time alone."""
+
+    t: Time[Scalar, "s"] = 0.0
+    y: Output = Output()

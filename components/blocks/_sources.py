@@ -1,0 +1,81 @@
+"""Signals that depend on time only (as in MSL `Modelica.Blocks.Sources`).
+
+`Step` jumps and `Ramp` has kinks. The integrator meets them as an error estimate that is suddenly large, and shortens
+its steps; a run that ends or restarts at the jump is cheaper and more accurate.
+"""
+
+from collections.abc import Callable
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Equations, Param, Scalar, eq, positive
+
+from ._interfaces import Output, SignalSource
+
+
+class Constant(Component):
+    """y = k."""
+
+    k: Param[Scalar, "1"]  # value
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(constant=eq(self.y.value, self.k))
+
+
+class Clock(SignalSource):
+    """y = t."""
+
+    def equations(self, d: Self) -> Equations:
+        return dict(clock=eq(self.y.value, self.t))
+
+
+class Step(SignalSource):
+    """y = offset, and offset + height from `start_time` on. The derivative with respect to `start_time` is zero."""
+
+    height: Param[Scalar, "1"]  # height of the step
+    offset: Param[Scalar, "1"] = 0.0  # value before it
+    start_time: Param[Scalar, "s"] = 0.0  # time of the step
+
+    def equations(self, d: Self) -> Equations:
+        return dict(step=eq(self.y.value, self.offset + self.height * jnp.where(self.t < self.start_time, 0.0, 1.0)))
+
+
+class Ramp(SignalSource):
+    """y rises linearly from offset to offset + height between `start_time` and `start_time + duration`."""
+
+    height: Param[Scalar, "1"]  # height of the ramp
+    duration: Param[Scalar, "s", positive]  # how long it takes
+    offset: Param[Scalar, "1"] = 0.0  # value before it
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
+
+    def equations(self, d: Self) -> Equations:
+        progress = jnp.clip((self.t - self.start_time) / self.duration, 0.0, 1.0)
+        return dict(ramp=eq(self.y.value, self.offset + self.height * progress))
+
+
+class Sine(SignalSource):
+    """y = offset + amplitude sin(2 pi f t + phase)."""
+
+    amplitude: Param[Scalar, "1"]  # amplitude
+    frequency: Param[Scalar, "Hz"]  # f
+    phase: Param[Scalar, "rad"] = 0.0  # phase at t = 0
+    offset: Param[Scalar, "1"] = 0.0  # mean value
+
+    def equations(self, d: Self) -> Equations:
+        angle = 2.0 * jnp.pi * self.frequency * self.t + self.phase
+        return dict(sine=eq(self.y.value, self.offset + self.amplitude * jnp.sin(angle)))
+
+
+class TimeFunction(SignalSource):
+    """y = function(t), for a function written with `jax.numpy`.
+
+    The function is part of the model's structure, so a new function object means a new compilation: define it once, at
+    module level. What is to be varied or differentiated belongs into a component of its own with parameters.
+    """
+
+    function: Callable[[Scalar], Scalar]  # of the time in s
+
+    def equations(self, d: Self) -> Equations:
+        return dict(function=eq(self.y.value, self.function(self.t)))

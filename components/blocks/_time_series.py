@@ -1,0 +1,31 @@
+"""Measured or prescribed signals."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Equations, Param, Scalar, Vector, eq
+
+from .._checks import check, increasing
+from .._tables import monotone_cubic
+from ._interfaces import SignalSource
+
+
+class TimeSeries(SignalSource):
+    """y(t) through samples, held at the first and last value outside them.
+
+    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
+    straight lines, whose kinks cost the integrator steps.
+    """
+
+    times: Param[Vector, "s"]  # increasing
+    values: Param[Vector, "1"]  # y at these times
+    smooth: bool = True
+
+    def __check_init__(self) -> None:
+        check(self, "times", increasing, "increasing")
+
+    def equations(self, d: Self) -> Equations:
+        t = jnp.clip(self.t, self.times[0], self.times[-1])
+        y = monotone_cubic(t, self.times, self.values) if self.smooth else jnp.interp(t, self.times, self.values)
+        return dict(series=eq(self.y.value, y))

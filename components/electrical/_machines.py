@@ -1,0 +1,73 @@
+"""Electromechanical conversion and the direct-current motor."""
+
+from typing import Self
+
+from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq
+
+from ..rotational import Bearing, Flange, Inertia
+from ._interfaces import Pin
+from ._passive import Inductor, Resistor
+
+
+class EMF(Component):
+    """Ideal electromechanical conversion, v = k w and tau = -k i; lossless (MSL `RotationalEMF`).
+
+    The machine's stator is the ground: its reaction torque is not modelled.
+    """
+
+    k: Param[Scalar, "N.m/A"]  # torque constant, equal to the back-emf constant in V.s/rad
+    w: Var[Scalar, "rad/s"] = 0.0  # speed of the shaft
+    p: Pin = Pin()
+    n: Pin = Pin()
+    shaft: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            kirchhoff=eq(self.p.i + self.n.i),
+            speed=eq(self.w, d.shaft.phi),
+            back_emf=eq(self.p.v - self.n.v, self.k * self.w),
+            torque=eq(self.shaft.tau, -self.k * self.p.i),
+        )
+
+
+class DCMotor(Component):
+    """Permanent-magnet direct-current motor: v = R i + L di/dt + k w and J dw/dt = k i - C w + tau.
+
+    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`: winding resistance in ohm, torque constant in N.m/A, moment of
+    inertia of the rotor in kg.m2, inductance in H (`None`: the current follows the voltage at once), viscous friction
+    coefficient C in N.m.s/rad (`None`: none). Not modelled: iron losses, brush voltage drop, commutation, saturation,
+    warming of the winding.
+    """
+
+    resistor: Resistor
+    inductor: Inductor | None
+    emf: EMF
+    rotor: Inertia
+    bearing: Bearing | None
+    p: Pin = Pin()
+    n: Pin = Pin()
+    shaft: Flange = Flange()
+
+    def __init__(
+        self, *, R: Scalar, k: Scalar, J: Scalar, L: Scalar | None = None, friction: Scalar | None = None
+    ) -> None:
+        self.resistor = Resistor(R=R)
+        self.inductor = None if L is None else Inductor(L=L)
+        self.emf = EMF(k=k)
+        self.rotor = Inertia(J=J)
+        self.bearing = None if friction is None else Bearing(C=friction)
+        self.p, self.n, self.shaft = Pin(), Pin(), Flange()
+
+    def connections(self) -> Connections:
+        shaft = (self.rotor.a,) if self.bearing is None else (self.rotor.a, self.bearing.flange)
+        if self.inductor is None:
+            winding = (connect(self.resistor.n, self.emf.p),)
+        else:
+            winding = (connect(self.resistor.n, self.inductor.p), connect(self.inductor.n, self.emf.p))
+        return (
+            connect(self.p, self.resistor.p),
+            *winding,
+            connect(self.emf.n, self.n),
+            connect(self.emf.shaft, *shaft),
+            connect(self.rotor.b, self.shaft),
+        )

@@ -1,0 +1,54 @@
+"""Ground and linear passive elements."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from ._interfaces import Pin, TwoPin
+
+
+class Ground(Component):
+    """The reference of the potentials, v = 0. Each electrical circuit needs one."""
+
+    p: Pin = Pin()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(reference=eq(self.p.v))
+
+
+class Resistor(TwoPin):
+    """Ohm's law, v = R i. Not modelled: temperature dependence."""
+
+    R: Param[Scalar, "ohm", nonnegative]  # resistance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(ohm=eq(self.v, self.R * self.i))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.R * self.i**2)
+
+
+class Inductor(TwoPin):
+    """L di/dt = v. Not modelled: saturation, winding resistance, coupling to other coils."""
+
+    L: Param[Scalar, "H", positive]  # inductance
+    i: Var[Scalar, "A", prefer] = 0.0  # current from p to n
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(induction=eq(self.L * d.i, self.v))
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.L * self.i**2)
+
+
+class Capacitor(TwoPin):
+    """C dv/dt = i. Not modelled: leakage."""
+
+    C: Param[Scalar, "F", positive]  # capacitance
+    v: Var[Scalar, "V", prefer] = 0.0  # voltage from p to n
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(charge=eq(self.C * d.v, self.i))
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.C * self.v**2)

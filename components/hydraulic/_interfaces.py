@@ -1,0 +1,28 @@
+"""The hydraulic port and what all elements with two ports share."""
+
+from typing import Self
+
+from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
+
+
+class FluidPort(Port):
+    """An opening for liquid; p q is the power into the component."""
+
+    p: Var[Scalar, "Pa"] = 0.0  # pressure above the atmosphere
+    q: Flow[Scalar, "m3/s"] = 0.0  # volume flow rate, positive into the component
+
+
+class TwoPort(Component, partial=True):
+    """An element with one flow path, from a to b, without storage: dp = p_a - p_b, q = q_a = -q_b."""
+
+    dp: Var[Scalar, "Pa"] = 0.0  # pressure drop from a to b
+    q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            drop=eq(self.dp, self.a.p - self.b.p),
+            flow=eq(self.q, self.a.q),
+            continuity=eq(self.a.q + self.b.q),
+        )

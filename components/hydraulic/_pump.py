@@ -1,0 +1,43 @@
+"""Conversion between a shaft and a liquid."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from ..rotational import Flange
+from ._interfaces import FluidPort
+
+
+class Pump(Component):
+    """Pump or motor of fixed displacement, with Wilson's losses (Merritt, `Hydraulic Control Systems`, ch. 4).
+
+    With the pressure rise dp = p_b - p_a: q = D w - leakage dp from a to b, and J dw/dt = tau - D dp - friction w.
+    Ideal where the losses are zero. Not modelled: ripple, dry friction, compression in the pump, drain to the case.
+    """
+
+    displacement: Param[Scalar, "m3/rad", positive]  # D; 1 cm3/rev is 1e-6/(2 pi) m3/rad
+    J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
+    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # laminar leakage from delivery to suction
+    friction: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
+    dp: Var[Scalar, "Pa"] = 0.0  # pressure rise from a to b
+    q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b
+    shaft: Flange = Flange()
+    a: FluidPort = FluidPort()  # suction
+    b: FluidPort = FluidPort()  # delivery
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            speed=eq(self.w, d.shaft.phi),
+            rise=eq(self.dp, self.b.p - self.a.p),
+            suction=eq(self.a.q, self.q),
+            delivery=eq(self.b.q, -self.q),
+            flow=eq(self.q, self.displacement * self.w - self.leakage * self.dp),
+            newton=eq(self.J * d.w, self.shaft.tau - self.displacement * self.dp - self.friction * self.w),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(
+            stored=0.5 * self.J * self.w**2,
+            dissipated=self.leakage * self.dp**2 + self.friction * self.w**2,
+        )

@@ -1,0 +1,116 @@
+"""Resistances to flow."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Energy, Equations, Param, Scalar, eq, nonnegative, positive
+
+from ..blocks import Input
+from ._interfaces import TwoPort
+
+
+class Resistance(TwoPort, partial=True):
+    """An element that turns its pressure drop into heat."""
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.dp * self.q)
+
+
+class LaminarResistance(Resistance):
+    """dp = resistance q."""
+
+    resistance: Param[Scalar, "Pa.s/m3", nonnegative]  # pressure drop per flow
+
+    @classmethod
+    def from_pipe(cls, *, diameter: Scalar, length: Scalar, viscosity: Scalar) -> "LaminarResistance":
+        """A round pipe by Hagen and Poiseuille, 128 mu L / (pi d^4), with dynamic viscosity in Pa.s."""
+        return cls(resistance=128.0 * viscosity * length / (jnp.pi * diameter**4))
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(law=eq(self.dp, self.resistance * self.q))
+
+
+def turbulent_flow(dp: Scalar, conductance: Scalar, transition_pressure: Scalar) -> Scalar:
+    """conductance sqrt(|dp|) sign(dp), made smooth at zero: conductance dp / (dp^2 + p_t^2)^(1/4).
+
+    Within about p_t the flow is laminar, with the slope conductance / sqrt(p_t); at 10 p_t the flow is 0.25 % low.
+    """
+    return conductance * dp / (dp**2 + transition_pressure**2) ** 0.25
+
+
+class Orifice(Resistance):
+    """A sharp-edged orifice, q = C_d A sqrt(2 dp / rho) (Merritt, `Hydraulic Control Systems`, ch. 3).
+
+    Around dp = 0 the square root is replaced by a laminar transition of width `transition_pressure`: a wider one makes
+    the equations less stiff near equal pressures, and the last of a discharge slower than it is.
+    """
+
+    area: Param[Scalar, "m2", nonnegative]  # A
+    density: Param[Scalar, "kg/m3", positive]  # rho
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
+
+    def equations(self, d: Self) -> Equations:
+        conductance = self.discharge_coefficient * self.area * jnp.sqrt(2.0 / self.density)
+        return super().equations(d) | dict(
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure))
+        )
+
+
+class OnOffValve(Resistance):
+    """An orifice whose area is `area` times x^2 (3 - 2 x), where x is the signal u limited to 0 (closed) .. 1 (open).
+
+    The cubic makes the valve leave and reach its ends smoothly. Square root as in `Orifice`. Not modelled: leakage
+    when closed, flow forces, the time the coil needs.
+    """
+
+    area: Param[Scalar, "m2", nonnegative]  # when open
+    density: Param[Scalar, "kg/m3", positive]  # rho
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        x = jnp.clip(self.u.value, 0.0, 1.0)
+        area = self.area * x**2 * (3.0 - 2.0 * x)
+        conductance = self.discharge_coefficient * area * jnp.sqrt(2.0 / self.density)
+        return super().equations(d) | dict(
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure))
+        )
+
+
+class SpringLoadedValve(Resistance, partial=True):
+    """Closed up to the cracking pressure and then opening in proportion, q = conductance (dp - cracking_pressure).
+
+    The corner is rounded: q = conductance [S(dp) - S(0)] with S(dp) = p_t ln(1 + exp((dp - cracking_pressure) / p_t)).
+    The width p_t costs 0.69 p_t conductance of flow too much at the corner, and backward leakage of at most S(0)
+    conductance. Not modelled: mass of the poppet, hysteresis, full opening.
+    """
+
+    conductance: Param[Scalar, "m3/(s.Pa)", nonnegative]  # flow per pressure beyond cracking
+    cracking_pressure: Param[Scalar, "Pa", nonnegative]  # dp at which the valve begins to open
+    transition_pressure: Param[Scalar, "Pa", positive]  # p_t
+
+    def equations(self, d: Self) -> Equations:
+        # Less S(0), so that there is no flow without a pressure drop, which would be a source of energy.
+        opening = self._rounded(self.dp) - self._rounded(0.0)
+        return super().equations(d) | dict(law=eq(self.q, self.conductance * opening))
+
+    def _rounded(self, dp: Scalar) -> Scalar:
+        return self.transition_pressure * jnp.logaddexp(
+            (dp - self.cracking_pressure) / self.transition_pressure, 0.0
+        )
+
+
+class ReliefValve(SpringLoadedValve):
+    """A pressure-relief valve: opens from a to b above its cracking pressure. See `SpringLoadedValve` for the law."""
+
+    transition_pressure: Param[Scalar, "Pa", positive] = 1e4  # p_t
+
+
+class CheckValve(SpringLoadedValve):
+    """A non-return valve: lets liquid pass from a to b only. See `SpringLoadedValve` for the law and its leakage."""
+
+    cracking_pressure: Param[Scalar, "Pa", nonnegative] = 2e4  # dp at which the valve begins to open
+    transition_pressure: Param[Scalar, "Pa", positive] = 1e3  # p_t

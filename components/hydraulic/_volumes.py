@@ -1,0 +1,58 @@
+"""Compressible liquid of constant bulk modulus, dp/dt = beta/V q (Merritt, `Hydraulic Control Systems`, ch. 3)."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from ._interfaces import FluidPort
+
+
+class Volume(Component):
+    """A rigid chamber full of liquid, dp/dt = bulk_modulus / volume q."""
+
+    volume: Param[Scalar, "m3", positive]  # V
+    bulk_modulus: Param[Scalar, "Pa", positive]  # beta, of liquid and walls together
+    p: Var[Scalar, "Pa", prefer] = 0.0  # pressure
+    port: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            pressure=eq(self.p, self.port.p),
+            compression=eq(self.volume * d.p, self.bulk_modulus * self.port.q),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.volume / self.bulk_modulus * self.p**2)
+
+
+class Line(Component):
+    """A short line whose liquid is a spring with damping (Kelvin-Voigt): p = stiffness V + damping dV/dt.
+
+    V is the volume by which the liquid is compressed, dV/dt = q_a + q_b, and the pressure is the same all along. The
+    damping stands for the losses of compression. Not modelled: pressure drop of the through-flow, waves, inertia.
+    """
+
+    stiffness: Param[Scalar, "Pa/m3", positive]  # bulk modulus over volume of the line
+    damping: Param[Scalar, "Pa.s/m3", nonnegative] = 0.0  # pressure per rate of compression
+    V: Var[Scalar, "m3", prefer] = 0.0  # compressed volume
+    q: Var[Scalar, "m3/s"] = 0.0  # rate of compression, net flow into the line
+    p: Var[Scalar, "Pa"] = 0.0  # pressure
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    @classmethod
+    def from_bulk_modulus(cls, *, bulk_modulus: Scalar, volume: Scalar, damping: Scalar = 0.0) -> "Line":
+        """A line that holds `volume` m3 of a liquid of the given bulk modulus in Pa."""
+        return cls(stiffness=bulk_modulus / volume, damping=damping)
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            pressure_a=eq(self.p, self.a.p),
+            pressure_b=eq(self.p, self.b.p),
+            balance=eq(self.q, self.a.q + self.b.q),
+            compression=eq(d.V, self.q),
+            kelvin_voigt=eq(self.p, self.stiffness * self.V + self.damping * self.q),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.stiffness * self.V**2, dissipated=self.damping * self.q**2)

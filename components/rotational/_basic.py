@@ -1,0 +1,85 @@
+"""Inertia, stiffness, damping and the fixed point."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from ._interfaces import Compliant, Flange
+
+
+class Fixed(Component):
+    """A flange held at phi = 0."""
+
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(held=eq(self.flange.phi))
+
+
+class Inertia(Component):
+    """A rigid rotor, J dw/dt = tau_a + tau_b."""
+
+    J: Param[Scalar, "kg.m2", positive]  # moment of inertia
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.phi, self.b.phi),
+            speed=eq(self.w, d.a.phi),
+            newton=eq(self.J * d.w, self.a.tau + self.b.tau),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.J * self.w**2)
+
+
+class Spring(Compliant):
+    """Linear torsion spring, tau = c (phi_rel - phi_rel0)."""
+
+    c: Param[Scalar, "N.m/rad", nonnegative]  # stiffness
+    phi_rel0: Param[Scalar, "rad"] = 0.0  # relative angle of the unloaded spring
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(hooke=eq(self.tau, self.c * (self.phi_rel - self.phi_rel0)))
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2)
+
+
+class Damper(Compliant):
+    """Linear damper, tau = d w_rel."""
+
+    d: Param[Scalar, "N.m.s/rad", nonnegative]  # damping coefficient
+    w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.w_rel, d.phi_rel),
+            damping=eq(self.tau, self.d * self.w_rel),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.d * self.w_rel**2)
+
+
+class SpringDamper(Compliant):
+    """Spring and damper in parallel, tau = c (phi_rel - phi_rel0) + d w_rel."""
+
+    c: Param[Scalar, "N.m/rad", nonnegative]  # stiffness
+    d: Param[Scalar, "N.m.s/rad", nonnegative]  # damping coefficient
+    phi_rel0: Param[Scalar, "rad"] = 0.0  # relative angle of the unloaded spring
+    w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.w_rel, d.phi_rel),
+            law=eq(self.tau, self.c * (self.phi_rel - self.phi_rel0) + self.d * self.w_rel),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(
+            stored=0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2,
+            dissipated=self.d * self.w_rel**2,
+        )

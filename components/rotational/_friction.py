@@ -1,0 +1,47 @@
+"""Friction between a shaft and the ground."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
+
+from ._interfaces import ToGround
+
+
+class Bearing(ToGround):
+    """Viscous bearing friction, tau = C w."""
+
+    C: Param[Scalar, "N.m.s/rad", nonnegative]  # friction coefficient
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(friction=eq(self.flange.tau, self.C * self.w))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.C * self.w**2)
+
+
+class StribeckFriction(ToGround):
+    """Dry friction with a drop after break-away, smoothed at rest.
+
+    tau = [Tc + (Ts - Tc) exp(-(w/ws)^2)] tanh(w/w0), after Bo and Pavelescu (1982) with the sign replaced by tanh.
+
+    The width `w0` is the price of smoothness: below it the shaft creeps under any torque, at about w0 atanh(tau/Ts),
+    where a real one sticks. A smaller width creeps less and makes the equations stiffer.
+    """
+
+    Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
+    Ts: Param[Scalar, "N.m", nonnegative]  # break-away torque
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    w0: Param[Scalar, "rad/s", positive]  # width of the transition through rest
+
+    def torque(self) -> Scalar:
+        """The friction torque at the present speed."""
+        level = self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2))
+        return level * jnp.tanh(self.w / self.w0)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(friction=eq(self.flange.tau, self.torque()))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.torque() * self.w)

@@ -1,0 +1,162 @@
+"""Ideal gears, and reducers with inertia and losses. The housing is the ground: its reaction is not modelled."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
+
+from .._checks import check
+from ._interfaces import Flange
+
+
+class IdealGear(Component):
+    """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without play (MSL `IdealGear`)."""
+
+    ratio: Param[Scalar, "1"]  # turns of a for one turn of b; negative where the sense changes
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            kinematics=eq(self.a.phi, self.ratio * self.b.phi),
+            torques=eq(self.ratio * self.a.tau + self.b.tau),
+        )
+
+
+class PlanetaryGear(Component):
+    """Ideal epicyclic gear (MSL `IdealPlanetary`), with Willis' equation.
+
+    (1 + ratio) phi_carrier = phi_sun + ratio phi_ring, tau_ring = ratio tau_sun, tau_carrier = -(1 + ratio) tau_sun.
+    """
+
+    ratio: Param[Scalar, "1", positive]  # teeth of the ring over teeth of the sun
+    sun: Flange = Flange()
+    ring: Flange = Flange()
+    carrier: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            willis=eq((1.0 + self.ratio) * self.carrier.phi, self.sun.phi + self.ratio * self.ring.phi),
+            torque_ring=eq(self.ring.tau, self.ratio * self.sun.tau),
+            torque_carrier=eq(self.carrier.tau, -(1.0 + self.ratio) * self.sun.tau),
+        )
+
+
+class MeshLoss(Record):
+    """Loss of a gear mesh as a share of the power P it delivers: P_loss = (1/efficiency - 1) P tanh(P / P_t).
+
+    So the driving torque is the ideal one times 1 + (1/efficiency - 1) tanh(P / P_t). Driven forward the efficiency is
+    `efficiency`, driven backward it is 2 - 1/efficiency: the friction is the same for the same load, and below 0.5 the
+    gear locks itself (Niemann, Winter, `Maschinenelemente`, on worm gears).
+
+    The width P_t is the price of smoothness: below this power the loss fades out, so a mesh at rest does not hold a
+    load; a self-locking one creeps at the power P_t atanh(efficiency / (1 - efficiency)).
+    """
+
+    efficiency: Param[Scalar, "1", positive]  # share of the power that passes forward, at most 1
+    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t
+
+    def __check_init__(self) -> None:
+        check(self, "efficiency", lambda value: value <= 1.0, "at most 1")
+
+    def factor(self, delivered: Scalar) -> Scalar:
+        """Driving torque over ideal driving torque when the mesh delivers the given power in W."""
+        return 1.0 + (1.0 / self.efficiency - 1.0) * jnp.tanh(delivered / self.transition_power)
+
+
+class PlanetaryGearbox(Component):
+    """Single planetary stage with inertia and mesh losses; a reducer when its ring is held (connect it to `Fixed`).
+
+    With N = ratio = 1 + teeth of the ring / teeth of the sun, and torques free of inertia marked by a prime:
+
+    - N phi_carrier = phi_sun + (N - 1) phi_ring (Willis);
+    - tau_sun = J_sun dw_sun/dt + tau_sun', and for the carrier alike;
+    - tau_sun' + tau_ring + tau_carrier' = 0;
+    - (N - 1) tau_sun' = tau_ring factor, where the factor is 1, or that of the mesh loss. Losses arise from rolling
+      relative to the carrier (Mueller, `Die Umlaufgetriebe`): P is the power that the sun passes to the ring as seen
+      from the carrier. With the ring held, the efficiency from sun to carrier is (1 + (N - 1) eta) / N.
+
+    Not modelled: play, elasticity, inertia of ring and of the planets' own spin, several stages, losses without load.
+    """
+
+    ratio: Param[Scalar, "1", positive]  # N > 1, speed of the sun over that of the carrier while the ring is held
+    J_sun: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the sun
+    J_carrier: Param[Scalar, "kg.m2", nonnegative] = 0.0  # and with the carrier, planets included
+    loss: MeshLoss | None = None  # of the meshes in series, the carrier held
+    w_sun: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the sun
+    w_carrier: Var[Scalar, "rad/s"] = 0.0  # speed of the carrier
+    tau_mesh: Var[Scalar, "N.m"] = 0.0  # tau_sun'
+    sun: Flange = Flange()
+    ring: Flange = Flange()
+    carrier: Flange = Flange()
+
+    def __check_init__(self) -> None:
+        check(self, "ratio", lambda value: value > 1.0, "greater than 1")
+
+    @classmethod
+    def from_teeth(
+        cls,
+        *,
+        sun: int,
+        ring: int,
+        J_sun: Scalar = 0.0,
+        J_carrier: Scalar = 0.0,
+        loss: MeshLoss | None = None,
+    ) -> "PlanetaryGearbox":
+        """A stage with the given numbers of teeth."""
+        return cls(ratio=1.0 + ring / sun, J_sun=J_sun, J_carrier=J_carrier, loss=loss)
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            willis=eq(self.ratio * self.carrier.phi, self.sun.phi + (self.ratio - 1.0) * self.ring.phi),
+            speed_sun=eq(self.w_sun, d.sun.phi),
+            speed_carrier=eq(self.w_carrier, d.carrier.phi),
+            newton_sun=eq(self.J_sun * d.w_sun, self.sun.tau - self.tau_mesh),
+            newton_carrier=eq(self.J_carrier * d.w_carrier, self.carrier.tau + self.tau_mesh + self.ring.tau),
+            mesh=eq((self.ratio - 1.0) * self.tau_mesh, self.ring.tau * self._factor()),
+        )
+
+    def _delivered(self) -> Scalar:
+        """Power passed to the ring as seen from the carrier, with w_ring - w_carrier = -(w_sun - w_carrier)/(N - 1)."""
+        return self.ring.tau * (self.w_sun - self.w_carrier) / (self.ratio - 1.0)
+
+    def _factor(self) -> Scalar:
+        return 1.0 if self.loss is None else self.loss.factor(self._delivered())
+
+    def energy(self) -> Energy:
+        return Energy(
+            stored=0.5 * self.J_sun * self.w_sun**2 + 0.5 * self.J_carrier * self.w_carrier**2,
+            dissipated=(self._factor() - 1.0) * self._delivered(),
+        )
+
+
+class WormGear(Component):
+    """Worm and wheel, phi_worm = ratio phi_wheel, with inertia of the worm and mesh loss.
+
+    ratio (tau_worm - J dw/dt) + tau_wheel factor = 0; the factor is 1, or that of the mesh loss, in which P is the
+    power delivered at the wheel. Not modelled: play, elasticity, bearing friction, losses without load.
+    """
+
+    ratio: Param[Scalar, "1", positive]  # teeth of the wheel over starts of the worm
+    J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the worm
+    loss: MeshLoss | None = None
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the worm
+    worm: Flange = Flange()
+    wheel: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            kinematics=eq(self.worm.phi, self.ratio * self.wheel.phi),
+            speed=eq(self.w, d.worm.phi),
+            newton=eq(self.ratio * self.J * d.w, self.ratio * self.worm.tau + self.wheel.tau * self._factor()),
+        )
+
+    def _delivered(self) -> Scalar:
+        return -self.wheel.tau * self.w / self.ratio
+
+    def _factor(self) -> Scalar:
+        return 1.0 if self.loss is None else self.loss.factor(self._delivered())
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.J * self.w**2, dissipated=(self._factor() - 1.0) * self._delivered())

@@ -1,0 +1,38 @@
+"""The rotational port and what families of elements share."""
+
+from typing import Self
+
+from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
+
+
+class Flange(Port):
+    """The end of a shaft; tau dphi/dt is the power into the component."""
+
+    phi: Var[Scalar, "rad"] = 0.0  # angle
+    tau: Flow[Scalar, "N.m"] = 0.0  # torque, positive into the component
+
+
+class Compliant(Component, partial=True):
+    """A massless element between two flanges: phi_rel = phi_b - phi_a, tau = tau_b = -tau_a."""
+
+    phi_rel: Var[Scalar, "rad"] = 0.0  # relative angle
+    tau: Var[Scalar, "N.m"] = 0.0  # torque that the element exerts from b towards a, positive when phi_rel is large
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            relative_angle=eq(self.phi_rel, self.b.phi - self.a.phi),
+            torque_a=eq(self.a.tau, -self.tau),
+            torque_b=eq(self.b.tau, self.tau),
+        )
+
+
+class ToGround(Component, partial=True):
+    """An element between one flange and the ground: w = dphi/dt."""
+
+    w: Var[Scalar, "rad/s"] = 0.0  # speed
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(self.w, d.flange.phi))

@@ -1,0 +1,85 @@
+"""Mass, stiffness, damping and the fixed point."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from ._interfaces import Compliant, Flange
+
+
+class Fixed(Component):
+    """A flange held at s = 0."""
+
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(held=eq(self.flange.s))
+
+
+class Mass(Component):
+    """A rigid body of no length, m dv/dt = f_a + f_b."""
+
+    m: Param[Scalar, "kg", positive]  # mass
+    v: Var[Scalar, "m/s", prefer] = 0.0  # speed
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.s, self.b.s),
+            speed=eq(self.v, d.a.s),
+            newton=eq(self.m * d.v, self.a.f + self.b.f),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.m * self.v**2)
+
+
+class Spring(Compliant):
+    """Linear spring, f = c (s_rel - s_rel0)."""
+
+    c: Param[Scalar, "N/m", nonnegative]  # stiffness
+    s_rel0: Param[Scalar, "m"] = 0.0  # relative position of the unloaded spring
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(hooke=eq(self.f, self.c * (self.s_rel - self.s_rel0)))
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.c * (self.s_rel - self.s_rel0) ** 2)
+
+
+class Damper(Compliant):
+    """Linear damper, f = d v_rel."""
+
+    d: Param[Scalar, "N.s/m", nonnegative]  # damping coefficient
+    v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.v_rel, d.s_rel),
+            damping=eq(self.f, self.d * self.v_rel),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.d * self.v_rel**2)
+
+
+class SpringDamper(Compliant):
+    """Spring and damper in parallel, f = c (s_rel - s_rel0) + d v_rel."""
+
+    c: Param[Scalar, "N/m", nonnegative]  # stiffness
+    d: Param[Scalar, "N.s/m", nonnegative]  # damping coefficient
+    s_rel0: Param[Scalar, "m"] = 0.0  # relative position of the unloaded spring
+    v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.v_rel, d.s_rel),
+            law=eq(self.f, self.c * (self.s_rel - self.s_rel0) + self.d * self.v_rel),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(
+            stored=0.5 * self.c * (self.s_rel - self.s_rel0) ** 2,
+            dissipated=self.d * self.v_rel**2,
+        )

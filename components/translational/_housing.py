@@ -1,0 +1,56 @@
+"""Springs and friction between a rod and the housing, which is the ground."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Vector, eq, nonnegative
+
+from .._checks import check, increasing
+from .._tables import monotone_cubic, monotone_cubic_integral
+from ._interfaces import Flange, ToGround
+
+
+class ClutchSpring(Component):
+    """A linear spring against the housing, f = preload + rate s."""
+
+    rate: Param[Scalar, "N/m", nonnegative]  # stiffness
+    preload: Param[Scalar, "N"] = 0.0  # force at s = 0
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(hooke=eq(self.flange.f, self.preload + self.rate * self.flange.s))
+
+    def energy(self) -> Energy:
+        return Energy(stored=self.preload * self.flange.s + 0.5 * self.rate * self.flange.s**2)
+
+
+class TabulatedSpring(Component):
+    """A spring against the housing with a sampled characteristic f(s), such as the release curve of a clutch.
+
+    Between the samples, a cubic with continuous stiffness that has no extremum which the samples have not (Fritsch,
+    Butland 1984); beyond them a line. Not modelled: hysteresis, wear.
+    """
+
+    positions: Param[Vector, "m"]  # increasing
+    forces: Param[Vector, "N"]  # at these positions
+    flange: Flange = Flange()
+
+    def __check_init__(self) -> None:
+        check(self, "positions", increasing, "increasing")
+
+    def equations(self, d: Self) -> Equations:
+        return dict(characteristic=eq(self.flange.f, monotone_cubic(self.flange.s, self.positions, self.forces)))
+
+    def energy(self) -> Energy:
+        return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces))
+
+
+class ViscousFriction(ToGround):
+    """Viscous friction against the housing, f = C v."""
+
+    C: Param[Scalar, "N.s/m", nonnegative]  # friction coefficient
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(friction=eq(self.flange.f, self.C * self.v))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.C * self.v**2)

@@ -1,0 +1,14 @@
+"""Hydraulically transmitted clutch actuators: the present one, two electromechanical ones and an electrohydraulic one.
+
+Each function builds a model from keywords in SI units; every keyword can be traced, so that a model can be made inside
+`jax.jit`, `jax.grad` or `jax.vmap`.
+"""
+
+from ._designs import ehs_maxon as ehs_maxon
+from ._designs import ema_fise as ema_fise
+from ._designs import ema_maxon as ema_maxon
+from ._designs import sila as sila
+from ._models import ClutchActuator as ClutchActuator
+from ._models import ElectrohydraulicActuator as ElectrohydraulicActuator
+from ._models import ElectromechanicalActuator as ElectromechanicalActuator
+from ._models import WormActuator as WormActuator

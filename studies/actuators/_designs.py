@@ -1,0 +1,171 @@
+"""The four designs, with the parameters of the base cases of Meloni's thesis (Politecnico di Torino, 2012).
+
+Inertias beyond the rotor's, the cam's geometry and the bores are not in the thesis; they are fitted to its operating
+points or assumed. Gear efficiency is not modelled apart from the friction coefficient at the motor shaft.
+"""
+
+import math
+
+from acausal import Scalar
+from components.electrical import ConstantVoltage, DCMotor
+from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder
+from components.rotational import Cam, EccentricDisc, LinearLift, PlanetaryGearbox, WormGear
+from components.translational import ClutchSpring, Mass, ViscousFriction
+
+from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, WormActuator
+
+SLAVE_BORE = 17.4625e-3  # m, 11/16 in
+MASTER_BORE = 19.05e-3  # m, 3/4 in
+LINE_STIFFNESS = 149408526513837.7  # Pa/m3, about 10 cm3 of brake fluid at 1.5 GPa
+LINE_DAMPING = 6.8e11  # Pa.s/m3
+
+_PRESENT_RATIO = 38.0  # turns of the motor per turn of the cam
+_PRESENT_TRAVEL = 1.0 / 9330.0  # m/rad, travel of the slave per angle of the motor
+_PRESENT_INERTIA = 5370.0 * _PRESENT_TRAVEL**2  # kg.m2, all that turns, from 5370 kg referred to the slave
+_PRESENT_CAM_INERTIA = 4.82e-5  # kg.m2
+_PRESENT_ROTOR_INERTIA = 60e-6  # kg.m2
+
+
+def ema_fise(
+    *,
+    voltage: Scalar = 13.5,
+    resistance: Scalar = 0.133,
+    inductance: Scalar | None = None,
+    torque_constant: Scalar = 0.0064,
+    friction: Scalar = 16e-4,
+    rotor_inertia: Scalar = 60e-6,
+    gearbox_inertia: Scalar = 1.5e-6,
+    ratio: Scalar = 12.0,
+    cam_inertia: Scalar = 3.49e-5,
+    eccentricity: Scalar = 5.5e-3,
+    cam_radius: Scalar = 20e-3,
+    master_bore: Scalar = MASTER_BORE,
+    slave_bore: Scalar = SLAVE_BORE,
+    line_stiffness: Scalar = LINE_STIFFNESS,
+    line_damping: Scalar = LINE_DAMPING,
+    mass: Scalar = 0.3,
+    piston_damping: Scalar = 2e-3,
+    spring_rate: Scalar = 58e3,
+) -> ElectromechanicalActuator:
+    """The electromechanical actuator with a FISE motor and a 12:1 planetary gearbox."""
+    return ElectromechanicalActuator(
+        supply=ConstantVoltage(V=voltage),
+        motor=DCMotor(R=resistance, L=inductance, k=torque_constant, J=rotor_inertia, friction=friction),
+        gearbox=PlanetaryGearbox(ratio=ratio, J_sun=gearbox_inertia),
+        cam=Cam(profile=EccentricDisc(eccentricity=eccentricity, radius=cam_radius), J=cam_inertia),
+        master=MasterCylinder(bore=master_bore),
+        line=Line(stiffness=line_stiffness, damping=line_damping),
+        slave=SlaveCylinder(bore=slave_bore),
+        piston=Mass(m=mass),
+        seal=ViscousFriction(C=piston_damping),
+        clutch=ClutchSpring(rate=spring_rate),
+    )
+
+
+def ema_maxon(
+    *,
+    voltage: Scalar = 13.5,
+    resistance: Scalar = 0.309,
+    inductance: Scalar | None = None,
+    torque_constant: Scalar = 0.0385,
+    friction: Scalar = 4e-3,
+    rotor_inertia: Scalar = 54e-6,
+    gearbox_inertia: Scalar = 2e-6,
+    ratio: Scalar = 4.3,
+    cam_inertia: Scalar = 3.49e-5,
+    eccentricity: Scalar = 5.5e-3,
+    cam_radius: Scalar = 20e-3,
+    master_bore: Scalar = MASTER_BORE,
+    slave_bore: Scalar = SLAVE_BORE,
+    line_stiffness: Scalar = LINE_STIFFNESS,
+    line_damping: Scalar = LINE_DAMPING,
+    mass: Scalar = 0.3,
+    piston_damping: Scalar = 2e-3,
+    spring_rate: Scalar = 58e3,
+) -> ElectromechanicalActuator:
+    """The electromechanical actuator with a Maxon RE50 motor and a 4.3:1 planetary gearbox."""
+    return ema_fise(
+        voltage=voltage,
+        resistance=resistance,
+        inductance=inductance,
+        torque_constant=torque_constant,
+        friction=friction,
+        rotor_inertia=rotor_inertia,
+        gearbox_inertia=gearbox_inertia,
+        ratio=ratio,
+        cam_inertia=cam_inertia,
+        eccentricity=eccentricity,
+        cam_radius=cam_radius,
+        master_bore=master_bore,
+        slave_bore=slave_bore,
+        line_stiffness=line_stiffness,
+        line_damping=line_damping,
+        mass=mass,
+        piston_damping=piston_damping,
+        spring_rate=spring_rate,
+    )
+
+
+def ehs_maxon(
+    *,
+    voltage: Scalar = 13.5,
+    resistance: Scalar = 0.4,
+    inductance: Scalar | None = None,
+    torque_constant: Scalar = 0.0302,
+    friction: Scalar = 4e-3,
+    rotor_inertia: Scalar = 14e-6,
+    pump_inertia: Scalar = 2e-6,
+    displacement: Scalar = 1.25e-6 / (2.0 * math.pi),
+    slave_bore: Scalar = SLAVE_BORE,
+    line_stiffness: Scalar = LINE_STIFFNESS,
+    line_damping: Scalar = LINE_DAMPING,
+    mass: Scalar = 0.3,
+    piston_damping: Scalar = 2e-3,
+    spring_rate: Scalar = 58e3,
+) -> ElectrohydraulicActuator:
+    """The electrohydraulic actuator with a Maxon RE40 motor and a pump of 1.25 cm3/rev."""
+    return ElectrohydraulicActuator(
+        supply=ConstantVoltage(V=voltage),
+        motor=DCMotor(R=resistance, L=inductance, k=torque_constant, J=rotor_inertia, friction=friction),
+        pump=Pump(displacement=displacement, J=pump_inertia),
+        line=Line(stiffness=line_stiffness, damping=line_damping),
+        slave=SlaveCylinder(bore=slave_bore),
+        piston=Mass(m=mass),
+        seal=ViscousFriction(C=piston_damping),
+        clutch=ClutchSpring(rate=spring_rate),
+    )
+
+
+def sila(
+    *,
+    voltage: Scalar = 13.5,
+    resistance: Scalar = 0.133,
+    inductance: Scalar | None = None,
+    torque_constant: Scalar = 0.0064,
+    friction: Scalar = 16e-4,
+    rotor_inertia: Scalar = _PRESENT_ROTOR_INERTIA,
+    gearbox_inertia: Scalar = _PRESENT_INERTIA - _PRESENT_ROTOR_INERTIA - _PRESENT_CAM_INERTIA / _PRESENT_RATIO**2,
+    ratio: Scalar = _PRESENT_RATIO,
+    cam_inertia: Scalar = _PRESENT_CAM_INERTIA,
+    lift_rate: Scalar = _PRESENT_TRAVEL * _PRESENT_RATIO * (SLAVE_BORE / MASTER_BORE) ** 2,
+    master_bore: Scalar = MASTER_BORE,
+    slave_bore: Scalar = SLAVE_BORE,
+    line_stiffness: Scalar = LINE_STIFFNESS,
+    line_damping: Scalar = LINE_DAMPING,
+    mass: Scalar = 0.3,
+    piston_damping: Scalar = 2e-3,
+    spring_rate: Scalar = 58e3,
+) -> WormActuator:
+    """The present actuator: FISE motor, 38:1 worm, and a cam taken as linear, of `lift_rate` in m/rad."""
+    return WormActuator(
+        supply=ConstantVoltage(V=voltage),
+        motor=DCMotor(R=resistance, L=inductance, k=torque_constant, J=rotor_inertia, friction=friction),
+        gearbox=WormGear(ratio=ratio, J=gearbox_inertia),
+        cam=Cam(profile=LinearLift(rate=lift_rate), J=cam_inertia),
+        master=MasterCylinder(bore=master_bore),
+        line=Line(stiffness=line_stiffness, damping=line_damping),
+        slave=SlaveCylinder(bore=slave_bore),
+        piston=Mass(m=mass),
+        seal=ViscousFriction(C=piston_damping),
+        clutch=ClutchSpring(rate=spring_rate),
+    )

@@ -1,0 +1,82 @@
+"""The actuators as assemblies of components."""
+
+from acausal import Component, Connections, connect
+from components.electrical import ConstantVoltage, DCMotor, Ground
+from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, Tank
+from components.rotational import Cam, Fixed, PlanetaryGearbox, WormGear
+from components.translational import ClutchSpring, Mass, ViscousFriction
+
+
+class ClutchActuator(Component, partial=True):
+    """What all actuators share: a motor on a supply at one end, and at the other a line that opens the clutch.
+
+    The clutch opens as `slave.rod.s` grows. `piston` is all that moves with the slave's rod, `seal` its friction.
+    """
+
+    supply: ConstantVoltage
+    motor: DCMotor
+    line: Line
+    slave: SlaveCylinder
+    piston: Mass
+    seal: ViscousFriction
+    clutch: ClutchSpring
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.supply.p, self.motor.p),
+            connect(self.supply.n, self.motor.n, self.ground.p),
+            connect(self.line.b, self.slave.port),
+            connect(self.slave.rod, self.piston.a, self.seal.flange, self.clutch.flange),
+        )
+
+
+class ElectromechanicalActuator(ClutchActuator):
+    """Motor, planetary gearbox with its ring held, cam, master cylinder, line, slave cylinder, clutch."""
+
+    gearbox: PlanetaryGearbox
+    cam: Cam
+    master: MasterCylinder
+    housing: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.gearbox.sun),
+            connect(self.gearbox.ring, self.housing.flange),
+            connect(self.gearbox.carrier, self.cam.shaft),
+            connect(self.cam.follower, self.master.rod),
+            connect(self.master.port, self.line.a),
+        )
+
+
+class WormActuator(ClutchActuator):
+    """Motor, worm gear, cam, master cylinder, line, slave cylinder, clutch."""
+
+    gearbox: WormGear
+    cam: Cam
+    master: MasterCylinder
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.gearbox.worm),
+            connect(self.gearbox.wheel, self.cam.shaft),
+            connect(self.cam.follower, self.master.rod),
+            connect(self.master.port, self.line.a),
+        )
+
+
+class ElectrohydraulicActuator(ClutchActuator):
+    """Motor, fixed-displacement pump from a tank, line, slave cylinder, clutch."""
+
+    pump: Pump
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.pump.shaft),
+            connect(self.tank.port, self.pump.a),
+            connect(self.pump.b, self.line.a),
+        )

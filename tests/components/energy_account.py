@@ -1,0 +1,120 @@
+"""Checks the energy account of any component at random points that satisfy its equations and their time derivative."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.flatten_util import ravel_pytree
+
+from acausal import Component, Energy, Port
+from acausal._flatten import FlatModel, children, flatten
+from components.blocks import Signal
+from components.electrical import Pin
+from components.hydraulic import FluidPort
+from components.rotational import Flange as Shaft
+from components.translational import Flange as Rod
+
+
+class Point(NamedTuple):
+    """Values of all variables with their first and second time derivatives."""
+
+    x: Array
+    dx: Array
+    ddx: Array
+
+
+class Balance(NamedTuple):
+    """Power through the ports and the three terms of the energy account, in W."""
+
+    ports: Array
+    supplied: Array
+    stored: Array
+    dissipated: Array
+
+
+def power_into(port: Port, d: Port) -> Any:
+    """Power that enters through a port, from its variables and their time derivatives."""
+    match port, d:
+        case Pin(), _:
+            return port.v * port.i
+        case Shaft(), Shaft():
+            return d.phi * port.tau
+        case Rod(), Rod():
+            return d.s * port.f
+        case FluidPort(), _:
+            return port.p * port.q
+        case Signal(), _:
+            return 0.0
+    raise NotImplementedError(f"the power through a {type(port).__name__}")
+
+
+def components(model: Component) -> Iterator[Component]:
+    """The model and all components in it."""
+    yield model
+    for _, part in children(model, ""):
+        if isinstance(part, Component):
+            yield from components(part)
+
+
+class _Account:
+    """A model as residuals of its equations and connections, its own ports left open."""
+
+    def __init__(self, model: Component) -> None:
+        self.flat: FlatModel = flatten(model)
+        self.leaves: list[Any] = jax.tree_util.tree_leaves(model)
+        own = {leaf.first for leaf in self.flat.leaves if leaf.declaration.role == "flow" and leaf.path.count(".") == 1}
+        self.flow_sets = [item for item in self.flat.flow_sets if len(item[0]) > 1 or item[0][0] not in own]
+        self.times = [leaf.first for leaf in self.flat.leaves if leaf.declaration.role == "time"]
+
+    def fill(self, x: Array) -> Any:
+        """The model with the variables' values in place; parameters stay."""
+        filled = [
+            value if leaf.declaration.role == "param" else x[leaf.first]
+            for leaf, value in zip(self.flat.leaves, self.leaves, strict=True)
+        ]
+        return jax.tree_util.tree_unflatten(self.flat.structure, filled)
+
+    def equations(self, x: Array, dx: Array) -> Array:
+        here, slope = self.fill(x), self.fill(dx)
+        terms: list[Any] = []
+        for part, d in zip(components(here), components(slope), strict=True):
+            terms.extend(equation.residual for equation in part.equations(d).values())
+        terms.extend(x[a] - x[b] for a, b in self.flat.across)
+        terms.extend(sum(s * x[n] for n, s in zip(*item, strict=True)) for item in self.flow_sets)
+        terms.extend(dx[n] - 1.0 for n in self.times)
+        return jnp.stack([jnp.asarray(term) for term in terms])
+
+    def residual(self, point: Point) -> Array:
+        value, rate = jax.jvp(self.equations, (point.x, point.dx), (point.dx, point.ddx))
+        return jnp.concatenate([value, rate])
+
+    def balance(self, point: Point) -> Balance:
+        def accounts(x: Array) -> Energy:
+            terms = [part.energy() or Energy() for part in components(self.fill(x))]
+            return Energy(*(jnp.asarray(sum(column)) for column in zip(*terms, strict=True)))
+
+        here, slope = self.fill(point.x), self.fill(point.dx)
+        ports = [(p, d) for (_, p), (_, d) in zip(children(here, ""), children(slope, ""), strict=True)]
+        power = sum(power_into(p, d) for p, d in ports if isinstance(p, Port) and isinstance(d, Port))
+        now, rate = jax.jvp(accounts, (point.x,), (point.dx,))
+        return Balance(jnp.asarray(power), now.supplied, rate.stored, now.dissipated)
+
+
+def balances(model: Component, seeds: int = 6) -> Balance:
+    """The energy account at random points, found by Gauss-Newton steps of least norm from random guesses."""
+    account = _Account(model)
+    n = account.flat.n_nodes
+    guess, unravel = ravel_pytree(Point(*(jnp.zeros(n) for _ in range(3))))
+    residual: Callable[[Array], Array] = lambda z: account.residual(unravel(z))  # noqa: E731
+    both = jax.jit(jax.vmap(lambda z: (residual(z), jax.jacfwd(residual)(z))))
+    points = np.random.default_rng(0).normal(size=(seeds, len(guess)))
+    for _ in range(60):
+        values, jacobians = (np.asarray(item) for item in both(points))
+        if np.max(np.abs(values), initial=0.0) < 1e-12:
+            break
+        points = points - np.stack([np.linalg.lstsq(j, v)[0] for j, v in zip(jacobians, values, strict=True)])
+    np.testing.assert_allclose(both(points)[0], 0.0, atol=1e-10)
+    return jax.jit(jax.vmap(lambda z: account.balance(unravel(z))))(points)
