@@ -31,3 +31,6 @@ from ._errors import SimulationError as SimulationError  # noqa: E402
 from ._errors import StructureError as StructureError  # noqa: E402
 from ._node import Port as Port  # noqa: E402
 from ._node import Record as Record  # noqa: E402
+from ._result import Result as Result  # noqa: E402
+from ._simulate import simulate as simulate  # noqa: E402
+from ._solution import Solution as Solution  # noqa: E402

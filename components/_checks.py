@@ -2,16 +2,18 @@
 
 from collections.abc import Callable
 
-import jax
 import numpy as np
+from jax.core import Tracer
 
 from acausal import Component, ParameterError, Record
 
 
-def check(owner: Component | Record, name: str, admits: Callable[[np.ndarray], np.ndarray | bool], expected: str) -> None:
+def check(
+    owner: Component | Record, name: str, admits: Callable[[np.ndarray], np.ndarray | bool], expected: str
+) -> None:
     """Raise `ParameterError` unless the parameter's value is known and admissible."""
     value = getattr(owner, name)
-    if not isinstance(value, jax.core.Tracer) and not np.all(admits(np.asarray(value))):
+    if not isinstance(value, Tracer) and not np.all(admits(np.asarray(value))):
         raise ParameterError(f"{type(owner).__name__}.{name} must be {expected}, got {value}.")
 
 

@@ -15,18 +15,27 @@ def interval(x: Scalar, knots: Vector) -> Array:
     return jnp.sum(x >= knots[1:-1])
 
 
-def horner(coefficients: tuple[Scalar, ...] | Array, u: Scalar) -> Scalar:
-    """The polynomial with the given coefficients, that of the lowest power first."""
-    value: Scalar = 0.0
-    for coefficient in coefficients[::-1]:
-        value = coefficient + u * value
-    return value
+def cubic(coefficients: Array, u: Scalar) -> Scalar:
+    """The cubic with the given coefficients, that of the lowest power first."""
+    c0, c1, c2, c3 = coefficients
+    return c0 + u * (c1 + u * (c2 + u * c3))
 
 
-def hermite(y0: Scalar, y1: Scalar, m0: Scalar, m1: Scalar, h: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Coefficients of the cubic with the given end values and slopes on an interval of length h."""
+def _slope(coefficients: Array, u: Scalar) -> Scalar:
+    _, c1, c2, c3 = coefficients
+    return c1 + u * (2.0 * c2 + u * 3.0 * c3)
+
+
+def _area(coefficients: Array, u: Scalar) -> Scalar:
+    """The integral of the cubic from 0 to u."""
+    c0, c1, c2, c3 = coefficients
+    return u * (c0 + u * (c1 / 2.0 + u * (c2 / 3.0 + u * c3 / 4.0)))
+
+
+def hermite(y0: Scalar, y1: Scalar, m0: Scalar, m1: Scalar, h: Scalar) -> Array:
+    """The four coefficients of the cubic with the given end values and slopes on an interval of length h."""
     chord = (y1 - y0) / h
-    return y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2
+    return jnp.stack([y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2])
 
 
 def _monotone_slope(left: Scalar, right: Scalar, h_left: Scalar, h_right: Scalar) -> Scalar:
@@ -37,7 +46,7 @@ def _monotone_slope(left: Scalar, right: Scalar, h_left: Scalar, h_right: Scalar
     return jnp.where(same, (w_left + w_right) * left * right / denominator, 0.0)
 
 
-def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Array:
     """Coefficients on interval(s) i. At the two ends of the table, the slope is that of the outermost chord."""
 
     def chord(j: Array) -> tuple[Scalar, Scalar]:
@@ -60,10 +69,8 @@ def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
     inside = _clamped(x, knots)
     i = interval(inside, knots)
-    c0, c1, c2, c3 = _monotone_cubics(knots, values, i)
-    u = inside - knots[i]
-    slope = horner((c1, 2.0 * c2, 3.0 * c3), u)
-    return horner((c0, c1, c2, c3), u) + slope * (x - inside)
+    coefficients, u = _monotone_cubics(knots, values, i), inside - knots[i]
+    return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
 
 
 def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
@@ -71,14 +78,10 @@ def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     inside = _clamped(x, knots)
     i = interval(inside, knots)
     intervals = jnp.arange(len(knots) - 1)
-    c0, c1, c2, c3 = _monotone_cubics(knots, values, intervals)
-    areas = (0.0, c0, c1 / 2.0, c2 / 3.0, c3 / 4.0)
-    whole = jnp.sum(jnp.where(intervals < i, horner(areas, jnp.diff(knots)), 0.0))
-    u, outside = inside - knots[i], x - inside
-    here = [area if isinstance(area, float) else jnp.asarray(area)[i] for area in areas]
-    value = horner([jnp.asarray(c)[i] for c in (c0, c1, c2, c3)], u)
-    slope = horner([jnp.asarray(c)[i] for c in (c1, 2.0 * c2, 3.0 * c3)], u)
-    return whole + horner(here, u) + outside * (value + 0.5 * slope * outside)
+    coefficients = _monotone_cubics(knots, values, intervals)
+    whole = jnp.sum(jnp.where(intervals < i, _area(coefficients, jnp.diff(knots)), 0.0))
+    here, u, outside = coefficients[:, i], inside - knots[i], x - inside
+    return whole + _area(here, u) + outside * (cubic(here, u) + 0.5 * _slope(here, u) * outside)
 
 
 def periodic_spline(knots: Vector, values: Vector) -> Array:
@@ -98,4 +101,4 @@ def periodic_spline(knots: Vector, values: Vector) -> Array:
         + left[:, None] * jnp.roll(identity, 1, axis=1)
     )
     slopes = jnp.linalg.solve(matrix, 3.0 * (h * chords_left + left * chords))
-    return jnp.stack(hermite(values[:-1], values[1:], slopes, jnp.roll(slopes, -1), h))
+    return hermite(values[:-1], values[1:], slopes, jnp.roll(slopes, -1), h)

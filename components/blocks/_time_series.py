@@ -4,7 +4,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Equations, Param, Scalar, Vector, eq
+from acausal import Equations, Param, Vector, eq
 
 from .._checks import check, increasing
 from .._tables import monotone_cubic

@@ -1,6 +1,6 @@
 """The electrical port and what all elements with two pins share."""
 
-from typing import Self
+from typing import Any
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -20,7 +20,7 @@ class TwoPin(Component, partial=True):
     p: Pin = Pin()
     n: Pin = Pin()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(
             voltage=eq(self.v, self.p.v - self.n.v),
             current=eq(self.i, self.p.i),

@@ -1,6 +1,6 @@
 """The hydraulic port and what all elements with two ports share."""
 
-from typing import Self
+from typing import Any
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -20,7 +20,7 @@ class TwoPort(Component, partial=True):
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(
             drop=eq(self.dp, self.a.p - self.b.p),
             flow=eq(self.q, self.a.q),

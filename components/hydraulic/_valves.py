@@ -1,10 +1,10 @@
 """Resistances to flow."""
 
-from typing import Self
+from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Param, Scalar, eq, nonnegative, positive
+from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
 from ..blocks import Input
 from ._interfaces import TwoPort
@@ -92,15 +92,13 @@ class SpringLoadedValve(Resistance, partial=True):
     cracking_pressure: Param[Scalar, "Pa", nonnegative]  # dp at which the valve begins to open
     transition_pressure: Param[Scalar, "Pa", positive]  # p_t
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         # Less S(0), so that there is no flow without a pressure drop, which would be a source of energy.
         opening = self._rounded(self.dp) - self._rounded(0.0)
         return super().equations(d) | dict(law=eq(self.q, self.conductance * opening))
 
     def _rounded(self, dp: Scalar) -> Scalar:
-        return self.transition_pressure * jnp.logaddexp(
-            (dp - self.cracking_pressure) / self.transition_pressure, 0.0
-        )
+        return self.transition_pressure * jnp.logaddexp((dp - self.cracking_pressure) / self.transition_pressure, 0.0)
 
 
 class ReliefValve(SpringLoadedValve):

@@ -5,11 +5,12 @@ import abc
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from acausal import Param, ParameterError, Record, Scalar, Vector, positive
 
 from .._checks import check, increasing
-from .._tables import horner, interval, periodic_spline
+from .._tables import cubic, interval, periodic_spline
 
 
 class CamProfile(Record, partial=True):
@@ -45,7 +46,7 @@ class EccentricDisc(CamProfile):
     radius: Param[Scalar, "m", positive]  # R, of the disc, plus that of the follower's roller
 
     def __check_init__(self) -> None:
-        if not isinstance(self.radius, jax.core.Tracer):
+        if not isinstance(self.radius, Tracer):
             check(self, "eccentricity", lambda value: value < self.radius, f"smaller than the radius {self.radius}")
 
     def lift(self, angle: Scalar) -> Scalar:
@@ -67,7 +68,7 @@ class TabulatedLift(CamProfile):
         self.angles = jnp.asarray(angles, dtype=float)
         lifts = jnp.asarray(lifts, dtype=float)
         check(self, "angles", increasing, "increasing")
-        if not isinstance(lifts, jax.core.Tracer) and not np.isclose(lifts[0], lifts[-1], atol=1e-9):
+        if not isinstance(lifts, Tracer) and not np.isclose(lifts[0], lifts[-1], atol=1e-9):
             raise ParameterError(f"TabulatedLift needs equal lifts at both ends, got {lifts[0]} and {lifts[-1]} m.")
         self.coefficients = periodic_spline(self.angles, lifts)
 
@@ -75,4 +76,4 @@ class TabulatedLift(CamProfile):
         first, last = self.angles[0], self.angles[-1]
         angle = first + jnp.mod(angle - first, last - first)
         i = interval(angle, self.angles)
-        return horner(self.coefficients[:, i], angle - self.angles[i])
+        return cubic(self.coefficients[:, i], angle - self.angles[i])

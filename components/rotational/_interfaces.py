@@ -1,6 +1,6 @@
 """The rotational port and what families of elements share."""
 
-from typing import Self
+from typing import Any
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -20,7 +20,7 @@ class Compliant(Component, partial=True):
     a: Flange = Flange()
     b: Flange = Flange()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(
             relative_angle=eq(self.phi_rel, self.b.phi - self.a.phi),
             torque_a=eq(self.a.tau, -self.tau),
@@ -34,5 +34,5 @@ class ToGround(Component, partial=True):
     w: Var[Scalar, "rad/s"] = 0.0  # speed
     flange: Flange = Flange()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(speed=eq(self.w, d.flange.phi))

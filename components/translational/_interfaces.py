@@ -1,6 +1,6 @@
 """The translational port and what families of elements share."""
 
-from typing import Self
+from typing import Any
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -20,7 +20,7 @@ class Compliant(Component, partial=True):
     a: Flange = Flange()
     b: Flange = Flange()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(
             relative_position=eq(self.s_rel, self.b.s - self.a.s),
             force_a=eq(self.a.f, -self.f),
@@ -34,5 +34,5 @@ class ToGround(Component, partial=True):
     v: Var[Scalar, "m/s"] = 0.0  # speed
     flange: Flange = Flange()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(speed=eq(self.v, d.flange.s))

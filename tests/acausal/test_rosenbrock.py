@@ -139,23 +139,19 @@ def test_algebraic_component_is_met_and_has_no_spurious_error(method):
     np.testing.assert_allclose(error, 0, atol=1e-13)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_forms_of_the_mass_matrix_agree(method):
+def test_forms_of_the_mass_matrix_agree():
     def f(t, y, _):
         return NON_AUTONOMOUS.f(t, y, _)
 
-    expected = one_step(method(), f, [1.0, 1.0])
+    expected = one_step(Rodas5P(), f, [1.0, 1.0])
     for mass in (np.ones(2), np.eye(2)):
-        np.testing.assert_allclose(one_step(method(mass=mass), f, [1.0, 1.0]), expected, rtol=1e-13, atol=1e-16)
-    mixed = one_step(method(mass=MIXED), lambda t, y, _: jnp.asarray(MIXED) @ f(t, y, _), [1.0, 1.0])
+        np.testing.assert_allclose(one_step(Rodas5P(mass=mass), f, [1.0, 1.0]), expected, rtol=1e-13, atol=1e-16)
+    mixed = one_step(Rodas5P(mass=MIXED), lambda t, y, _: jnp.asarray(MIXED) @ f(t, y, _), [1.0, 1.0])
     np.testing.assert_allclose(mixed, expected, rtol=1e-12, atol=1e-15)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_unrolled_stages_agree_with_scanned_ones(method):
-    scanned, unrolled = [
-        one_step(method(mass=DAE.mass, unroll=unroll), DAE.f, [1.0, 1.0]) for unroll in (False, True)
-    ]
+def test_unrolled_stages_agree_with_scanned_ones():
+    scanned, unrolled = [one_step(Rodas5P(mass=DAE.mass, unroll=unroll), DAE.f, [1.0, 1.0]) for unroll in (False, True)]
     np.testing.assert_allclose(unrolled, scanned, rtol=1e-12, atol=1e-14)
 
 
@@ -211,21 +207,18 @@ def reactor(t, y, stiffness):
     return jnp.stack([-y[0] * y[1] * (1 + t), y[1] ** 3 + stiffness * y[1] - y[0]])
 
 
-def solve_reactor(stiffness: Any, method: type[AbstractRosenbrock], dt0: float | None, **options) -> diffrax.Solution:
+def solve_reactor(stiffness: Any, dt0: float | None, **options) -> diffrax.Solution:
     y0 = jnp.stack([1.0 + stiffness, jnp.ones_like(stiffness)])
-    solver = method(mass=[1.0, 0.0])
+    solver = Rodas5P(mass=[1.0, 0.0])
     return diffrax.diffeqsolve(diffrax.ODETerm(reactor), solver, 0.0, 5.0, dt0, y0, args=stiffness, **options)
 
 
-def crossing_time(
-    stiffness: Any, adjoint: diffrax.AbstractAdjoint, method: type[AbstractRosenbrock] = Rodas5P, rtol: float = 1e-9
-) -> Array:
+def crossing_time(stiffness: Any, adjoint: diffrax.AbstractAdjoint) -> Array:
     """When the reactor's y falls to 1/2."""
     sol = solve_reactor(
         stiffness,
-        method,
         dt0=None,
-        stepsize_controller=diffrax.PIDController(rtol=rtol, atol=rtol * jnp.array([1.0, 0.1])),
+        stepsize_controller=diffrax.PIDController(rtol=1e-9, atol=jnp.array([1e-9, 1e-10])),
         event=diffrax.Event(lambda t, y, args, **_: y[0] - 0.5, optx.Newton(1e-12, 1e-12)),
         adjoint=adjoint,
         max_steps=256,
@@ -250,21 +243,18 @@ def exact_derivative(stiffness: float) -> float:
     return (t[0] - 8 * t[1] + 8 * t[2] - t[3]) / (12 * h)
 
 
-def test_event_time_and_its_derivatives():
-    checkpointed = diffrax.RecursiveCheckpointAdjoint()
+def test_event_time_and_its_forward_derivative():
     direct = diffrax.DirectAdjoint()
-    time, forward = jax.jit(lambda s: jax.jvp(lambda s: crossing_time(s, direct), (s,), (jnp.ones(()),)))(2.0)
-    reverse = jax.jit(jax.grad(lambda s: crossing_time(s, checkpointed)))(2.0)
+    time, slope = jax.jit(lambda s: jax.jvp(lambda s: crossing_time(s, direct), (s,), (jnp.ones(()),)))(2.0)
     np.testing.assert_allclose(time, exact_crossing_time(2.0), rtol=1e-9)
-    np.testing.assert_allclose([forward, reverse], exact_derivative(2.0), rtol=2e-8)
+    np.testing.assert_allclose(slope, exact_derivative(2.0), rtol=2e-8)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_derivatives_of_the_discrete_solution(method):
+def test_derivatives_of_the_discrete_solution():
     """On equal steps all modes differentiate the same map, so they agree to rounding, and with differences of it."""
 
     def final(stiffness):
-        sol = solve_reactor(stiffness, method, dt0=0.5, adjoint=diffrax.DirectAdjoint(), max_steps=16)
+        sol = solve_reactor(stiffness, dt0=0.5, adjoint=diffrax.DirectAdjoint(), max_steps=16)
         assert sol.ys is not None
         return sol.ys[-1] @ jnp.array([1e3, 1.0])
 
@@ -277,13 +267,12 @@ def test_derivatives_of_the_discrete_solution(method):
 
 
 def test_batch_of_runs_of_different_lengths():
+    """The reverse derivative stays finite in members that are through long before the others."""
     stiffness = jnp.array([0.1, 2.0, 5.0])
-    run = jax.jit(
-        jax.vmap(jax.value_and_grad(lambda s: crossing_time(s, diffrax.RecursiveCheckpointAdjoint(), Rodas3P, 1e-6)))
-    )
-    times, slopes = run(stiffness)
-    np.testing.assert_allclose(times, [exact_crossing_time(float(s)) for s in stiffness], rtol=1e-4)
-    np.testing.assert_allclose(slopes, [exact_derivative(float(s)) for s in stiffness], rtol=1e-3)
+    adjoint = diffrax.RecursiveCheckpointAdjoint()
+    times, slopes = jax.jit(jax.vmap(jax.value_and_grad(lambda s: crossing_time(s, adjoint))))(stiffness)
+    np.testing.assert_allclose(times, [exact_crossing_time(float(s)) for s in stiffness], rtol=1e-9)
+    np.testing.assert_allclose(slopes, [exact_derivative(float(s)) for s in stiffness], rtol=1e-7)
 
 
 def test_derivative_with_respect_to_the_mass():
@@ -371,7 +360,7 @@ def test_step_out_of_the_domain_is_retried(outside):
     np.testing.assert_allclose(sol.ys[-1], np.tanh(10.0), rtol=1e-5)
 
 
-@pytest.mark.parametrize("y0", [1.0, np.ones((2, 2)), {"x": np.ones(2)}, np.ones(2, dtype=complex)])
+@pytest.mark.parametrize("y0", [1.0, np.ones((2, 2)), {"x": np.ones(2)}])
 def test_state_must_be_a_flat_real_vector(y0):
     with pytest.raises(ValueError, match="one flat vector of real numbers"):
         adaptive(lambda t, y, _: y, y0)

@@ -1,18 +1,15 @@
 """Every component: power through its ports + supplied = d(stored)/dt + dissipated, and dissipated >= 0."""
 
 import inspect
+from collections.abc import Callable
+from typing import Any
 
-import components.blocks
-import components.electrical
-import components.hydraulic
-import components.rotational
-import components.translational
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from acausal import Component
+
+from acausal import Component, Scalar
 from components import blocks, electrical, hydraulic, rotational, translational
-from energy_account import balances
 
 DOMAINS = (blocks, electrical, hydraulic, rotational, translational)
 
@@ -22,7 +19,7 @@ MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
 VALVE = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
 
 
-def square(t):
+def square(t: Scalar) -> Scalar:
     return jnp.square(t)
 
 
@@ -122,7 +119,7 @@ def test_every_component_has_an_example() -> None:
 
 
 @pytest.mark.parametrize("model", EXAMPLES, ids=_name)
-def test_energy_balance(model: Component) -> None:
+def test_energy_balance(model: Component, balances: Callable[[Component], Any]) -> None:
     ports, supplied, stored, dissipated = balances(model)
     np.testing.assert_allclose(ports + supplied, stored + dissipated, rtol=1e-9, atol=1e-9)
     assert np.min(dissipated) >= -1e-15  # rounding

@@ -1,4 +1,4 @@
-"""Checks the energy account of any component at random points that satisfy its equations and their time derivative."""
+"""The energy account of any component at random points that satisfy its equations and their time derivative."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jax import Array
 from jax.flatten_util import ravel_pytree
 
@@ -65,8 +66,9 @@ class _Account:
     def __init__(self, model: Component) -> None:
         self.flat: FlatModel = flatten(model)
         self.leaves: list[Any] = jax.tree_util.tree_leaves(model)
-        own = {leaf.first for leaf in self.flat.leaves if leaf.declaration.role == "flow" and leaf.path.count(".") == 1}
-        self.flow_sets = [item for item in self.flat.flow_sets if len(item[0]) > 1 or item[0][0] not in own]
+        flows = [leaf for leaf in self.flat.leaves if leaf.declaration.role == "flow"]
+        own = {leaf.first for leaf in flows if leaf.path.count(".") == 1}
+        self.flow_sets = [item for item in self.flat.flow_sets if not own.issuperset(item[0][:1]) or len(item[0]) > 1]
         self.times = [leaf.first for leaf in self.flat.leaves if leaf.declaration.role == "time"]
 
     def fill(self, x: Array) -> Any:
@@ -83,7 +85,7 @@ class _Account:
         for part, d in zip(components(here), components(slope), strict=True):
             terms.extend(equation.residual for equation in part.equations(d).values())
         terms.extend(x[a] - x[b] for a, b in self.flat.across)
-        terms.extend(sum(s * x[n] for n, s in zip(*item, strict=True)) for item in self.flow_sets)
+        terms.extend(sum(s * x[n] for n, s in zip(nodes, signs, strict=True)) for nodes, signs in self.flow_sets)
         terms.extend(dx[n] - 1.0 for n in self.times)
         return jnp.stack([jnp.asarray(term) for term in terms])
 
@@ -103,7 +105,7 @@ class _Account:
         return Balance(jnp.asarray(power), now.supplied, rate.stored, now.dissipated)
 
 
-def balances(model: Component, seeds: int = 6) -> Balance:
+def _balances(model: Component, seeds: int = 6) -> Balance:
     """The energy account at random points, found by Gauss-Newton steps of least norm from random guesses."""
     account = _Account(model)
     n = account.flat.n_nodes
@@ -118,3 +120,8 @@ def balances(model: Component, seeds: int = 6) -> Balance:
         points = points - np.stack([np.linalg.lstsq(j, v)[0] for j, v in zip(jacobians, values, strict=True)])
     np.testing.assert_allclose(both(points)[0], 0.0, atol=1e-10)
     return jax.jit(jax.vmap(lambda z: account.balance(unravel(z))))(points)
+
+
+@pytest.fixture(scope="session")
+def balances() -> Callable[[Component], Balance]:
+    return _balances
