@@ -19,6 +19,7 @@ from ._annotations import shape as shape  # noqa: E402
 from ._array import Array as Array  # noqa: E402
 from ._array import repeat as repeat  # noqa: E402
 from ._array import stack as stack  # noqa: E402
+from ._compile import compile as compile  # noqa: E402
 from ._component import Component as Component  # noqa: E402
 from ._component import Connections as Connections  # noqa: E402
 from ._component import Energy as Energy  # noqa: E402
@@ -34,3 +35,6 @@ from ._node import Record as Record  # noqa: E402
 from ._result import Result as Result  # noqa: E402
 from ._simulate import simulate as simulate  # noqa: E402
 from ._solution import Solution as Solution  # noqa: E402
+from ._structure import Structure as Structure  # noqa: E402
+from ._structure import structure as structure  # noqa: E402
+from ._system import System as System  # noqa: E402

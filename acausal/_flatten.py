@@ -37,9 +37,14 @@ class FlatLeaf:
 
     def name(self, index: int) -> str:
         """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
-        pieces = self.path.split("[]")
-        numbers = np.unravel_index(index, self.stack) if self.stack else ()
-        return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
+        return indexed(self.path, self.stack, index)
+
+
+def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
+    """A path with the numbers of a stacked member in its brackets."""
+    pieces = path.split("[]")
+    numbers = np.unravel_index(index, stack) if stack else ()
+    return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,15 +74,16 @@ class Instances:
     def total(self) -> int:
         return int(self.counts.sum())
 
+    def place(self, index: int) -> tuple[int, int]:
+        """The entry of `paths` that an instance belongs to, and its number within that stack."""
+        ends = np.cumsum(self.counts)
+        entry = int(np.searchsorted(ends, index, side="right"))
+        return entry, index - int(ends[entry] - self.counts[entry])
+
     def name(self, index: int) -> str:
         """The path of the `index`-th instance, stacked members counted one by one."""
-        ends = np.cumsum(self.counts)
-        member = int(np.searchsorted(ends, index, side="right"))
-        inside = index - int(ends[member] - self.counts[member])
-        pieces = self.paths[member].split("[]")
-        stack = self.stacks[member]
-        numbers = np.unravel_index(inside, stack) if stack else ()
-        return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
+        entry, inside = self.place(index)
+        return indexed(self.paths[entry], self.stacks[entry], inside)
 
 
 @dataclasses.dataclass

@@ -85,7 +85,7 @@ def simulate(
     )  # fmt: skip
     numbers = {
         "leaves": [None if i in system.variable_leaves else leaf for i, leaf in enumerate(leaves)],
-        "starts": system.pack_starts(leaves), "t0": t0, "t1": t1, "rtol": rtol, "dt0": dt0, "dtmin": dtmin,
+        "starts": system.starts.pack(leaves), "t0": t0, "t1": t1, "rtol": rtol, "dt0": dt0, "dtmin": dtmin,
         "times": None if isinstance(save, str) else save, "constants": constants,
     }  # fmt: skip
     solution = _run(settings, numbers)

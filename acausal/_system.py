@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -18,6 +18,7 @@ from ._plan import UNROLLED, Packed, Pair, Plan
 from ._program import programme
 from ._reduction import Reduced, reduce_index
 from ._sort import Sorted, sort
+from ._starts import Starts
 from ._states import Chosen, nominals, select_states
 from ._tear import Torn, tear
 
@@ -50,7 +51,7 @@ class System:
     def pack(self, model: Component) -> "Inputs":
         """Parameters stacked per component class, and start values: what the compiled functions take."""
         leaves = jax.tree_util.tree_leaves(model)
-        return Inputs(self.pack_params(leaves), self.pack_starts(leaves))
+        return Inputs(self.pack_params(leaves), self.starts.pack(leaves))
 
     @ft.cached_property
     def variable_leaves(self) -> frozenset[int]:
@@ -75,17 +76,6 @@ class System:
             assert sign is not None
             checks.append(~jnp.all(sign.admits(leaves[index])))
         return jnp.stack(checks) if checks else jnp.zeros(0, bool)
-
-    def pack_starts(self, leaves: Sequence[Any]) -> Any:
-        """All start values as one vector, numbers on their own without touching the device."""
-        parts = []
-        for index in self.flat.variable_leaves:
-            leaf, value = self.flat.leaves[index], leaves[index]
-            xp = np if isinstance(value, float | np.ndarray) else jnp
-            parts.append(xp.ravel(xp.broadcast_to(value, leaf.stack + leaf.sizes)))
-        if not parts:
-            return np.zeros(0)
-        return (np if all(isinstance(part, np.ndarray) for part in parts) else jnp).concatenate(parts)
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
@@ -121,30 +111,16 @@ class System:
         return guess
 
     def start(self, inputs: "Inputs", variable: int) -> Any:
-        """The start value of a variable: of the values given for its aliases, those that are not zero."""
-        index, sign = self._members(variable)
-        given = jnp.asarray(inputs.starts)[index] * sign
-        total, count = jnp.sum(given, axis=0), jnp.sum(given != 0, axis=0)
-        return (total / jnp.maximum(count, 1)).reshape(self.plan.shapes[variable])
+        """The start value of a variable."""
+        return self.starts.value(inputs.starts, int(self.ordered.table.variables[variable]))
 
     def start_spread(self, inputs: "Inputs", variable: int) -> Any:
-        """The largest difference between the start value of a variable and the non-zero ones given for its aliases."""
-        index, sign = self._members(variable)
-        given = jnp.asarray(inputs.starts)[index] * sign
-        start = jnp.ravel(self.start(inputs, variable))
-        return jnp.max(jnp.where(given != 0, jnp.abs(given - start), 0.0), axis=0)
-
-    def _members(self, variable: int) -> tuple[np.ndarray, np.ndarray]:
-        """Places in the vector of start values of all aliases of a variable (members x elements), and their signs."""
-        node = int(self.ordered.table.variables[variable])
-        first, last = np.searchsorted(self._sorted_nodes[0], [node, node + 1])
-        members = self._sorted_nodes[1][first:last]
-        return start_places(self.flat)[members][:, None] + np.arange(self.plan.size(variable)), self.merged.sign[members][:, None]
+        """How far apart the start values given for the aliases of a variable are."""
+        return self.starts.spread(inputs.starts, int(self.ordered.table.variables[variable]))
 
     @ft.cached_property
-    def _sorted_nodes(self) -> tuple[np.ndarray, np.ndarray]:
-        order = np.argsort(self.merged.representative, kind="stable")
-        return self.merged.representative[order], order
+    def starts(self) -> Starts:
+        return Starts(self.flat, self.merged)
 
     def pair_of_node(self, node: int) -> tuple[Pair | None, int]:
         """The pair whose value a node has, up to the sign returned; None with sign 0 for zero, with sign 1 for time."""
@@ -165,12 +141,12 @@ class Inputs:
     starts: Float[Array, " elements"]
 
 
-def build(model: Component, values: Any = None) -> System:
-    """Run the structural passes. `values(reduced)` gives the numbers to choose states by; see `select_states`."""
+def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
+    """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
     flat = flatten(model)
     merged = merge(flat)
     reduced = reduce_index(tabulate(flat, merged))
-    chosen = select_states(reduced, None if values is None else values(reduced))
+    chosen = select_states(reduced, None if values is None else values(merged, reduced))
     ordered = sort(chosen)
     torn = [tear(ordered, block) for block in ordered.blocks]
     ordered.states.sort(key=_layout(ordered))
@@ -196,13 +172,6 @@ def _layout(ordered: Sorted) -> Any:
         return int(group[node]), pair[1], node
 
     return key
-
-
-def start_places(flat: FlatModel) -> np.ndarray:
-    """Where the start value of each node begins in the vector of all start values."""
-    leaves = [flat.leaves[i] for i in flat.variable_leaves]
-    sizes = np.repeat([int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], [leaf.count for leaf in leaves])
-    return np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int)
 
 
 def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:

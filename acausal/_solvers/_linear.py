@@ -47,8 +47,8 @@ def _factorised(matrix: _Matrix) -> tuple[_Solve, _Solve]:
 def linear_solver(matrix: _Matrix, nominal: _Vector | None = None) -> _Solve:
     r"""A function that solves $A x = b$ for many `b`.
 
-    Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the units
-    of the equations nor those of `x` matter. The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$.
+    Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
+    units of the equations nor those of `x` matter. The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$.
     """
     terms = jnp.abs(matrix if nominal is None else matrix * nominal)
     scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))

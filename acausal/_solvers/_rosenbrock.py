@@ -76,7 +76,7 @@ def _optional_array(x: Any) -> Array | None:
 
 
 class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
-    r"""A Rosenbrock method for $M\,y' = f(t, y)$: $y$ is a flat vector, $M$ is constant, and singular for an index-1 DAE.
+    r"""A Rosenbrock method for $M\,y' = f(t, y)$; $y$ is a flat vector, $M$ constant and singular for an index-1 DAE.
 
     A step of size $h$ linearises once, $J = \partial f/\partial y$ and $f_t = \partial f/\partial t$ at its start, and
     solves for the stages $u_i$ one after the other with one matrix:
@@ -87,10 +87,18 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     then $y_1 = y_0 + \sum_j a_{sj} u_j + u_s$. The last stage vanishes with the residual of stiff and of algebraic
     components, so these are met at the end of a step, and raise no spurious error estimate.
 
-    The start must satisfy the algebraic equations of a DAE. A matrix that cannot be inverted, or a vector field that is not
-    finite, makes a step of NaN: diffrax counts its error as infinite, and an adaptive controller retries with a smaller
-    step, until `max_steps` or its `dtmin` ends the run with that result. Forward-mode derivatives are not touched by
-    such steps; reverse mode, which multiplies by zero what was not used, gives NaN.
+    The start must satisfy the algebraic equations of a DAE. A matrix that cannot be inverted, or a vector field that
+    is not finite, makes a step of NaN: diffrax counts its error as infinite, and an adaptive controller retries with a
+    smaller step, until `max_steps` or its `dtmin` ends the run with that result. Forward-mode derivatives are not
+    touched by such steps; reverse mode, which multiplies by zero what was not used, gives NaN.
+
+    **Fields:**
+
+    - `mass`: $M$, as `[n, n]`, or `[n]` for a diagonal (zero in algebraic rows); `None` is the identity.
+    - `nominal`: `[n]`, typical sizes of the components of $y$, with which the rows of the matrix are made comparable
+        before pivots are chosen; `None` is ones. The tolerances, being the controller's, do not follow it.
+    - `unroll`: compile the stages one by one. It runs a little faster, and compiles the vector field once per stage
+        rather than twice.
     """
 
     tableau: AbstractClassVar[RosenbrockTableau]

@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Component, Energy, Equations, Nominal, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
 from ._interfaces import FluidPort
 
@@ -34,7 +34,8 @@ class Line(Component):
 
     stiffness: Param[Scalar, "Pa/m3", positive]  # bulk modulus over volume of the line
     damping: Param[Scalar, "Pa.s/m3", nonnegative] = 0.0  # pressure per rate of compression
-    V: Var[Scalar, "m3", prefer] = 0.0  # compressed volume
+    # A liquid is compressed by a small part of what the line holds, hence the nominal size.
+    V: Var[Scalar, "m3", prefer, Nominal(1e-8)] = 0.0  # compressed volume
     q: Var[Scalar, "m3/s"] = 0.0  # rate of compression, net flow into the line
     p: Var[Scalar, "Pa"] = 0.0  # pressure
     a: FluidPort = FluidPort()

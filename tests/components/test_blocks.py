@@ -1,0 +1,68 @@
+"""Signal sources and operations, evaluated at given times."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from acausal import Component, ParameterError, Scalar
+from components import blocks
+
+TIMES = np.array([0.0, 0.3, 1.0, 1.7, 2.9])
+
+
+def output(source: blocks.SignalSource, times: np.ndarray) -> np.ndarray:
+    """y(t), from the one equation of a source, y - f(t) = 0."""
+
+    def at(t: Scalar) -> Scalar:
+        here = eqx.tree_at(lambda s: (s.t, s.y.value), source, (t, 0.0))
+        (equation,) = here.equations(here).values()
+        return -equation.residual
+
+    return np.asarray(jax.vmap(at)(jnp.asarray(times)))
+
+
+def cosine(t: Scalar) -> Scalar:
+    return jnp.cos(t)
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        (blocks.Clock(), TIMES),
+        (blocks.Step(height=2.0, offset=0.5, start_time=1.0), [0.5, 0.5, 2.5, 2.5, 2.5]),
+        (blocks.Ramp(height=2.0, duration=1.4, offset=0.5, start_time=0.3), [0.5, 0.5, 1.5, 2.5, 2.5]),
+        (blocks.Sine(amplitude=2.0, frequency=0.5, phase=0.1), 2.0 * np.sin(np.pi * TIMES + 0.1)),
+        (blocks.TimeFunction(function=cosine), np.cos(TIMES)),
+    ],
+    ids=lambda item: type(item).__name__ if isinstance(item, Component) else "",
+)
+def test_source(source: blocks.SignalSource, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(output(source, TIMES), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_time_series_passes_its_samples_and_holds_outside(smooth: bool) -> None:
+    series = blocks.TimeSeries(times=jnp.array([0.3, 1.0, 1.7]), values=jnp.array([2.0, -1.0, 0.5]), smooth=smooth)
+    np.testing.assert_allclose(output(series, TIMES), [2.0, 2.0, -1.0, 0.5, 0.5], atol=1e-12)
+
+
+def test_time_series_reproduces_a_line_exactly() -> None:
+    times = jnp.array([0.0, 0.4, 1.5, 3.0])
+    series = blocks.TimeSeries(times=times, values=2.0 * times - 1.0)
+    np.testing.assert_allclose(output(series, TIMES), 2.0 * TIMES - 1.0, atol=1e-12)
+
+
+@given(st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=3))
+def test_smooth_time_series_does_not_overshoot(values: list[float]) -> None:
+    series = blocks.TimeSeries(times=jnp.array([0.0, 1.0, 3.0]), values=jnp.array(values))
+    y = output(series, np.linspace(0.0, 3.0, 61))
+    assert min(values) - 1e-12 <= np.min(y) <= np.max(y) <= max(values) + 1e-12
+
+
+def test_time_series_needs_increasing_times() -> None:
+    with pytest.raises(ParameterError, match="increasing"):
+        blocks.TimeSeries(times=jnp.array([0.0, 1.0, 1.0]), values=jnp.zeros(3))
