@@ -1,7 +1,7 @@
 """`compile`: the structural passes on a model with concrete numbers."""
 
 import functools as ft
-from typing import Any
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -13,20 +13,24 @@ from ._errors import ModelError
 from ._jaxpr import as_function
 from ._reduction import Reduced
 from ._starts import Starts
-from ._system import System, build
+from ._system import System, build, mass_matrix_form
 from ._template import Template
 
 
-def compile(model: Component) -> System:
+def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:
     """Choose states and sort the equations of a model, pivoting on its numbers at the start values.
 
     The result fixes the choice: `simulate(model, ..., system=compile(model))`. Without it, `simulate` chooses from the
     classes alone, which is the same for every set of numbers and works under `jit`.
+
+    `algebraic`: simultaneous blocks are solved within the vector field ("solve"), or their tearing variables become
+    algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
     """
     leaves = jax.tree_util.tree_leaves(model)
     if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
         raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
-    return build(model, ft.partial(_coefficients, leaves))
+    system = build(model, ft.partial(_coefficients, leaves))
+    return system if algebraic == "solve" else mass_matrix_form(system)
 
 
 def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.ndarray:

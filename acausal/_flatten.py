@@ -57,7 +57,7 @@ class Kind:
     declarations: tuple[Declaration, ...] = dataclasses.field(compare=False)
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class Instances:
     """All components of one kind: for each, its path and the nodes and leaves behind the kind's slots."""
 
@@ -86,7 +86,7 @@ class Instances:
         return indexed(self.paths[entry], self.stacks[entry], inside)
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class FlatModel:
     """Numbered leaves and nodes of a model, its component instances, and the outcome of its connections.
 

@@ -27,7 +27,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     """
     pairs = system.ordered.constrained
     if not pairs:
-        return jnp.zeros(0), jnp.zeros(0, bool)
+        return _with_algebraic(system, t0, jnp.zeros(0), inputs), jnp.zeros(0, bool)
     guess = system.guess(inputs)
     x0 = jnp.concatenate([jnp.ravel(guess([pair])) for pair in pairs])
     given = x0 != 0
@@ -36,7 +36,16 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     scale = np.concatenate([np.full(system.plan.size(v), sizes[v]) for v, _ in pairs])
     bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
     bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
-    return x[_places(system)], bad
+    return _with_algebraic(system, t0, x[_places(system)], inputs), bad
+
+
+def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
+    """The states, followed by the algebraic unknowns of the mass-matrix form, solved for at the start."""
+    if system.solved is None:
+        return y
+    plan = system.solved.plan
+    store = plan.evaluate(y, t0, inputs.params, system.guess(inputs), system.algebraic)
+    return jnp.concatenate([y, plan.collect(store, system.algebraic)])
 
 
 def constrained_names(system: System) -> list[str]:

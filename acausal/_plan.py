@@ -96,6 +96,13 @@ class Plan:
         for _, members in sorted(collected.items(), key=lambda item: item[0]):
             self._add(members)
 
+    def residual_groups(self, uses: Iterable[Use]) -> list[Group]:
+        """Programs without unknowns, alike ones together."""
+        collected: dict[Program, list[Use]] = {}
+        for use in uses:
+            collected.setdefault(use.program, []).append(use)
+        return [self._group(members) for members in collected.values()]
+
     def size(self, variable: int) -> int:
         return int(np.prod(self.shapes[variable], dtype=int))
 
@@ -106,13 +113,16 @@ class Plan:
             for use in uses:
                 self._add_group([use])
 
-    def _add_group(self, uses: list[Use]) -> None:
+    def _group(self, uses: list[Use]) -> Group:
         program = uses[0].program
         reads = [self.read([use.values[i] for use in uses]) for i in range(len(uses[0].values))]
         members = [np.array([use.members[i] for use in uses]) for i in range(len(program.params))]
         depends = frozenset(segment for read in reads for segment in read.segments)
-        self.groups.append(Group(program, uses, reads, members, len(self._sizes), depends))
-        for i, shape in enumerate(program.shapes):
+        return Group(program, uses, reads, members, len(self._sizes), depends)
+
+    def _add_group(self, uses: list[Use]) -> None:
+        self.groups.append(self._group(uses))
+        for i, shape in enumerate(uses[0].program.shapes):
             size = int(np.prod(shape, dtype=int))
             for member, use in enumerate(uses):
                 self.places[use.gives[i]] = Place(len(self._sizes), member * size)
@@ -140,13 +150,15 @@ class Plan:
                 wanted |= group.depends
         return picked[::-1]
 
-    def evaluate(self, y: Any, time: Any, packed: Packed, guess: Guess, wanted: Iterable[Pair]) -> Store:
-        """Compute the wanted pairs from states `y`, time and packed parameters.
+    def evaluate(
+        self, y: Any, time: Any, packed: Packed, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
+    ) -> Store:
+        """Compute the wanted pairs, and further segments, from states `y`, time and packed parameters.
 
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
         store = Store(y, time)
-        for group in self.needed(self.places[pair].segment for pair in wanted):
+        for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
             outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, packed, guess)
             for i, value in enumerate(outputs):
                 store.segments[group.first_segment + i] = value

@@ -13,11 +13,13 @@ import optimistix as optx
 
 from ._component import Component
 from ._condition import Quantity, trace
+from ._energy import powers
+from ._errors import ModelError
 from ._initial import initial_state
 from ._observe import observe
 from ._result import Result
 from ._solution import Solution, report_failure
-from ._solvers import Rodas5P
+from ._solvers import AbstractRosenbrock, Rodas5P
 from ._system import Inputs, System, build
 
 Save = Literal["end", "steps", "dense"]
@@ -30,6 +32,7 @@ class _Settings:
 
     system: System
     stop: Quantity | None
+    integrand: Quantity | None
     direction: bool | None
     save: str
     solver: diffrax.AbstractSolver
@@ -46,6 +49,8 @@ def simulate(
     until: Callable[[Any], Any] | None = None,
     direction: Literal["up", "down"] | None = None,
     save: Any = "steps",
+    integrals: Callable[[Any], Any] | None = None,
+    energy: bool = False,
     rtol: Any = 1e-6,
     solver: diffrax.AbstractSolver | None = None,
     dt0: Any = None,
@@ -64,6 +69,8 @@ def simulate(
     - `until(s)`: a real function of the variables, `s` having the shape of the model; the run stops where it crosses
       zero, in the given `direction` or in either. The time found is differentiable.
     - `save`: "steps" (every step), "end", "dense" (`sol.evaluate(t)`), or an array of times.
+    - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
+    - `energy`: integrate the powers of all components; `sol.energy` is the account.
     - `rtol`: relative tolerance; the absolute one is `rtol` times the nominal size of each variable.
     - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
       up, by default 1e-14 of the time span. `max_steps`: 4096 by default.
@@ -77,19 +84,35 @@ def simulate(
     leaves = jax.tree_util.tree_leaves(model)
     system = system_of(model) if system is None else system
     stop, constants = (None, []) if until is None else trace(until, system.flat, "until")
+    rates = _rates(integrals, energy)
+    integrand, numbers_in_rates = (None, []) if rates is None else trace(rates, system.flat, "integrals")
     saving = save if isinstance(save, str) else "times"
     settings = _Settings(
-        system, stop, {"up": True, "down": False, None: None}[direction], saving, solver or Rodas5P(),
+        system, stop, integrand, {"up": True, "down": False, None: None}[direction], saving, _solver_for(system, solver),
         adjoint or diffrax.DirectAdjoint(), max_steps,
         diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )  # fmt: skip
     numbers = {
         "leaves": [None if i in system.variable_leaves else leaf for i, leaf in enumerate(leaves)],
         "starts": system.starts.pack(leaves), "t0": t0, "t1": t1, "rtol": rtol, "dt0": dt0, "dtmin": dtmin,
-        "times": None if isinstance(save, str) else save, "constants": constants,
+        "times": None if isinstance(save, str) else save, "constants": constants, "rates": numbers_in_rates,
     }  # fmt: skip
     solution = _run(settings, numbers)
     return report_failure(solution, leaves) if throw else solution
+
+
+def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffrax.AbstractSolver:
+    solver = Rodas5P() if solver is None else solver
+    if system.solved is not None and not isinstance(solver, AbstractRosenbrock):
+        raise ModelError(f"The mass-matrix form needs Rodas5P or Rodas3P; {type(solver).__name__} integrates ODEs only.")
+    return solver
+
+
+def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[Any], Any] | None:
+    """The rates to integrate: the user's, then the powers of the components."""
+    if integrals is None and not energy:
+        return None
+    return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
 
 
 def system_of(model: Component) -> System:
@@ -111,17 +134,43 @@ def _run(settings: _Settings, numbers: dict[str, Any]) -> Solution:
     span = numbers["t1"] - numbers["t0"]
     controller = diffrax.PIDController(
         rtol=numbers["rtol"],
-        atol=numbers["rtol"] * system.nominals,
+        atol=numbers["rtol"] * np.concatenate([system.nominals, np.ones(_extra(settings))]),
         dtmin=1e-14 * span if numbers["dtmin"] is None else numbers["dtmin"],
         force_dtmin=False,
     )
     raw = diffrax.diffeqsolve(
-        diffrax.ODETerm(system.vector_field), settings.solver, numbers["t0"], numbers["t1"], numbers["dt0"], y0, inputs,
+        diffrax.ODETerm(_vector_field(settings, numbers)), _with_mass(settings), numbers["t0"], numbers["t1"], numbers["dt0"],
+        jnp.concatenate([y0, jnp.zeros(_extra(settings))]), inputs,
         saveat=diffrax.SaveAt(subs=_saves(settings.save, numbers["times"]), dense=settings.save == "dense"),
         stepsize_controller=controller, adjoint=settings.adjoint, max_steps=settings.max_steps, throw=False,
         event=_event(settings, numbers), progress_meter=settings.progress,
     )  # fmt: skip
-    return _solution(settings, numbers, inputs, raw, bad_start)
+    return _solution(settings, numbers, inputs, raw, y0, bad_start)
+
+
+def _with_mass(settings: _Settings) -> diffrax.AbstractSolver:
+    mass = settings.system.mass
+    if mass is None:
+        return settings.solver
+    return dataclasses.replace(settings.solver, mass=np.concatenate([mass, np.ones(_extra(settings))]))
+
+
+def _extra(settings: _Settings) -> int:
+    """How many integrals are appended to the state vector."""
+    return 0 if settings.integrand is None else settings.integrand.n_outputs
+
+
+def _vector_field(settings: _Settings, numbers: dict[str, Any]) -> Callable[[Any, Any, Inputs], Any]:
+    system, integrand = settings.system, settings.integrand
+    if integrand is None:
+        return system.vector_field
+
+    def extended(t: Any, y: Any, inputs: Inputs) -> Any:
+        y = y[: len(system.nominals)]
+        values = read_leaves(system, integrand.leaves, numbers["leaves"], t, y, inputs)
+        return jnp.concatenate([system.vector_field(t, y, inputs), jnp.stack(integrand(numbers["rates"], values))])
+
+    return extended
 
 
 def _saves(save: str, times: Any) -> dict[str, diffrax.SubSaveAt]:
@@ -139,7 +188,8 @@ def _event(settings: _Settings, numbers: dict[str, Any]) -> diffrax.Event | None
         return None
 
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
-        return stop(numbers["constants"], read_leaves(settings.system, stop.leaves, numbers["leaves"], t, y, args))[0]
+        states = y[: len(settings.system.nominals)]
+        return stop(numbers["constants"], read_leaves(settings.system, stop.leaves, numbers["leaves"], t, states, args))[0]
 
     return diffrax.Event(condition, optx.Newton(rtol=1e-13, atol=1e-15), settings.direction)
 
@@ -151,15 +201,17 @@ def read_leaves(system: System, wanted: Any, leaves: list[Any], t: Any, y: Any, 
     return [values[leaf] if leaf in values else leaves[leaf] for leaf in wanted]
 
 
-def _solution(settings: _Settings, numbers: dict[str, Any], inputs: Inputs, raw: diffrax.Solution, bad_start: Any) -> Solution:
+def _solution(settings: _Settings, numbers: dict[str, Any], inputs: Inputs, raw: diffrax.Solution, y0: Any, bad_start: Any) -> Solution:
     system = settings.system
     assert raw.ts is not None and raw.ys is not None
     end, path = "end", "path" if "path" in raw.ts else "end"
-    t_end, y_end = raw.ts[end][0], raw.ys[end][0]
+    n = len(system.nominals)
+    t_end, y_end = raw.ts[end][0], raw.ys[end][0, :n]
     result, culprit = _outcome(settings, numbers, inputs, raw, t_end, y_end, bad_start)
     t1 = t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf)
     return Solution(
-        t1=t1, t_end=t_end, y_end=y_end, saved_ts=raw.ts[path], saved_ys=raw.ys[path], result=result, culprit=culprit,
+        t1=t1, t_start=jnp.asarray(numbers["t0"], float), y_start=y0, t_end=t_end, y_end=y_end, saved_ts=raw.ts[path], saved_ys=raw.ys[path][:, :n], end_integrals=raw.ys[end][0, n:],
+        saved_integrals=raw.ys[path][:, n:], tree=None if settings.integrand is None else settings.integrand.tree, result=result, culprit=culprit,
         stats=raw.stats, leaves=numbers["leaves"], inputs=inputs, dense=raw.interpolation, system=system,
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ._energy import EnergyAccount, stored
 from ._errors import ModelError, ParameterError, SimulationError
 from ._initial import constrained_names
 from ._observe import observe
@@ -35,10 +36,14 @@ class Solution(eqx.Module):
     """
 
     t1: Any
+    t_start: Any
+    y_start: Any
     t_end: Any
     y_end: Any
     saved_ts: Any
     saved_ys: Any
+    end_integrals: Any
+    saved_integrals: Any
     result: Any
     culprit: Any
     stats: dict[str, Any]
@@ -46,6 +51,7 @@ class Solution(eqx.Module):
     inputs: Inputs
     dense: diffrax.DenseInterpolation | None
     system: System = eqx.field(static=True)
+    tree: Any = eqx.field(static=True)  # of the integrals
 
     @property
     def is_batched(self) -> bool:
@@ -88,6 +94,29 @@ class Solution(eqx.Module):
         numbers = dict(zip(self.system.flat.variable_leaves, variables, strict=True))
         leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self.leaves)]
         return self.system.flat.structure.unflatten(leaves)
+
+    @property
+    def integrals(self) -> Any:
+        """Trajectories of the `integrals` asked for."""
+        return self._integrals(self._trimmed(self.saved_integrals))["user"]
+
+    def _integrals(self, columns: Any) -> Any:
+        if self.tree is None:
+            raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
+        return self.tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
+
+    @property
+    def energy(self) -> EnergyAccount:
+        """The energy account of the run, for one made with `energy=True`."""
+        integrals = self._integrals(self.end_integrals)["energy"]
+        if not integrals:
+            raise ModelError("The powers were not integrated: pass energy=True to simulate.")
+        before, after = stored(self._view(self.t_start, self.y_start)), stored(self.final)
+        return EnergyAccount(
+            supplied={name: supplied for name, (_, supplied) in integrals.items()},
+            stored={name: after[name] - before[name] for name in integrals},
+            dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
+        )
 
     def __getitem__(self, name: str) -> Any:
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""

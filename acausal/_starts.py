@@ -25,14 +25,12 @@ class Starts:
 
     def pack(self, leaves: Sequence[Any]) -> Any:
         """All start values, from the leaves in pytree order; plain numbers without touching the device."""
-        parts = []
-        for index in self.flat.variable_leaves:
-            leaf, value = self.flat.leaves[index], leaves[index]
-            xp = np if isinstance(value, float | np.ndarray) else jnp
-            parts.append(xp.ravel(xp.broadcast_to(value, leaf.stack + leaf.sizes)))
-        if not parts:
-            return np.zeros(0)
-        return (np if all(isinstance(part, np.ndarray) for part in parts) else jnp).concatenate(parts)
+        values = [leaves[i] for i in self.flat.variable_leaves]
+        if all(isinstance(value, float) for value in values):
+            return np.repeat(np.array(values), self._elements)
+        shapes = [self.flat.leaves[i].stack + self.flat.leaves[i].sizes for i in self.flat.variable_leaves]
+        xp = np if all(isinstance(value, float | np.ndarray) for value in values) else jnp
+        return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 
     def value(self, packed: Float[Array, " elements"], node: int) -> Any:
         """The start value of a representative node: the mean of those given for its aliases."""
@@ -57,6 +55,12 @@ class Starts:
 
     def _sizes(self, node: int) -> tuple[int, ...]:
         return self.flat.leaves[self.flat.leaf_of_node[node]].sizes
+
+    @ft.cached_property
+    def _elements(self) -> np.ndarray:
+        """How many numbers each variable leaf has."""
+        leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
+        return np.array([leaf.count * int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], dtype=int)
 
     @ft.cached_property
     def _by_representative(self) -> tuple[np.ndarray, np.ndarray]:

@@ -14,8 +14,8 @@ from ._aliases import TIME, ZERO, Merged, merge
 from ._component import Component
 from ._flatten import FlatModel, flatten
 from ._incident import tabulate
-from ._plan import UNROLLED, Packed, Pair, Plan
-from ._program import programme
+from ._plan import UNROLLED, Group, Packed, Pair, Plan, group_residuals
+from ._program import programme, residual_programme
 from ._reduction import Reduced, reduce_index
 from ._sort import Sorted, sort
 from ._starts import Starts
@@ -27,7 +27,9 @@ from ._tear import Torn, tear
 class System:
     """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
 
-    The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair.
+    The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair. In mass-matrix
+    form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are left
+    to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
     """
 
     flat: FlatModel
@@ -38,10 +40,30 @@ class System:
     torn: list[Torn]
     plan: Plan
     kind_index: dict[int, int]
+    algebraic: list[Pair]
+    solved: "System | None" = None
 
     @property
     def states(self) -> list[Pair]:
         return self.ordered.states
+
+    @property
+    def mass(self) -> np.ndarray | None:
+        """The diagonal of the mass matrix, None where it is the identity."""
+        if self.solved is None:
+            return None
+        return np.repeat([1.0, 0.0], [self.plan_size(self.states), self.plan_size(self.algebraic)])
+
+    def plan_size(self, pairs: Sequence[Pair]) -> int:
+        return sum(self.plan.size(v) for v, _ in pairs)
+
+    @ft.cached_property
+    def residuals(self) -> list[Group]:
+        """The equations left to the integrator."""
+        if self.solved is None:
+            return []
+        rows = [row for torn in self.torn for row in torn.residuals]
+        return self.plan.residual_groups(residual_programme(self.ordered, row, self.kind_index) for row in rows)
 
     @ft.cached_property
     def state_names(self) -> list[str]:
@@ -61,7 +83,9 @@ class System:
     def nominals(self) -> np.ndarray:
         """The nominal size of each element of the state vector."""
         sizes = nominals(self.ordered.table)
-        return np.concatenate([np.full(self.plan.size(v), sizes[v]) for v, _ in self.states]) if self.states else np.zeros(0)
+        # An algebraic derivative is as large as its variable over a typical time, taken as a millisecond.
+        pairs = [(v, sizes[v]) for v, _ in self.states] + [(v, sizes[v] * 1e3**k) for v, k in self.algebraic]
+        return np.concatenate([np.full(self.plan.size(v), size) for v, size in pairs]) if pairs else np.zeros(0)
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
@@ -79,14 +103,16 @@ class System:
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
-        used = {key for group in self.plan.groups for key in group.program.params}
+        used = {key for group in self.plan.groups + self.residuals for key in group.program.params}
         return {key: _packed(self.flat, leaves, *key) for key in sorted(used)}
 
     def vector_field(self, t: Any, y: Float[Array, " n"], inputs: "Inputs") -> Float[Array, " n"]:
-        """dy/dt = f(t, y) of the reduced system, with `inputs` from `pack`."""
+        """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
         rates = [(variable, order + 1) for variable, order in self.states]
-        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), rates)
-        return self.plan.collect(store, rates)
+        also = {segment for group in self.residuals for segment in group.depends}
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), rates, also)
+        residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
+        return jnp.concatenate([self.plan.collect(store, rates), *residuals])
 
     def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
@@ -148,13 +174,26 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     reduced = reduce_index(tabulate(flat, merged))
     chosen = select_states(reduced, None if values is None else values(merged, reduced))
     ordered = sort(chosen)
-    torn = [tear(ordered, block) for block in ordered.blocks]
     ordered.states.sort(key=_layout(ordered))
+    torn = [tear(ordered, block) for block in ordered.blocks]
     kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
-    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    plan = _plan(ordered, torn, kinds, [])
+    return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [])
+
+
+def mass_matrix_form(system: System) -> System:
+    """The same system with the tearing variables of its simultaneous blocks as algebraic unknowns of the integrator."""
+    algebraic = [system.ordered.unknowns[unknown] for torn in system.torn for unknown in torn.tears]
+    explicit = [Torn(torn.steps, [], [], "explicit", torn.level) for torn in system.torn if torn.steps]
+    plan = _plan(system.ordered, explicit, system.kind_index, algebraic)
+    return dataclasses.replace(system, plan=plan, algebraic=algebraic, solved=system)
+
+
+def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: list[Pair]) -> Plan:
     table = ordered.table
-    shapes = [flat.leaves[leaf].sizes for leaf in flat.leaf_of_node[table.variables]]
-    return System(flat, merged, reduced, chosen, ordered, torn, Plan(uses, ordered.states, shapes), kinds)
+    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    shapes = [table.flat.leaves[leaf].sizes for leaf in table.flat.leaf_of_node[table.variables]]
+    return Plan(uses, [*ordered.states, *algebraic], shapes)
 
 
 def _layout(ordered: Sorted) -> Any:

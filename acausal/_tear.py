@@ -35,11 +35,14 @@ class Torn:
 def tear(ordered: Sorted, block: Block) -> Torn:
     """Choose tearing variables greedily: each time the one that lets most equations be solved.
 
-    Only a coefficient that cannot vanish is divided by; an equation without one is left to the residuals.
+    Only a coefficient that cannot vanish is divided by; an equation without one is left to the residuals. Among equals
+    the unknown that enters most equations non-linearly is chosen, because Newton's method does well where the function
+    is evaluated in its natural direction: a diode's current from its voltage.
     """
     inside = set(block.unknowns)
     entries = {row: _entries(ordered, row, inside) for row in block.rows}
-    state = _State(entries, {row: set(found) for row, found in entries.items()}, [], [], set())
+    opened = {row: set(found) for row, found in entries.items()}
+    state = _State(entries, opened, [], [], set(), _nonlinear(ordered, block.rows))
     state.propagate()
     while state.open_rows_with_unknowns() and len(state.steps) + len(state.tears) < len(block.unknowns):
         state.take(state.best_tear())
@@ -60,6 +63,17 @@ def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, bool]:
     }
 
 
+def _nonlinear(ordered: Sorted, rows: list[int]) -> dict[int, int]:
+    """In how many of the equations each unknown enters non-linearly."""
+    count: dict[int, int] = {}
+    for row in rows:
+        for entry in ordered.entries_of_row[row]:
+            if ordered.table.strength[entry] == 0:
+                unknown = int(ordered.column[entry])
+                count[unknown] = count.get(unknown, 0) + 1
+    return count
+
+
 @dataclasses.dataclass
 class _State:
     entries: dict[int, dict[int, bool]]
@@ -67,10 +81,11 @@ class _State:
     steps: list[tuple[int, int]]
     tears: list[int]
     done: set[int]
+    nonlinear: dict[int, int]
 
     def copy(self) -> "_State":
         opened = {row: set(unknowns) for row, unknowns in self.open.items()}
-        return _State(self.entries, opened, list(self.steps), list(self.tears), set(self.done))
+        return _State(self.entries, opened, list(self.steps), list(self.tears), set(self.done), self.nonlinear)
 
     def open_rows_with_unknowns(self) -> bool:
         return any(unknowns for row, unknowns in self.open.items() if row not in self.done)
@@ -107,7 +122,7 @@ class _State:
         candidates = sorted(frequency, key=lambda u: (-frequency[u], u))
         if len(self.entries) > EXHAUSTIVE:
             return candidates[0]
-        return max(candidates, key=lambda u: (self._gain(u), frequency[u], -u))
+        return max(candidates, key=lambda u: (self._gain(u), self.nonlinear.get(u, 0), frequency[u], -u))
 
     def _gain(self, unknown: int) -> int:
         trial = self.copy()

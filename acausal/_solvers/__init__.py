@@ -2,3 +2,4 @@
 
 from ._rodas3p import Rodas3P as Rodas3P
 from ._rodas5p import Rodas5P as Rodas5P
+from ._rosenbrock import AbstractRosenbrock as AbstractRosenbrock

@@ -292,11 +292,11 @@ def test_member_of_a_batch_that_ends_early_keeps_its_derivative():
         assert sol.ys is not None
         return jnp.sum(sol.ys), sol.stats["num_steps"]
 
-    slope = jax.value_and_grad(final, has_aux=True)
-    stiffness = jnp.array([0.1, 20.0])
-    (_, steps), slopes = jax.jit(jax.vmap(slope))(stiffness)
+    slope = jax.jit(jax.vmap(jax.value_and_grad(final, has_aux=True)))
+    (_, steps), slopes = slope(jnp.array([0.1, 20.0]))
     assert steps[0] != steps[1]
-    np.testing.assert_allclose(slopes, [jax.jit(slope)(s)[1] for s in stiffness], rtol=1e-6)
+    for stiffness, expected in zip([0.1, 20.0], slopes, strict=True):
+        np.testing.assert_allclose(slope(jnp.full(2, stiffness))[1], expected, rtol=1e-6)
 
 
 def test_derivative_with_respect_to_the_mass():
@@ -351,11 +351,13 @@ def test_saved_steps_times_and_dense_output_agree():
     np.testing.assert_allclose(sol.evaluate(0.2, 0.7), sol.evaluate(0.7) - sol.evaluate(0.2), rtol=1e-12)
 
 
-def adaptive(f: Callable, y0: Any, dt0: float = 0.1, mass: Any = None, max_steps: int = 64) -> diffrax.Solution:
+def adaptive(
+    f: Callable, y0: Any, solver: AbstractRosenbrock | None = None, dt0: float = 0.1, max_steps: int = 64
+) -> diffrax.Solution:
     return jax.jit(
         lambda y0: diffrax.diffeqsolve(
             diffrax.ODETerm(f),
-            Rodas5P(mass=mass),
+            solver or Rodas5P(),
             0.0,
             1.0,
             dt0,
@@ -369,14 +371,14 @@ def adaptive(f: Callable, y0: Any, dt0: float = 0.1, mass: Any = None, max_steps
 
 def test_singular_matrix_ends_as_a_result():
     """0 = y - y does not determine y."""
-    sol = adaptive(lambda t, y, _: 0 * y, jnp.ones(1), mass=[0.0], max_steps=16)
+    sol = adaptive(lambda t, y, _: 0 * y, jnp.ones(1), Rodas5P(mass=[0.0]), max_steps=16)
     assert sol.result == diffrax.RESULTS.max_steps_reached
     assert int(sol.stats["num_accepted_steps"]) == 0
 
 
-@pytest.mark.parametrize("outside", [jnp.nan, jnp.inf, 1e308])
+@pytest.mark.parametrize("outside", [np.nan, np.inf])
 def test_step_out_of_the_domain_is_retried(outside):
-    """y' = 1 - y^2 stays below one; the first step, of the whole range, does not."""
+    """y' = 10 (1 - y^2) stays below one; the first step, of the whole range, does not."""
     sol = adaptive(lambda t, y, _: jnp.where(y > 1.01, outside, 10 * (1 - y**2)), jnp.zeros(1), dt0=1.0)
     assert sol.result == diffrax.RESULTS.successful
     assert int(sol.stats["num_rejected_steps"]) > 0
