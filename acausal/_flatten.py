@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import math
 from collections.abc import Hashable, Iterator
 from typing import Any
 
@@ -33,7 +34,7 @@ class FlatLeaf:
 
     @property
     def count(self) -> int:
-        return int(np.prod(self.stack, dtype=int))
+        return math.prod(self.stack)
 
     def name(self, index: int) -> str:
         """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
@@ -68,7 +69,7 @@ class Instances:
 
     @ft.cached_property
     def counts(self) -> np.ndarray:
-        return np.array([int(np.prod(stack, dtype=int)) for stack in self.stacks])
+        return np.array([math.prod(stack) for stack in self.stacks])
 
     @property
     def total(self) -> int:
@@ -155,7 +156,7 @@ def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
     for name, declaration in dynamic_fields(type(node)):
         if declaration is None:
             here = f"{path}[]" if isinstance(node, Array) else join(path, name)
-            yield from parts_of(getattr(node, name), here)
+            yield from parts_of(vars(node)[name], here)
 
 
 class _Walker:
@@ -178,14 +179,15 @@ class _Walker:
                 self._leaf(node, name, declaration, path, stack)
                 continue
             here = f"{path}[]" if isinstance(node, Array) else join(path, name)
-            for part_path, part in parts_of(getattr(node, name), here):
+            for part_path, part in parts_of(vars(node)[name], here):
                 self.visit(part, part_path, below)
         if isinstance(node, Component) and type(node).equations is not Component.equations:
             self._instance(node, path, stack, first_leaf)
 
     def _leaf(self, node: Node, name: str, declaration: Declaration, path: str, stack: tuple[int, ...]) -> None:
         where = join(path, name)
-        shape = np.shape(getattr(node, name))
+        value = vars(node)[name]
+        shape = () if isinstance(value, float) else np.shape(value)
         sizes = shape[len(stack) :] if declaration.sizes is None else _sizes(node, declaration)
         is_uniform = declaration.role != "param" and shape == ()
         if not is_uniform and shape != (*stack, *sizes):
@@ -274,7 +276,7 @@ class _Joints:
     def _pair(self, a: Port, side_a: int, b: Port, side_b: int, where: str) -> None:
         self._check_alike(a, b, where)
         for name, declaration in dynamic_fields(type(a)):
-            left, right = getattr(a, name), getattr(b, name)
+            left, right = vars(a)[name], vars(b)[name]
             if np.shape(left) != np.shape(right):
                 raise ModelError(
                     f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} ports. "
@@ -335,4 +337,4 @@ def _family(cls: type[Port]) -> set[type]:
 
 def _first_ids(port: Port) -> Ids:
     name, _ = dynamic_fields(type(port))[0]
-    return getattr(port, name)
+    return vars(port)[name]

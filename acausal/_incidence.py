@@ -6,6 +6,7 @@ depends: an input may be solved for by division only where its coefficient canno
 """
 
 import dataclasses
+import functools as ft
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -69,7 +70,7 @@ class Form:
     nonlinear: frozenset[int] = frozenset()
     has_rest: bool = True
 
-    @property
+    @ft.cached_property
     def inputs(self) -> frozenset[int]:
         return self.nonlinear | self.terms.keys()
 

@@ -55,8 +55,9 @@ def sort(chosen: Chosen) -> Sorted:
     Raises `StructureError` where the chosen states leave the rest undetermined.
     """
     table, constraints = _expanded(chosen)
-    states = [_rekey(chosen, table, v, k) for v, k in chosen.states()]
-    code = {pair: index for index, pair in enumerate(sorted(_unknowns(chosen, table)))}
+    renumbered = np.searchsorted(table.variables, chosen.reduced.incidence.variables).tolist()
+    states = [(renumbered[v], k) for v, k in chosen.states()]
+    code = {pair: index for index, pair in enumerate(sorted((renumbered[v], k) for v, k in _unknowns(chosen)))}
     unknowns = list(code)
     width = 16
     lookup = np.full(table.n_variables * width, -1)
@@ -64,21 +65,15 @@ def sort(chosen: Chosen) -> Sorted:
         lookup[variable * width + order] = index
     column = lookup[table.variable * width + table.order]
     blocks = _blocks(table, column, len(unknowns))
-    orders = chosen.reduced.orders
-    below = [_rekey(chosen, table, v, k) for v in range(len(orders)) for k in range(int(orders[v]))]
+    orders = chosen.reduced.orders.tolist()
+    below = [(renumbered[v], k) for v, top in enumerate(orders) for k in range(top)]
     return Sorted(table, states, unknowns, column, blocks, constraints, below)
 
 
-def _rekey(chosen: Chosen, table: Incidence, variable: int, order: int) -> tuple[int, int]:
-    """A (variable, order) pair in the numbering of the expanded table."""
-    node = chosen.reduced.incidence.variables[variable]
-    return int(np.searchsorted(table.variables, node)), order
-
-
-def _unknowns(chosen: Chosen, table: Incidence) -> list[tuple[int, int]]:
-    last = chosen.reduced.orders - chosen.dummies
-    pairs = [(v, k) for v in range(len(last)) for k in range(int(last[v]), int(chosen.reduced.orders[v]) + 1)]
-    return [_rekey(chosen, table, v, k) for v, k in pairs]
+def _unknowns(chosen: Chosen) -> list[tuple[int, int]]:
+    orders = chosen.reduced.orders.tolist()
+    last = (chosen.reduced.orders - chosen.dummies).tolist()
+    return [(v, k) for v, (first, top) in enumerate(zip(last, orders, strict=True)) for k in range(first, top + 1)]
 
 
 def _expanded(chosen: Chosen) -> tuple[Incidence, list[int]]:

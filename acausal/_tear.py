@@ -39,6 +39,8 @@ def tear(ordered: Sorted, block: Block) -> Torn:
     the unknown that enters most equations non-linearly is chosen, because Newton's method does well where the function
     is evaluated in its natural direction: a diode's current from its voltage.
     """
+    if len(block.rows) == 1:
+        return _single(ordered, block)
     inside = set(block.unknowns)
     entries = {row: _entries(ordered, row, inside) for row in block.rows}
     opened = {row: set(found) for row, found in entries.items()}
@@ -51,6 +53,17 @@ def tear(ordered: Sorted, block: Block) -> Torn:
     residuals = [row for row in block.rows if row not in state.done]
     kind = "explicit" if not tears else "linear" if _is_linear(ordered, block.rows, inside) else "nonlinear"
     return Torn(state.steps, tears, residuals, kind, block.level)
+
+
+def _single(ordered: Sorted, block: Block) -> Torn:
+    """One equation with one unknown."""
+    (row,), (unknown,) = block.rows, block.unknowns
+    entry = next(e for e in ordered.entries_of_row[row].tolist() if ordered.column[e] == unknown)
+    table = ordered.table
+    if table.strength[entry] >= 2 and table.matchable[entry]:
+        return Torn([(row, unknown)], [], [], "explicit", block.level)
+    kind = "linear" if _is_linear(ordered, [row], {unknown}) else "nonlinear"
+    return Torn([], [unknown], [row], kind, block.level)
 
 
 def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, bool]:
