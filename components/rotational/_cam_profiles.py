@@ -47,7 +47,8 @@ class EccentricDisc(CamProfile):
 
     def __check_init__(self) -> None:
         if not isinstance(self.radius, Tracer):
-            check(self, "eccentricity", lambda value: value < self.radius, f"smaller than the radius {self.radius}")
+            radius = np.asarray(self.radius)
+            check(self, "eccentricity", lambda value: value < radius, f"smaller than the radius {radius}")
 
     def lift(self, angle: Scalar) -> Scalar:
         e, radius = self.eccentricity, self.radius
@@ -68,8 +69,10 @@ class TabulatedLift(CamProfile):
         self.angles = jnp.asarray(angles, dtype=float)
         lifts = jnp.asarray(lifts, dtype=float)
         check(self, "angles", increasing, "increasing")
-        if not isinstance(lifts, Tracer) and not np.isclose(lifts[0], lifts[-1], atol=1e-9):
-            raise ParameterError(f"TabulatedLift needs equal lifts at both ends, got {lifts[0]} and {lifts[-1]} m.")
+        if not isinstance(lifts, Tracer):
+            first, last = np.asarray(lifts)[[0, -1]]
+            if not np.isclose(first, last, rtol=0.0, atol=1e-9):
+                raise ParameterError(f"TabulatedLift needs equal lifts at both ends, got {first} and {last} m.")
         self.coefficients = periodic_spline(self.angles, lifts)
 
     def lift(self, angle: Scalar) -> Scalar:

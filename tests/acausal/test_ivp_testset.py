@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal._solvers import Rodas3P, Rodas5P
+from acausal._integrate.solvers import Rodas3P, Rodas5P
 
 
 class Problem(NamedTuple):

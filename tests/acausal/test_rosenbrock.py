@@ -11,9 +11,9 @@ import optimistix as optx
 import pytest
 from jaxtyping import Array, Float
 
-from acausal._solvers import Rodas3P, Rodas5P
-from acausal._solvers._linear import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
-from acausal._solvers._rosenbrock import AbstractRosenbrock
+from acausal._integrate.solvers import Rodas3P, Rodas5P
+from acausal._integrate.solvers._linear import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
+from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
 
 Vector = Float[Array, " n"]
 METHODS = [Rodas5P, Rodas3P]

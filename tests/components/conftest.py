@@ -11,11 +11,12 @@ from jax import Array
 from jax.flatten_util import ravel_pytree
 
 from acausal import Component, Energy, Port
-from acausal._flatten import FlatModel, children, flatten
+from acausal._reduce.flatten import FlatModel, children, flatten
 from components.blocks import Signal
 from components.electrical import Pin
 from components.hydraulic import FluidPort
 from components.rotational import Flange as Shaft
+from components.thermal import HeatPort
 from components.translational import Flange as Rod
 
 
@@ -47,6 +48,8 @@ def power_into(port: Port, d: Port) -> Any:
             return d.s * port.f
         case FluidPort(), _:
             return port.p * port.q
+        case HeatPort(), _:
+            return port.Q_flow
         case Signal(), _:
             return 0.0
     raise NotImplementedError(f"the power through a {type(port).__name__}")

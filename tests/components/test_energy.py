@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from acausal import Component, Scalar
-from components import blocks, electrical, hydraulic, rotational, translational
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
 
-DOMAINS = (blocks, electrical, hydraulic, rotational, translational)
+DOMAINS = (blocks, electrical, hydraulic, rotational, thermal, translational)
 
 ANGLES = jnp.linspace(0.0, 2.0 * jnp.pi, 9)
 LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
@@ -87,6 +87,13 @@ EXAMPLES: tuple[Component, ...] = (
     rotational.TorqueSensor(),
     rotational.WormGear(ratio=2.3, J=0.7),
     rotational.WormGear(ratio=2.3, J=0.7, loss=MESH),
+    thermal.ConstantHeatFlow(heat_flow=1.3),
+    thermal.FixedTemperature(temperature=1.3),
+    thermal.HeatCapacitor(C=1.3),
+    thermal.HeatFlowSensor(),
+    thermal.SignalHeatFlow(),
+    thermal.TemperatureSensor(),
+    thermal.ThermalConductor(G=1.3),
     translational.ClutchSpring(rate=1.3, preload=0.4),
     translational.ConstantForce(force=1.3),
     translational.Damper(d=1.3),

@@ -1,0 +1,1 @@
+"""What an author of components and models writes."""

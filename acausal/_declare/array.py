@@ -1,0 +1,63 @@
+"""Arrays of components: one instance with stacked leaves."""
+
+from collections.abc import Sequence
+from typing import Any, Generic, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import ModelError
+from .component import Component
+from .node import Leaf, leaves_of
+
+C = TypeVar("C", bound=Component)
+
+
+class Array(Component, Generic[C]):
+    """`n` components of one class as one: `item` holds their stacked leaves. Made by `repeat` or `stack`.
+
+    `parts[i]`, `parts[1:]` and `parts[:]` select members, in `connections` above all:
+    `connect(self.inertias[:-1].b, self.springs[:].a)` joins member by member.
+    """
+
+    item: C
+    n: int
+    axis: int = 0
+
+    def __getitem__(self, index: int | slice) -> C:
+        where = (slice(None),) * self.axis + (index,)
+        return jax.tree_util.tree_map(lambda leaf: leaf if isinstance(leaf, float) else leaf[where], self.item)
+
+    def __len__(self) -> int:
+        return self.n
+
+
+def repeat(part: C, n: int) -> Array[C]:
+    """An array of `n` components like `part`.
+
+    A parameter of `part` is shared by all, or has a leading axis of length `n` in front of its declared shape:
+    `repeat(Inertia(J=jnp.linspace(1.0, 2.0, 5)), 5)`.
+    """
+    structure = jax.tree_util.tree_structure(part)
+    return Array(item=structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part)]), n=n)
+
+
+def _stacked(leaf: Leaf, n: int) -> Any:
+    shape = jnp.shape(leaf.value)
+    if isinstance(leaf.value, float) or (leaf.sizes is not None and shape == (n, *leaf.sizes)):
+        return leaf.value
+    return jnp.broadcast_to(leaf.value, (n, *shape))
+
+
+def stack(parts: Sequence[C]) -> Array[C]:
+    """An array of the given components, which must be of one class and structure."""
+    if len({jax.tree_util.tree_structure(part) for part in parts}) != 1:
+        raise ModelError("stack(...) needs components of one class, with the same static fields and parts.")
+    return Array(item=jax.tree_util.tree_map(_stack_leaf, *parts), n=len(parts))
+
+
+def _stack_leaf(*values: Any) -> Any:
+    if all(isinstance(value, float) and value == values[0] for value in values):
+        return values[0]
+    return (np if all(isinstance(value, float) for value in values) else jnp).stack(values)

@@ -1,0 +1,68 @@
+"""What an author of components writes: `Component`, its equations, connections and energy account."""
+
+from typing import Any, NamedTuple, TypeAlias
+
+from .annotations import Scalar
+from .node import Node, Port
+
+
+class Equation(NamedTuple):
+    """An equation, kept as its residual: left side minus right side."""
+
+    residual: Any
+
+
+Equations: TypeAlias = dict[str, Equation]
+
+
+def eq(left: Any, right: Any = 0.0) -> Equation:
+    """State that `left` equals `right`; the two need the same shape, or one of them is a scalar."""
+    if isinstance(right, int | float) and right == 0:
+        return Equation(left)
+    return Equation(left - right)
+
+
+class Connection(NamedTuple):
+    """Ports that are joined."""
+
+    ports: tuple[Port, ...]
+
+
+Connections: TypeAlias = tuple[Connection, ...]
+
+
+def connect(*ports: Port) -> Connection:
+    """Join two or more ports of one kind: their across variables become equal, their flows sum to zero."""
+    return Connection(ports)
+
+
+class Energy(NamedTuple):
+    """The energy account of a component: power through its ports + `supplied` = d(stored)/dt + `dissipated`.
+
+    `stored` in J is a function of the component's variables; `dissipated` (never negative) and `supplied` (by a source,
+    from outside the model) in W.
+    """
+
+    stored: Scalar = 0.0
+    dissipated: Scalar = 0.0
+    supplied: Scalar = 0.0
+
+
+class Component(Node, partial=True):
+    """A part of a model: parameters, variables and ports, with the equations that relate them.
+
+    A *final* component states `equations`, or joins sub-components by `connections`, or both. A *partial* one
+    (`class TwoPin(Component, partial=True)`) holds what several final ones share and cannot be instantiated.
+    """
+
+    def equations(self, d: Any) -> Equations:
+        """The equations by name; `d` has the shape of `self` and holds the time derivatives of its variables."""
+        return {}
+
+    def connections(self) -> Connections:
+        """The connections among the ports of this component and of its parts."""
+        return ()
+
+    def energy(self) -> Energy | None:
+        """The energy account as a function of the component's variables; None where it holds and loses nothing."""
+        return None

@@ -1,0 +1,210 @@
+"""The classes a model is made of: `Component`, `Port` and `Record`, all pytrees that declare their leaves."""
+
+import dataclasses
+import functools as ft
+import sys
+import types
+import typing
+from collections.abc import Iterator
+from typing import Any, ClassVar, NamedTuple, dataclass_transform
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import ModelError, ParameterError
+from .annotations import Declaration, declared
+
+
+def _as_parameter(value: Any) -> Any:
+    """A float array; an integer would break differentiation."""
+    if isinstance(value, jax.Array) and jnp.issubdtype(value.dtype, jnp.floating):
+        return value
+    return jnp.asarray(value, dtype=float)
+
+
+def _as_start(value: Any) -> Any:
+    """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
+    return float(value) if isinstance(value, bool | int | float) else _as_parameter(value)
+
+
+_CONVERTERS = {"param": _as_parameter, "var": _as_start, "flow": _as_start, "time": _as_start}
+
+
+def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:
+    """Annotations of the class under construction, whichever way this Python stores them."""
+    if "__annotations__" in namespace:
+        return dict(namespace["__annotations__"])
+    if sys.version_info < (3, 14):
+        return {}
+    import annotationlib
+
+    annotate = annotationlib.get_annotate_from_class_namespace(namespace)
+    if annotate is None:
+        return {}
+    return annotationlib.call_annotate_function(annotate, annotationlib.Format.FORWARDREF)
+
+
+def _evaluated(annotation: Any, namespace: dict[str, Any]) -> Any:
+    """A postponed annotation, resolved where its names are known already; else as it is."""
+    if not isinstance(annotation, str):
+        return annotation
+    scope = vars(sys.modules[namespace["__module__"]]) | namespace
+    try:
+        return eval(annotation, scope)
+    except NameError:
+        return annotation
+
+
+def _holds_parts(annotation: Any) -> bool:
+    """Whether an annotation stands for components, ports or records; an unresolved name is taken for one."""
+    if isinstance(annotation, str | typing.TypeVar):
+        return True
+    origin = typing.get_origin(annotation)
+    if origin in (tuple, typing.Union, types.UnionType):
+        return any(_holds_parts(argument) for argument in typing.get_args(annotation))
+    kind = origin if isinstance(origin, type) else annotation
+    return isinstance(kind, type) and issubclass(kind, Node)
+
+
+@dataclass_transform(kw_only_default=True)
+class NodeMeta(type(eqx.Module)):
+    """Turns declarations into dataclass fields, and keeps each class either partial or final."""
+
+    def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], *, partial: bool = False):
+        if namespace.get("__module__") != __name__:
+            _check_bases(name, bases)
+        annotations = _own_annotations(namespace)
+        _check_overrides(name, bases, namespace, annotations)
+        for field, annotation in annotations.items():
+            annotation = _evaluated(annotation, namespace)
+            if typing.get_origin(annotation) is not ClassVar and annotation is not ClassVar:
+                namespace[field] = _field(name, field, annotation, namespace.get(field, dataclasses.MISSING))
+        cls = super().__new__(mcs, name, bases, namespace)
+        cls._partial = partial
+        return cls
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        if cls._partial:
+            raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
+        return super().__call__(*args, **kwargs)
+
+
+def _check_bases(name: str, bases: tuple[type, ...]) -> None:
+    for base in bases:
+        if isinstance(base, NodeMeta) and not base._partial:
+            raise ModelError(
+                f"{name} derives from {base.__name__}, which is final. Hold a {base.__name__} as a part, or move "
+                "what both share to a base declared with `partial=True`."
+            )
+
+
+def _check_overrides(name: str, bases: tuple[type, ...], namespace: dict[str, Any], annotations: dict) -> None:
+    inherited = {field.name for base in bases if isinstance(base, NodeMeta) for field in dataclasses.fields(base)}
+    for field in sorted(inherited & namespace.keys() - annotations.keys()):
+        raise ModelError(f"{name}.{field} overrides a declared field without an annotation; annotate it again.")
+
+
+def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
+    declaration = declared(annotation)
+    where = f"{owner}.{name}"
+    if declaration is None and not _holds_parts(annotation):
+        return eqx.field(static=True, kw_only=True, default=default)
+    if declaration is None:
+        if isinstance(default, Node) and any(leaf.declaration.role == "param" for leaf in leaves_of(default)):
+            raise ModelError(
+                f"{where} has a default that holds parameters. Build it where the component is built, so that its "
+                "numbers are 64-bit and each component has its own."
+            )
+        return eqx.field(kw_only=True, default=default)
+    if declaration.role != "param" and declaration.sizes is None:
+        raise ModelError(f"{where} is an array variable: declare its shape, as in Var[Vector, 'K', shape('n')].")
+    if declaration.role != "param" and default is dataclasses.MISSING:
+        default = 0.0
+    metadata = {"declaration": declaration}
+    return eqx.field(converter=_CONVERTERS[declaration.role], kw_only=True, default=default, metadata=metadata)
+
+
+class Node(eqx.Module, metaclass=NodeMeta, partial=True):
+    """Anything a model is built from. Fields are declared with `Param`, `Var`, `Flow`, as parts, or are static."""
+
+    _partial: ClassVar[bool]
+
+    def __check_init__(self) -> None:
+        for name, declaration in dynamic_fields(type(self)):
+            value = getattr(self, name)
+            if declaration is not None and declaration.sign is not None and not isinstance(value, jax.core.Tracer):
+                if not np.all(declaration.sign.admits(np.asarray(value))):
+                    raise ParameterError(
+                        f"{type(self).__name__}.{name} must be {declaration.sign.name}, got {value} {declaration.unit}."
+                    )
+        for field in dataclasses.fields(self):
+            if field.metadata.get("static") and isinstance(getattr(self, field.name), jax.Array | np.ndarray | Node):
+                raise ModelError(
+                    f"{type(self).__name__}.{field.name} holds {type(getattr(self, field.name)).__name__}, but is not "
+                    "declared to: annotate an array with Param[...] and a part with its class."
+                )
+
+
+class Port(Node, partial=True):
+    """Variables that a connection shares: across variables (`Var`) become equal, through variables (`Flow`) sum to 0.
+
+    A flow is positive into the component. With `needs_connection`, leaving the port open is an error.
+    """
+
+    needs_connection: ClassVar[bool] = False
+
+
+class Record(Node, partial=True):
+    """A set of parameters with methods on them, such as a cam profile; it holds no variables."""
+
+
+@ft.cache
+def dynamic_fields(cls: type[Node]) -> tuple[tuple[str, Declaration | None], ...]:
+    """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
+    fields = dataclasses.fields(cls)  # pyright: ignore[reportArgumentType]
+    return tuple((f.name, f.metadata.get("declaration")) for f in fields if not f.metadata.get("static"))
+
+
+def parts_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """The nodes held by a field: the value itself, or the members of its tuples, each with its path."""
+    if isinstance(value, tuple | list):
+        for index, item in enumerate(value):
+            yield from parts_of(item, f"{path}[{index}]")
+    elif value is not None:
+        yield path, value
+
+
+def join(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
+
+
+class Leaf(NamedTuple):
+    """One leaf of a model: its path, what its class declares of it, its value, and the shape it is declared with."""
+
+    path: str
+    declaration: Declaration
+    value: Any
+    sizes: tuple[int, ...] | None
+
+
+def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
+    """Every leaf below `node`, in pytree order."""
+    for name, declaration in dynamic_fields(type(node)):
+        value = getattr(node, name)
+        if declaration is not None:
+            yield Leaf(join(path, name), declaration, value, _resolved_sizes(node, declaration))
+            continue
+        for part_path, part in parts_of(value, join(path, name)):
+            if not isinstance(part, Node):
+                raise ModelError(
+                    f"{part_path} holds a {type(part).__name__}, but a part must be a Component, a Port or a Record."
+                )
+            yield from leaves_of(part, part_path)
+
+
+def _resolved_sizes(node: Node, declaration: Declaration) -> tuple[int, ...] | None:
+    if declaration.sizes is None:
+        return None
+    return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)

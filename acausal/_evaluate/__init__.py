@@ -1,0 +1,1 @@
+"""From sorted blocks to fast functions of numbers."""

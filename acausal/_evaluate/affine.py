@@ -1,0 +1,145 @@
+"""Evaluation of jaxprs on values that are affine in a few symbols, so that an equation can be solved without algebra.
+
+An `Affine` is base + sum of coefficient x symbol. Zeros are left out and the numbers 1 and -1 are not multiplied by, so
+what is traced is what one would have written by hand.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
+
+from .._reduce.jaxpr import bind, called, differentiable_call
+
+
+@dataclasses.dataclass(frozen=True)
+class Affine:
+    """base + sum_j terms[j] x symbol j; a base of None is zero, and terms may be python floats."""
+
+    base: Any = None
+    terms: dict[int, Any] = dataclasses.field(default_factory=dict)
+
+    def value(self) -> Any:
+        return 0.0 if self.base is None else self.base
+
+
+def times(a: Any, b: Any) -> Any:
+    if isinstance(a, float) and isinstance(b, float):
+        return a * b
+    for x, y in ((a, b), (b, a)):
+        if isinstance(x, float) and x in (1.0, -1.0):
+            return y if x > 0 else -y
+    return a * b
+
+
+def _plus(a: Any, b: Any) -> Any:
+    return b if a is None else a if b is None else a + b
+
+
+def add(a: Affine, b: Affine) -> Affine:
+    terms = dict(a.terms)
+    for symbol, value in b.terms.items():
+        terms[symbol] = _plus(terms.get(symbol), value)
+    return Affine(_plus(a.base, b.base), terms)
+
+
+def scale(a: Affine, factor: Any) -> Affine:
+    base = None if a.base is None else times(a.base, factor)
+    return Affine(base, {symbol: times(value, factor) for symbol, value in a.terms.items()})
+
+
+def divide(a: Affine, divisor: Any) -> Affine:
+    if isinstance(divisor, float):
+        return scale(a, 1.0 / divisor)
+    base = None if a.base is None else a.base / divisor
+    return Affine(base, {symbol: value / divisor for symbol, value in a.terms.items()})
+
+
+def solved_for(residual: Affine, symbol: int) -> Affine:
+    """The symbol as an affine function of the others, from residual = 0."""
+    rest = Affine(residual.base, {j: value for j, value in residual.terms.items() if j != symbol})
+    factor = residual.terms[symbol]
+    if isinstance(factor, float):
+        return scale(rest, -1.0 / factor)
+    return divide(scale(rest, -1.0), factor)
+
+
+def _product(a: Affine, b: Affine) -> Affine:
+    if not a.terms:
+        a, b = b, a
+    return Affine() if b.base is None or (a.base is None and not a.terms) else scale(a, b.base)
+
+
+def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
+    """A linear operation on the first argument, applied to base and terms alike."""
+    others = [arg.value() for arg in args[1:]]
+    aval = eqn.invars[0].aval
+
+    def apply(value: Any) -> Any:
+        return bind(eqn, [jnp.broadcast_to(jnp.asarray(value, aval.dtype), aval.shape), *others])[0]
+
+    base = None if args[0].base is None else apply(args[0].base)
+    return Affine(base, {symbol: apply(value) for symbol, value in args[0].terms.items()})
+
+
+_RULES: dict[str, Callable[..., Affine]] = {
+    "add": add,
+    "add_any": add,
+    "sub": lambda a, b: add(a, scale(b, -1.0)),
+    "neg": lambda a: scale(a, -1.0),
+    "mul": _product,
+    "div": lambda a, b: divide(a, b.base),
+    "copy": lambda a: a,
+    "copy_p": lambda a: a,
+    "integer_pow": lambda a: a,
+}
+
+
+def _apply(eqn: JaxprEqn, args: list[Affine]) -> list[Affine]:
+    inner = called(eqn)
+    if inner is not None:
+        return evaluate(inner, args)
+    symbolic = any(arg.terms for arg in args)
+    if symbolic and (body := differentiable_call(eqn)) is not None:
+        return evaluate(body, args)
+    rule = _RULES.get(eqn.primitive.name)
+    scalar_like = all(var.aval.size == 1 or var.aval.shape == eqn.outvars[0].aval.shape for var in eqn.invars)
+    if rule is not None and scalar_like and (symbolic or eqn.primitive.name != "integer_pow"):
+        if symbolic or any(arg.base is None for arg in args):
+            return [rule(*args)]
+    if symbolic:
+        return [_mapped(eqn, args)]
+    return [
+        Affine(value)
+        for value in bind(eqn, [_filled(arg, var.aval) for arg, var in zip(args, eqn.invars, strict=True)])
+    ]
+
+
+def _filled(arg: Affine, aval: Any) -> Any:
+    if arg.base is None:
+        return jnp.zeros(aval.shape, aval.dtype)
+    if isinstance(arg.base, float):
+        return jnp.broadcast_to(jnp.asarray(arg.base, aval.dtype), aval.shape)
+    return arg.base
+
+
+def evaluate(closed: ClosedJaxpr, inputs: Sequence[Affine]) -> list[Affine]:
+    """The outputs of a jaxpr; its dependence on the symbols must be linear."""
+    jaxpr = closed.jaxpr
+    known: dict[Any, Affine] = dict(zip(jaxpr.invars, inputs, strict=True))
+    known |= {var: Affine(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
+
+    def read(atom: Any) -> Affine:
+        return _literal(atom) if isinstance(atom, Literal) else known[atom]
+
+    for eqn in jaxpr.eqns:
+        known |= dict(zip(eqn.outvars, _apply(eqn, [read(atom) for atom in eqn.invars]), strict=True))
+    return [read(atom) for atom in jaxpr.outvars]
+
+
+def _literal(atom: Any) -> Affine:
+    if jnp.ndim(atom.val) == 0 and jnp.issubdtype(atom.aval.dtype, jnp.floating):
+        return Affine(None if atom.val == 0 else float(atom.val))
+    return Affine(atom.val)

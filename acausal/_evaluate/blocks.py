@@ -1,0 +1,154 @@
+"""Running a block program: explicit, linear and non-linear."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jax.flatten_util import ravel_pytree
+
+from .affine import Affine, evaluate, scale, solved_for
+from .program import Arg, Program, Step
+
+NEWTON_STEPS = 60
+UNROLLED = 6  # linear systems up to this size are eliminated in the traced program, larger ones by LAPACK
+
+
+class Known:
+    """What a program reads: parameters, values computed before, and time."""
+
+    def __init__(self, params: Sequence[Any], values: Sequence[Any], time: Any) -> None:
+        self.params, self.values, self.time = params, values, time
+
+    def read(self, arg: Arg) -> Affine:
+        match arg.source:
+            case "param":
+                return Affine(self.params[arg.index])
+            case "value":
+                return scale(Affine(self.values[arg.index]), float(arg.sign))
+            case "time":
+                return scale(Affine(self.time), float(arg.sign))
+            case "one":
+                return Affine(float(arg.sign))
+            case _:
+                return Affine()
+
+
+def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
+    """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve."""
+    if program.kind == "explicit":
+        return [value.value() for value in _substitute(program, known, {})]
+    if program.kind == "linear" and program.is_elementwise and program.n_tears <= UNROLLED:
+        return _linear(program, known)
+    tears = _dense(program, known) if program.kind == "linear" else _nonlinear(program, known, guesses)
+    return _with_tears(program, known, tears)
+
+
+def residuals(program: Program, known: Known) -> list[Any]:
+    """The residuals of a program without unknowns."""
+    return _residuals(program, known, [])
+
+
+def _residual(step: Step, known: Known, unknowns: dict[int, Affine]) -> Affine:
+    args = [
+        scale(unknowns[arg.index], float(arg.sign)) if arg.source == "unknown" else known.read(arg) for arg in step.args
+    ]
+    return evaluate(step.template.jaxpr, args)[0]
+
+
+def _substitute(program: Program, known: Known, tears: dict[int, Affine]) -> list[Affine]:
+    """Solve the steps one after the other; the results are affine in whatever symbols the tearing variables hold."""
+    unknowns = dict(tears)
+    for step in program.steps:
+        assert step.solved is not None
+        unknowns[step.solved] = Affine(None, {step.solved: 1.0})
+        value = solved_for(_residual(step, known, unknowns), step.solved)
+        unknowns[step.solved] = _shaped(value, program.shapes[step.solved])
+    return [unknowns[i] for i in range(len(program.shapes))]
+
+
+def _shaped(value: Affine, shape: tuple[int, ...]) -> Affine:
+    base = None if value.base is None else jnp.broadcast_to(jnp.asarray(value.base, float), shape)
+    return Affine(base, value.terms)
+
+
+def _tear_indices(program: Program) -> range:
+    return range(len(program.steps), len(program.shapes))
+
+
+def _linear(program: Program, known: Known) -> list[Any]:
+    """Eliminate the steps symbolically; what is left is a small system for the tearing variables, A x + b = 0."""
+    indices = list(_tear_indices(program))
+    unknowns = _substitute(program, known, {i: Affine(None, {i: 1.0}) for i in indices})
+    rows = [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
+    solution = _eliminated([[row.terms.get(i) for i in indices] for row in rows], [row.base for row in rows])
+    return [_inserted(value, dict(zip(indices, solution, strict=True))) for value in unknowns]
+
+
+def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
+    total = value.value()
+    for symbol, factor in value.terms.items():
+        total = total + factor * tears[symbol]
+    return total
+
+
+def _eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
+    """Solve A x + b = 0, entry by entry, with partial pivoting; None stands for a structural zero."""
+    n = len(matrix)
+    if n == 1:
+        return [0.0 if constant[0] is None else -constant[0] / matrix[0][0]]
+    rows = [[0.0 if value is None else value for value in (*row, b)] for row, b in zip(matrix, constant, strict=True)]
+    for k in range(n):
+        for other in range(k + 1, n):
+            swap = jnp.abs(rows[other][k]) > jnp.abs(rows[k][k])
+            above = [jnp.where(swap, b, a) for a, b in zip(rows[k], rows[other], strict=True)]
+            rows[other] = [jnp.where(swap, a, b) for a, b in zip(rows[k], rows[other], strict=True)]
+            rows[k] = above
+        for other in range(k + 1, n):
+            factor = rows[other][k] / rows[k][k]
+            rows[other] = [b - factor * a for a, b in zip(rows[k], rows[other], strict=True)]
+    x: list[Any] = [0.0] * n
+    for k in reversed(range(n)):
+        x[k] = -(rows[k][n] + sum(rows[k][j] * x[j] for j in range(k + 1, n))) / rows[k][k]
+    return x
+
+
+def _with_tears(program: Program, known: Known, tears: Sequence[Any]) -> list[Any]:
+    given = {i: Affine(value) for i, value in zip(_tear_indices(program), tears, strict=True)}
+    return [value.value() for value in _substitute(program, known, given)]
+
+
+def _residuals(program: Program, known: Known, tears: Sequence[Any]) -> list[Any]:
+    unknowns = {i: Affine(value) for i, value in enumerate(_with_tears(program, known, tears))}
+    return [
+        jnp.broadcast_to(jnp.asarray(_residual(step, known, unknowns).value(), float), step.template.shape)
+        for step in program.residuals
+    ]
+
+
+def _dense(program: Program, known: Known) -> list[Any]:
+    """A linear system with array unknowns or many of them: its matrix by differentiation, solved by LAPACK."""
+    zeros = [jnp.zeros(program.shapes[i]) for i in _tear_indices(program)]
+    flat, unravel = ravel_pytree(zeros)
+
+    def residual(x: Any) -> Any:
+        return ravel_pytree(_residuals(program, known, unravel(x)))[0]
+
+    matrix = jax.jacfwd(residual)(flat)
+    return unravel(-jnp.linalg.solve(matrix, residual(flat)))
+
+
+def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
+    """Newton's method from the guesses, differentiated by the implicit function theorem; NaN where it fails."""
+    flat, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
+
+    def residual(x: Any, args: Any) -> Any:
+        params, values, time = args
+        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(x)))[0]
+
+    args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), list(known.values), known.time))
+    solver = optx.Newton(rtol=1e-12, atol=1e-14)
+    solution = optx.root_find(residual, solver, flat, args, max_steps=NEWTON_STEPS, throw=False)
+    succeeded = solution.result == optx.RESULTS.successful
+    return unravel(jnp.where(succeeded, solution.value, jnp.nan))

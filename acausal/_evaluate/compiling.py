@@ -1,0 +1,85 @@
+"""`compile`: the structural passes on a model with concrete numbers."""
+
+import functools as ft
+from typing import Any, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Component
+from .._errors import ModelError
+from .._reduce.aliases import Family, Merged
+from .._reduce.index import Reduced
+from .._reduce.jaxpr import as_function
+from .._reduce.template import Template
+from .starts import Starts
+from .system import System, build, mass_matrix_form
+
+
+def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:
+    """Choose states and sort the equations of a model, pivoting on its numbers at the start values.
+
+    The result fixes the choice: `simulate(model, ..., system=compile(model))`. Without it, `simulate` chooses from the
+    classes alone, which is the same for every set of numbers and works under `jit`.
+
+    `algebraic`: simultaneous blocks are solved within the vector field ("solve"), or their tearing variables become
+    algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
+    """
+    leaves = jax.tree_util.tree_leaves(model)
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
+        raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
+    system = build(model, ft.partial(_coefficients, leaves))
+    return system if algebraic == "solve" else mass_matrix_form(system)
+
+
+def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.ndarray:
+    """The derivative of the equation of each table entry by its variable, for equations that get differentiated."""
+    table = reduced.incidence
+    starts = Starts(table.flat, merged)
+    packed = starts.pack(leaves)
+    keys = (table.row * table.n_variables + table.variable) * 16 + table.order
+    result = np.zeros(len(keys))
+    for index, family in enumerate(table.families):
+        first = int(table.offsets[index])
+        for row in np.flatnonzero(reduced.differentiations[first : first + len(family.members)]).tolist():
+            for position, slope in _slopes(family, row, leaves, starts, packed):
+                variable = table.number_of_node[int(family.nodes[row, position])]
+                key = ((first + row) * table.n_variables + variable) * 16 + family.template.inputs[position].order
+                result[np.searchsorted(keys, key)] += slope
+    return result
+
+
+def _slopes(family: Family, row: int, leaves: list[Any], starts: Starts, packed: Any) -> list[tuple[int, float]]:
+    template = family.template
+    values = [_input(family, row, i, leaves, starts, packed) for i in range(len(template.inputs))]
+    live = [i for i in template.unknowns if int(family.nodes[row, i]) >= 0]
+    slopes = _jacobian(template)(*values)
+    return [(i, float(np.mean(slopes[i])) * int(family.signs[row, i])) for i in live]
+
+
+@ft.lru_cache(maxsize=256)
+def _jacobian(template: Template) -> Any:
+    """The gradient of the sum over the elements of a residual."""
+    residual = as_function(template.jaxpr)
+    positions = tuple(range(len(template.inputs)))
+    return jax.jit(jax.grad(lambda *values: jnp.sum(residual(*values)), argnums=positions))
+
+
+def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, packed: Any) -> Any:
+    item, shape = family.template.inputs[position], family.template.jaxpr.in_avals[position].shape
+    if item.source == "param":
+        assert family.instances is not None
+        return jnp.asarray(_parameter(family, row, item.slot, leaves), float)
+    node = int(family.nodes[row, position])
+    if item.source == "time" or item.order > 0 or node < 0:
+        return jnp.zeros(shape)
+    return int(family.signs[row, position]) * starts.value(packed, node)
+
+
+def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Any:
+    instances = family.instances
+    assert instances is not None
+    member, inside = instances.place(int(family.members[row]))
+    value = leaves[instances.first_leaf[member] + slot]
+    return value.reshape(-1, *instances.kind.sizes[slot])[inside] if instances.stacks[member] else value

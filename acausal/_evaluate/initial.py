@@ -1,0 +1,107 @@
+"""Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
+
+import functools as ft
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+
+from .._reduce.states import nominals
+from .plan import Plan, Store, group_residuals
+from .program import residual_programme
+from .system import Inputs, System
+
+# A start value that is given yields to the constraints only where no other one can.
+STIFFNESS = 1e12
+TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
+
+
+def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
+    """The state vector to start from, and for each of `constrained_names` whether its start value is contradicted.
+
+    A start value of zero counts as not given. With constraints g(x) = 0 among the variables x below the highest
+    derivatives, the start is x0 + D g_x(x0)^T m, with m such that g = 0: the nearest consistent point (to first order)
+    where D weighs given start values 1e12 times more than the others.
+    """
+    pairs = system.ordered.constrained
+    if not pairs:
+        return _with_algebraic(system, t0, jnp.zeros(0), inputs), jnp.zeros(0, bool)
+    guess = system.guess(inputs)
+    x0 = jnp.concatenate([jnp.ravel(guess([pair])) for pair in pairs])
+    given = x0 != 0
+    x = _projected(system, t0, inputs, x0, given) if system.ordered.constraints else x0
+    sizes = nominals(system.ordered.table)
+    scale = np.concatenate([np.full(system.plan.size(v), sizes[v]) for v, _ in pairs])
+    bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
+    bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
+    return _with_algebraic(system, t0, x[_places(system)], inputs), bad
+
+
+def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
+    """The states, followed by the algebraic unknowns of the mass-matrix form, solved for at the start."""
+    if system.solved is None:
+        return y
+    plan = system.solved.plan
+    store = plan.evaluate(y, t0, inputs.params, system.guess(inputs), system.algebraic)
+    return jnp.concatenate([y, plan.collect(store, system.algebraic)])
+
+
+def constrained_names(system: System) -> list[str]:
+    """The variable behind each element of what `initial_state` checks."""
+    table, size = system.ordered.table, system.plan.size
+    return [table.variable_name(*pair) for pair in system.ordered.constrained for _ in range(size(pair[0]))]
+
+
+def _disagreement(system: System, inputs: Inputs) -> Any:
+    """How far apart the start values given for variables that are the same are."""
+    parts = []
+    for variable, order in system.ordered.constrained:
+        spread = system.start_spread(inputs, variable) if order == 0 else jnp.zeros(system.plan.shapes[variable])
+        parts.append(jnp.ravel(spread))
+    return jnp.concatenate(parts)
+
+
+def _places(system: System) -> np.ndarray:
+    """Where the elements of the states lie among those of the constrained pairs."""
+    pairs = system.ordered.constrained
+    starts = np.concatenate([[0], np.cumsum([system.plan.size(v) for v, _ in pairs])])
+    first = dict(zip(pairs, starts.tolist(), strict=False))
+    places = [first[state] + np.arange(system.plan.size(state[0])) for state in system.states]
+    return np.concatenate(places) if places else np.zeros(0, int)
+
+
+def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
+    sizes = nominals(system.ordered.table)
+    scale = np.concatenate([np.full(system.plan.size(v), sizes[v]) for v, _ in system.ordered.constrained])
+    weight = scale**2 * jnp.where(jax.lax.stop_gradient(given), 1.0 / STIFFNESS, 1.0)
+    plan = _constraint_plan(system)
+
+    def constraints(x: Any, args: Any) -> Any:
+        time, params = args
+        store = Store(x, time)
+        parts = [jnp.ravel(r) for group in plan.groups for r in group_residuals(group, store, params)]
+        return jnp.concatenate(parts)
+
+    args = (jnp.asarray(t0, float), inputs.params)
+    directions = weight[:, None] * jax.jacfwd(constraints)(x0, args).T
+    gram = jax.jacfwd(constraints)(x0, args) @ directions
+    basis = directions @ jnp.linalg.inv(gram)
+
+    def along(multipliers: Any, args: Any) -> Any:
+        x0, basis, rest = args
+        return constraints(x0 + basis @ multipliers, rest)
+
+    solver = optx.Newton(rtol=1e-12, atol=1e-14)
+    start = jnp.zeros(basis.shape[1])
+    solution = optx.root_find(along, solver, start, (x0, basis, args), max_steps=50, throw=False)
+    fine = solution.result == optx.RESULTS.successful
+    return jnp.where(fine, x0 + basis @ solution.value, jnp.nan)
+
+
+@ft.lru_cache(maxsize=64)
+def _constraint_plan(system: System) -> Plan:
+    ordered = system.ordered
+    uses = [(0, residual_programme(ordered, row, system.kind_index)) for row in ordered.constraints]
+    return Plan(uses, ordered.constrained, system.plan.shapes)

@@ -1,0 +1,42 @@
+"""Values of a model's leaves at a point of the solution."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from .plan import Pair
+from .system import Inputs, System
+
+
+def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:
+    """The values of variable leaves, given by their number, at time `t` and state `y`."""
+    wanted: set[Pair] = set()
+    for leaf in leaves:
+        wanted |= {pair for pair, _ in _pairs(system, leaf) if pair is not None}
+    store = system.plan.evaluate(y, t, inputs.params, system.guess(inputs), sorted(wanted))
+    return [_leaf_value(system, store, leaf, t) for leaf in leaves]
+
+
+def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
+    flat_leaf = system.flat.leaves[leaf]
+    return [system.pair_of_node(flat_leaf.first + i) for i in range(flat_leaf.count)]
+
+
+def _leaf_value(system: System, store: Any, leaf: int, t: Any) -> Any:
+    flat_leaf = system.flat.leaves[leaf]
+    pairs = _pairs(system, leaf)
+    known = [pair for pair, _ in pairs if pair is not None]
+    values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
+    if values is not None:
+        return pairs[0][1] * values
+    stacked = jnp.zeros((len(pairs), *flat_leaf.sizes))
+    if known:
+        where = np.array([i for i, (pair, _) in enumerate(pairs) if pair is not None])
+        stacked = stacked.at[where].set(store.gather(system.plan.read(known)))
+    signs = np.array([sign for _, sign in pairs])
+    timed = np.array([pair is None and sign == 1 for pair, sign in pairs])
+    shape = (-1,) + (1,) * len(flat_leaf.sizes)
+    stacked = jnp.where(timed.reshape(shape), t, stacked * signs.reshape(shape))
+    return stacked.reshape(flat_leaf.stack + flat_leaf.sizes)

@@ -1,0 +1,238 @@
+"""The sorted system as a sequence of groups: all blocks of a level that share a program are computed together."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .blocks import Known, residuals, run
+from .program import Program, Use
+
+Pair = tuple[int, int]  # a variable and the order of its derivative
+Packed = dict[tuple[int, int], Any]  # by (component kind, slot): one value for each member, stacked where they are many
+Guess = Callable[[Sequence[Pair]], Any]
+MANY_RUNS = 64  # more pieces than this are gathered by index
+UNROLLED = 8  # up to so many alike blocks are written out one by one, more are mapped over
+
+
+class Place(NamedTuple):
+    """Where a value lies: `start` within a flat segment."""
+
+    segment: int
+    start: int
+
+
+class Read(NamedTuple):
+    """A gather from segments: `index[i, j]` is element j of member i in their concatenation."""
+
+    segments: tuple[int, ...]
+    index: np.ndarray
+    shape: tuple[int, ...]
+
+
+@dataclasses.dataclass
+class Group:
+    """Blocks with one program. `reads` and `members` have an entry for each value and parameter of the program."""
+
+    program: Program
+    uses: list[Use]
+    reads: list[Read]
+    members: list[np.ndarray]
+    first_segment: int
+    depends: frozenset[int]  # segments it reads
+
+    @property
+    def is_mapped(self) -> bool:
+        return len(self.uses) > UNROLLED
+
+
+class Store:
+    """Segments computed so far; segment 0 is the state vector."""
+
+    def __init__(self, y: Any, time: Any) -> None:
+        self.time = time
+        self.segments: dict[int, Any] = {0: y}
+
+    def gather(self, read: Read) -> Any:
+        """The values of all members, stacked in front."""
+        parts = [jnp.ravel(self.segments[segment]) for segment in read.segments]
+        source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
+        index = np.ravel(read.index)
+        if len(index) and np.all(np.diff(index) == 1):
+            picked = jax.lax.slice(source, (int(index[0]),), (int(index[-1]) + 1,))
+        else:
+            picked = source[index]
+        return picked.reshape(len(read.index), *read.shape)
+
+    def single(self, read: Read) -> Any:
+        segment = self.segments[read.segments[0]]
+        if np.shape(segment) == read.shape and len(np.ravel(read.index)) == np.size(segment):
+            return segment
+        return self.gather(read)[0]
+
+
+class Plan:
+    """Places of all states and unknowns, and the groups in an order in which each finds its inputs computed.
+
+    `shapes` gives the shape of each variable. States come first, in the flat vector y.
+    """
+
+    def __init__(
+        self, uses: Iterable[tuple[int, Use]], states: Sequence[Pair], shapes: Sequence[tuple[int, ...]]
+    ) -> None:
+        self.shapes = shapes
+        self.places: dict[Pair, Place] = {}
+        self.starts = np.concatenate([[0], np.cumsum([self.size(v) for v, _ in states])]).astype(int)
+        for pair, start in zip(states, self.starts.tolist(), strict=False):
+            self.places[pair] = Place(0, start)
+        self.groups: list[Group] = []
+        self._sizes = [int(self.starts[-1])]  # of the segments
+        collected: dict[tuple[int, int], list[Use]] = {}
+        programs: dict[Program, int] = {}
+        for level, use in uses:
+            number = programs.setdefault(use.program, len(programs))
+            collected.setdefault((level, number), []).append(use)
+        for _, members in sorted(collected.items(), key=lambda item: item[0]):
+            self._add(members)
+
+    def residual_groups(self, uses: Iterable[Use]) -> list[Group]:
+        """Programs without unknowns, alike ones together."""
+        collected: dict[Program, list[Use]] = {}
+        for use in uses:
+            collected.setdefault(use.program, []).append(use)
+        return [self._group(members) for members in collected.values()]
+
+    def size(self, variable: int) -> int:
+        return int(np.prod(self.shapes[variable], dtype=int))
+
+    def _add(self, uses: list[Use]) -> None:
+        if len(uses) > UNROLLED:
+            self._add_group(uses)
+        else:
+            for use in uses:
+                self._add_group([use])
+
+    def _group(self, uses: list[Use]) -> Group:
+        program = uses[0].program
+        reads = [self.read([use.values[i] for use in uses]) for i in range(len(uses[0].values))]
+        members = [np.array([use.members[i] for use in uses]) for i in range(len(program.params))]
+        depends = frozenset(segment for read in reads for segment in read.segments)
+        return Group(program, uses, reads, members, len(self._sizes), depends)
+
+    def _add_group(self, uses: list[Use]) -> None:
+        self.groups.append(self._group(uses))
+        for i, shape in enumerate(uses[0].program.shapes):
+            size = int(np.prod(shape, dtype=int))
+            for member, use in enumerate(uses):
+                self.places[use.gives[i]] = Place(len(self._sizes), member * size)
+            self._sizes.append(size * len(uses))
+
+    def read(self, pairs: Sequence[Pair]) -> Read:
+        """How to collect the values of pairs that have one shape."""
+        places = [self.places[pair] for pair in pairs]
+        segments = tuple(sorted({place.segment for place in places}))
+        offset, total = {}, 0
+        for segment in segments:
+            offset[segment] = total
+            total += self._sizes[segment]
+        starts = np.array([offset[place.segment] + place.start for place in places])
+        shape = self.shapes[pairs[0][0]]
+        return Read(segments, starts[:, None] + np.arange(int(np.prod(shape, dtype=int))), shape)
+
+    def needed(self, segments: Iterable[int]) -> list[Group]:
+        """The groups that produce these segments, with all that they depend on."""
+        wanted, picked = set(segments), []
+        for group in reversed(self.groups):
+            own = range(group.first_segment, group.first_segment + len(group.program.shapes))
+            if wanted.intersection(own):
+                picked.append(group)
+                wanted |= group.depends
+        return picked[::-1]
+
+    def evaluate(
+        self, y: Any, time: Any, packed: Packed, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
+    ) -> Store:
+        """Compute the wanted pairs, and further segments, from states `y`, time and packed parameters.
+
+        `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
+        """
+        store = Store(y, time)
+        for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
+            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, packed, guess)
+            for i, value in enumerate(outputs):
+                store.segments[group.first_segment + i] = value
+        return store
+
+    def collect(self, store: Store, pairs: Sequence[Pair]) -> Any:
+        """The values of pairs as one flat vector, contiguous ones copied together."""
+        runs: list[list[int]] = []
+        for pair in pairs:
+            segment, start = self.places[pair]
+            size = self.size(pair[0])
+            if runs and runs[-1][0] == segment and runs[-1][2] == start:
+                runs[-1][2] += size
+            else:
+                runs.append([segment, start, start + size])
+        if len(runs) > MANY_RUNS:
+            return self._gathered(store, pairs)
+        parts = [jnp.ravel(store.segments[segment])[start:stop] for segment, start, stop in runs]
+        return jnp.concatenate(parts) if parts else jnp.zeros(0)
+
+    def _gathered(self, store: Store, pairs: Sequence[Pair]) -> Any:
+        segments = sorted({self.places[pair].segment for pair in pairs})
+        offset = dict(zip(segments, np.cumsum([0, *(self._sizes[s] for s in segments)]).tolist(), strict=False))
+        starts = [offset[self.places[pair].segment] + self.places[pair].start for pair in pairs]
+        index = np.concatenate(
+            [start + np.arange(self.size(pair[0])) for start, pair in zip(starts, pairs, strict=True)]
+        )
+        return jnp.concatenate([jnp.ravel(store.segments[segment]) for segment in segments])[index]
+
+
+def _guesses(group: Group, guess: Guess) -> list[Any]:
+    """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
+    if group.program.kind != "nonlinear":
+        return []
+    first = len(group.program.steps)
+    return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
+
+
+def _run_single(group: Group, store: Store, packed: Packed, guess: Guess) -> list[Any]:
+    params = [packed[key][int(m[0])] for key, m in zip(group.program.params, group.members, strict=True)]
+    values = [store.single(read) for read in group.reads]
+    guesses = [stacked[0] for stacked in _guesses(group, guess)]
+    return run(group.program, Known(params, values, store.time), guesses)
+
+
+def _run_mapped(group: Group, store: Store, packed: Packed, guess: Guess) -> list[Any]:
+    def one(known: Known, guesses: list[Any]) -> list[Any]:
+        return [jnp.asarray(value, float) for value in run(group.program, known, guesses)]
+
+    return _over_members(group, store, packed, one, _guesses(group, guess))
+
+
+def group_residuals(group: Group, store: Store, packed: Packed) -> list[Any]:
+    """The residuals of a group without unknowns, stacked over its members."""
+    return _over_members(group, store, packed, lambda known, _: residuals(group.program, known), [])
+
+
+def _over_members(group: Group, store: Store, packed: Packed, function: Any, extra: list[Any]) -> list[Any]:
+    """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
+    params = [_picked(packed[key], m) for key, m in zip(group.program.params, group.members, strict=True)]
+    values = [store.gather(read) for read in group.reads]
+
+    def one(params: list[Any], values: list[Any], extra: list[Any]) -> list[Any]:
+        return function(Known(params, values, store.time), extra)
+
+    return jax.vmap(one, axis_size=len(group.uses))(params, values, extra)
+
+
+def _picked(stacked: Any, members: np.ndarray) -> Any:
+    array = jnp.stack(stacked) if isinstance(stacked, tuple) else stacked
+    if np.array_equal(members, np.arange(len(array))):
+        return array
+    if np.all(np.diff(members) == 1):
+        return jax.lax.slice_in_dim(array, int(members[0]), int(members[-1]) + 1)
+    return array[members]

@@ -1,0 +1,113 @@
+"""A block as a small program that does not know to which components it belongs, so that alike blocks share it."""
+
+import dataclasses
+from typing import Literal, NamedTuple
+
+from .._reduce.aliases import ZERO
+from .._reduce.sort import Sorted
+from .._reduce.tear import SolutionKind, Torn
+from .._reduce.template import Template
+
+
+class Arg(NamedTuple):
+    """Where an input of an equation comes from: a parameter, a known value, an unknown of the block, or a constant."""
+
+    source: Literal["param", "value", "unknown", "time", "zero", "one"]
+    index: int = 0
+    sign: int = 1
+
+
+class Step(NamedTuple):
+    """One equation; `solved` is the block's unknown that it gives, None for a residual."""
+
+    template: Template
+    args: tuple[Arg, ...]
+    solved: int | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Program:
+    """Steps and residuals of a torn block. Unknowns are numbered: those solved by steps, then the tearing variables."""
+
+    steps: tuple[Step, ...]
+    residuals: tuple[Step, ...]
+    shapes: tuple[tuple[int, ...], ...]  # of the unknowns
+    kind: SolutionKind
+    params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
+
+    @property
+    def n_tears(self) -> int:
+        return len(self.shapes) - len(self.steps)
+
+    @property
+    def is_elementwise(self) -> bool:
+        """Whether each unknown can be eliminated element by element."""
+        steps = self.steps + self.residuals
+        return len({step.template.shape for step in steps} | set(self.shapes)) == 1 and all(
+            step.template.form.terms[i].elementwise
+            for step in steps
+            for i, arg in enumerate(step.args)
+            if arg.source == "unknown" and i in step.template.form.terms
+        )
+
+
+class Use(NamedTuple):
+    """One block that a program computes: pairs it reads, (kind, slot, member) of its parameters, pairs it gives."""
+
+    program: Program
+    values: tuple[tuple[int, int], ...]
+    members: tuple[int, ...]
+    gives: tuple[tuple[int, int], ...]
+
+
+def residual_programme(ordered: Sorted, row: int, kind_index: dict[int, int]) -> Use:
+    """One equation as a program that solves nothing: its residual from known values."""
+    return _Writer(ordered, Torn([], [], [row], "explicit", 0), kind_index).write()
+
+
+def programme(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
+    """Write a torn block as a program and say what this block feeds it."""
+    return _Writer(ordered, torn, kind_index).write()
+
+
+class _Writer:
+    def __init__(self, ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> None:
+        self.table = ordered.table
+        self.torn = torn
+        self.kind_index = kind_index
+        self.gives = tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)
+        self.unknown = {pair: i for i, pair in enumerate(self.gives)}
+        self.values: dict[tuple[int, int], int] = {}
+        self.params: dict[tuple[int, int, int], int] = {}
+
+    def write(self) -> Use:
+        steps = tuple(self._step(row, i) for i, (row, _) in enumerate(self.torn.steps))
+        residuals = tuple(self._step(row, None) for row in self.torn.residuals)
+        flat = self.table.flat
+        shapes = tuple(flat.leaves[flat.leaf_of_node[self.table.variables[v]]].sizes for v, _ in self.gives)
+        slots = tuple((kind, slot) for kind, slot, _ in self.params)
+        program = Program(steps, residuals, shapes, self.torn.kind, slots)
+        return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)
+
+    def _step(self, row: int, solved: int | None) -> Step:
+        family, inside = self.table.place(row)
+        args = []
+        for position, item in enumerate(family.template.inputs):
+            if item.source == "param":
+                key = (self.kind_index[id(family.instances)], item.slot, int(family.members[inside]))
+                args.append(Arg("param", self.params.setdefault(key, len(self.params))))
+            elif item.source == "time":
+                args.append(Arg("time"))
+            else:
+                is_used = position in family.template.form.inputs
+                node = int(family.nodes[inside, position]) if is_used else ZERO
+                args.append(self._variable(node, item.order, int(family.signs[inside, position])))
+        return Step(family.template, tuple(args), solved)
+
+    def _variable(self, node: int, order: int, sign: int) -> Arg:
+        if node < 0:
+            return Arg("zero") if node == ZERO or order > 1 else Arg("one" if order else "time", 0, sign)
+        pair = (self.table.number_of_node[node], order)
+        if pair in self.unknown:
+            return Arg("unknown", self.unknown[pair], sign)
+        return Arg("value", self.values.setdefault(pair, len(self.values)), sign)

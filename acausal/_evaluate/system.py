@@ -1,0 +1,227 @@
+"""The outcome of all structural passes: a system of ordinary differential equations with everything else explicit."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._declare.component import Component
+from .._reduce.aliases import TIME, ZERO, Merged, merge
+from .._reduce.flatten import FlatModel, flatten
+from .._reduce.incidence import tabulate
+from .._reduce.index import Reduced, reduce_index
+from .._reduce.sort import Sorted, sort
+from .._reduce.states import Chosen, nominals, select_states
+from .._reduce.tear import Torn, tear
+from .plan import UNROLLED, Group, Packed, Pair, Plan, group_residuals
+from .program import programme, residual_programme
+from .starts import Starts
+
+
+@dataclasses.dataclass(eq=False)
+class System:
+    """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
+
+    The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair. In mass-matrix
+    form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are left
+    to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
+    """
+
+    flat: FlatModel
+    merged: Merged
+    reduced: Reduced
+    chosen: Chosen
+    ordered: Sorted
+    torn: list[Torn]
+    plan: Plan
+    kind_index: dict[int, int]
+    algebraic: list[Pair]
+    solved: "System | None" = None
+
+    @property
+    def states(self) -> list[Pair]:
+        return self.ordered.states
+
+    @property
+    def mass(self) -> np.ndarray | None:
+        """The diagonal of the mass matrix, None where it is the identity."""
+        if self.solved is None:
+            return None
+        return np.repeat([1.0, 0.0], [self.plan_size(self.states), self.plan_size(self.algebraic)])
+
+    def plan_size(self, pairs: Sequence[Pair]) -> int:
+        return sum(self.plan.size(v) for v, _ in pairs)
+
+    @ft.cached_property
+    def residuals(self) -> list[Group]:
+        """The equations left to the integrator."""
+        if self.solved is None:
+            return []
+        rows = [row for torn in self.torn for row in torn.residuals]
+        return self.plan.residual_groups(residual_programme(self.ordered, row, self.kind_index) for row in rows)
+
+    @ft.cached_property
+    def state_names(self) -> list[str]:
+        """The name of each state; an array state has one name."""
+        return [self.ordered.table.variable_name(*state) for state in self.states]
+
+    def pack(self, model: Component) -> "Inputs":
+        """Parameters stacked per component class, and start values: what the compiled functions take."""
+        leaves = jax.tree_util.tree_leaves(model)
+        return Inputs(self.pack_params(leaves), self.starts.pack(leaves))
+
+    @ft.cached_property
+    def variable_leaves(self) -> frozenset[int]:
+        return frozenset(self.flat.variable_leaves)
+
+    @ft.cached_property
+    def nominals(self) -> np.ndarray:
+        """The nominal size of each element of the state vector."""
+        sizes = nominals(self.ordered.table)
+        # An algebraic derivative is as large as its variable over a typical time, taken as a millisecond.
+        pairs = [(v, sizes[v]) for v, _ in self.states] + [(v, sizes[v] * 1e3**k) for v, k in self.algebraic]
+        return np.concatenate([np.full(self.plan.size(v), size) for v, size in pairs]) if pairs else np.zeros(0)
+
+    @ft.cached_property
+    def signed_leaves(self) -> list[int]:
+        """Parameters that are declared positive or non-negative."""
+        return [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+
+    def bad_parameters(self, leaves: Sequence[Any]) -> Any:
+        """For each of `signed_leaves`, whether its value is outside its range."""
+        checks = []
+        for index in self.signed_leaves:
+            sign = self.flat.leaves[index].declaration.sign
+            assert sign is not None
+            checks.append(~jnp.all(sign.admits(leaves[index])))
+        return jnp.stack(checks) if checks else jnp.zeros(0, bool)
+
+    def pack_params(self, leaves: Sequence[Any]) -> Packed:
+        """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
+        used = {key for group in self.plan.groups + self.residuals for key in group.program.params}
+        return {key: _packed(self.flat, leaves, *key) for key in sorted(used)}
+
+    def vector_field(self, t: Any, y: Float[Array, " n"], inputs: "Inputs") -> Float[Array, " n"]:
+        """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
+        rates = [(variable, order + 1) for variable, order in self.states]
+        also = {segment for group in self.residuals for segment in group.depends}
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), rates, also)
+        residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
+        return jnp.concatenate([self.plan.collect(store, rates), *residuals])
+
+    def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
+        """The first unknown, in the order of computation, that is not finite at a point; for messages."""
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
+        for pair, place in self.plan.places.items():
+            value = jnp.ravel(store.segments[place.segment])[place.start : place.start + self.plan.size(pair[0])]
+            if not np.all(np.isfinite(np.asarray(value))):
+                return self.ordered.table.variable_name(*pair)
+        return None
+
+    @property
+    def root_fields(self) -> tuple[str, ...]:
+        """Names of the model's own parts, parameters and variables."""
+        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.flat.leaves))
+
+    def guess(self, inputs: "Inputs") -> Any:
+        """Start values for non-linear solves, by (variable, order) pair; zero for a derivative."""
+
+        def guess(pairs: Sequence[Pair]) -> Any:
+            return jnp.stack([self.start(inputs, v) if k == 0 else jnp.zeros(self.plan.shapes[v]) for v, k in pairs])
+
+        return guess
+
+    def start(self, inputs: "Inputs", variable: int) -> Any:
+        """The start value of a variable."""
+        return self.starts.value(inputs.starts, int(self.ordered.table.variables[variable]))
+
+    def start_spread(self, inputs: "Inputs", variable: int) -> Any:
+        """How far apart the start values given for the aliases of a variable are."""
+        return self.starts.spread(inputs.starts, int(self.ordered.table.variables[variable]))
+
+    @ft.cached_property
+    def starts(self) -> Starts:
+        return Starts(self.flat, self.merged)
+
+    def pair_of_node(self, node: int) -> tuple[Pair | None, int]:
+        """The pair whose value a node has, up to the sign returned; None with sign 0 for zero, with sign 1 for time."""
+        representative, sign = int(self.merged.representative[node]), int(self.merged.sign[node])
+        if representative == ZERO:
+            return None, 0
+        if representative == TIME:
+            return None, 1
+        return (self.ordered.table.number_of_node[representative], 0), sign
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Inputs:
+    """Numbers of a model in the layout of its compiled system: `params` by class and slot, `starts` of all variables."""
+
+    params: Packed
+    starts: Float[Array, " elements"]
+
+
+def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
+    """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
+    flat = flatten(model)
+    merged = merge(flat)
+    reduced = reduce_index(tabulate(flat, merged))
+    chosen = select_states(reduced, None if values is None else values(merged, reduced))
+    ordered = sort(chosen)
+    ordered.states.sort(key=_layout(ordered))
+    torn = [tear(ordered, block) for block in ordered.blocks]
+    kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
+    plan = _plan(ordered, torn, kinds, [])
+    return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [])
+
+
+def mass_matrix_form(system: System) -> System:
+    """The same system with the tearing variables of its simultaneous blocks as algebraic unknowns of the integrator."""
+    algebraic = [system.ordered.unknowns[unknown] for torn in system.torn for unknown in torn.tears]
+    explicit = [Torn(torn.steps, [], [], "explicit", torn.level) for torn in system.torn if torn.steps]
+    plan = _plan(system.ordered, explicit, system.kind_index, algebraic)
+    return dataclasses.replace(system, plan=plan, algebraic=algebraic, solved=system)
+
+
+def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: list[Pair]) -> Plan:
+    table = ordered.table
+    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    shapes = [table.flat.leaves[leaf].sizes for leaf in table.flat.leaf_of_node[table.variables]]
+    return Plan(uses, [*ordered.states, *algebraic], shapes)
+
+
+def _layout(ordered: Sorted) -> Any:
+    """States of like components side by side, so that what is computed for all of them reads one slice."""
+    flat = ordered.table.flat
+    group = np.full(flat.n_nodes, -1)
+    for index, instances in enumerate(flat.instances):
+        nodes = flat.nodes(instances)
+        for slot in range(nodes.shape[1]):
+            members = nodes[nodes[:, slot] >= 0, slot]
+            group[members] = index * 1000 + slot
+
+    def key(pair: Pair) -> tuple[int, int, int]:
+        node = int(ordered.table.variables[pair[0]])
+        return int(group[node]), pair[1], node
+
+    return key
+
+
+def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
+    instances = flat.instances[kind]
+    sizes = instances.kind.sizes[slot]
+    values = [leaves[first + slot] for first in instances.first_leaf]
+    if instances.total > UNROLLED:
+        # Thousands of separate numbers are collected fastest on the host.
+        xp = jnp if any(isinstance(value, jax.core.Tracer) for value in values) else np
+        return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
+    members: list[Any] = []
+    for value, stack in zip(values, instances.stacks, strict=True):
+        members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
+    return tuple(members)

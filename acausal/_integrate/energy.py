@@ -1,0 +1,83 @@
+"""The energy account of a whole model, from the accounts of its components."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.array import Array
+from .._declare.component import Component, Energy
+from .._reduce.flatten import children
+
+
+def accounts(view: Any, path: str = "") -> Iterator[tuple[str, Energy]]:
+    """The account of every component that has one, at the values that a view of the model holds.
+
+    The members of an array of components are summed.
+    """
+    if isinstance(view, Component) and type(view).energy is not Component.energy:
+        account = view.energy()
+        if account is not None:
+            yield path, Energy(*(jnp.asarray(item, float) for item in account))
+    for part_path, part in children(view, path):
+        if isinstance(view, Array):
+            yield from _stacked(part, part_path)
+        else:
+            yield from accounts(part, part_path)
+
+
+def _stacked(item: Any, path: str) -> Iterator[tuple[str, Energy]]:
+    def members(part: Any) -> dict[str, Energy]:
+        return dict(accounts(part, path))
+
+    for name, account in jax.vmap(members)(item).items():
+        yield name, Energy(*(jnp.sum(value) for value in account))
+
+
+def powers(view: Any) -> dict[str, tuple[Any, Any]]:
+    """Dissipated and supplied power of each component, in W."""
+    return {path: (account.dissipated, account.supplied) for path, account in accounts(view)}
+
+
+def stored(view: Any) -> dict[str, Any]:
+    """Stored energy of each component, in J."""
+    return {path: account.stored for path, account in accounts(view)}
+
+
+@dataclasses.dataclass(frozen=True)
+class EnergyAccount:
+    """What became of the energy in a run, in J, by component: supplied = change of stored + dissipated.
+
+    `print` it for a table. `imbalance` is what is missing; it measures the error of the integration.
+    """
+
+    supplied: dict[str, Any]
+    stored: dict[str, Any]
+    dissipated: dict[str, Any]
+
+    @property
+    def totals(self) -> tuple[Any, Any, Any]:
+        """Sums over the components: supplied, stored, dissipated."""
+        return sum(self.supplied.values()), sum(self.stored.values()), sum(self.dissipated.values())
+
+    @property
+    def imbalance(self) -> Any:
+        supplied, stored, dissipated = self.totals
+        return supplied - stored - dissipated
+
+    def __str__(self) -> str:
+        width = max([len(name) for name in self.supplied] + [10])
+        lines = [f"{'energy [J]':{width}}  {'supplied':>12}  {'stored':>12}  {'dissipated':>12}"]
+        for name in self.supplied:
+            numbers = (self.supplied[name], self.stored[name], self.dissipated[name])
+            lines.append(f"{name:{width}}  " + "  ".join(_cell(number) for number in numbers))
+        lines.append(f"{'total':{width}}  " + "  ".join(_cell(number) for number in self.totals))
+        return "\n".join([*lines, f"imbalance: {float(self.imbalance):.3g} J"])
+
+
+def _cell(value: Any) -> str:
+    number = float(np.asarray(value))
+    return f"{number:12.6g}" if number else f"{'':12}"

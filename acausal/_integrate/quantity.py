@@ -1,0 +1,107 @@
+"""User functions of a model's variables, kept by what they compute so that an equal one is not compiled again."""
+
+import dataclasses
+import types
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
+
+from .._errors import ModelError
+from .._reduce.flatten import FlatModel
+from .._reduce.jaxpr import structs
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """A function of the leaves of a model, without the numbers in it: those are passed as `constants`.
+
+    Two functions that compute the same from other numbers are equal, whatever Python function they came from.
+    """
+
+    text: str
+    closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
+    leaves: tuple[int, ...]  # the leaves of the model that it reads
+    tree: Any  # the structure in which the function returned its results
+
+    @property
+    def n_outputs(self) -> int:
+        return self.tree.num_leaves
+
+    def __call__(self, constants: list[Any], values: list[Any]) -> list[Any]:
+        """Evaluate from the constants and the values of `leaves`."""
+        return jax.extend.core.jaxpr_as_fun(self.closed)(*constants, *values)
+
+
+_traced: dict[Hashable, tuple[Quantity, list[Any]]] = {}
+_MOST = 512  # traces kept
+
+
+def trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
+    """A user's function of the model, and the numbers it holds; traced once where it surely computes the same again."""
+    key = _identity(function)
+    if key is None:
+        return _trace(function, flat, what)
+    if (flat, key) not in _traced:
+        if len(_traced) >= _MOST:
+            _traced.clear()
+        _traced[flat, key] = _trace(function, flat, what)
+    return _traced[flat, key]
+
+
+def _identity(function: Callable[[Any], Any]) -> Hashable | None:
+    """What a plain function computes: its code, with the numbers and modules it refers to. None where that is not all."""
+    if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
+        return None
+    code = function.__code__
+    if any(isinstance(constant, types.CodeType) for constant in code.co_consts):
+        return None
+    cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
+    named = tuple(function.__globals__[name] for name in code.co_names if name in function.__globals__)
+    if all(isinstance(value, int | float | types.ModuleType) for value in cells + named):
+        return code, cells, named
+    return None
+
+
+def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
+    trees: list[Any] = []
+
+    def of_leaves(*values: Any) -> list[Any]:
+        results, tree = jax.tree_util.tree_flatten(function(flat.structure.unflatten(values)))
+        trees.append(tree)
+        return [jnp.asarray(value, float) for value in results]
+
+    shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
+    try:
+        closed = jax.make_jaxpr(of_leaves)(*structs(shapes))
+    except AttributeError as error:
+        raise ModelError(f"{what}: {error}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
+    jaxpr, constants = _hoisted(closed)
+    read = {atom for eqn in jaxpr.eqns for atom in eqn.invars if not isinstance(atom, Literal)} | set(
+        atom for atom in jaxpr.outvars if not isinstance(atom, Literal)
+    )
+    held = len(constants)
+    leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
+    invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
+    slim = ClosedJaxpr(Jaxpr([], invars, jaxpr.outvars, jaxpr.eqns, jaxpr.effects), [])
+    return Quantity(str(slim), slim, leaves, trees[0]), constants
+
+
+def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
+    """The jaxpr with its constants and its literal numbers turned into leading inputs."""
+    jaxpr = closed.jaxpr
+    variables: list[Any] = list(jaxpr.constvars)
+    constants: list[Any] = list(closed.consts)
+
+    def lift(atom: Any) -> Any:
+        if not isinstance(atom, Literal) or not jnp.issubdtype(atom.aval.dtype, jnp.floating):
+            return atom
+        variables.append(Var(atom.aval))
+        constants.append(jnp.asarray(atom.val, atom.aval.dtype))
+        return variables[-1]
+
+    eqns = [eqn.replace(invars=[lift(atom) for atom in eqn.invars]) for eqn in jaxpr.eqns]
+    outvars = [lift(atom) for atom in jaxpr.outvars]
+    return Jaxpr([], variables + list(jaxpr.invars), outvars, eqns, jaxpr.effects), constants

@@ -1,0 +1,29 @@
+"""What can become of a simulation."""
+
+from typing import Any
+
+import equinox as eqx
+
+
+class Result(eqx.Enumeration):
+    """The outcome of a run; each member is a sentence with its remedy."""
+
+    reached_end = ""
+    stopped = "The stop condition was met."
+    never_stopped = (
+        "The stop condition was never met before the end time. Simulate longer, check that the design can reach it, or "
+        "pass throw=False to get an infinite time instead of this error."
+    )
+    too_many_steps = "The maximum number of steps was reached. Increase max_steps or loosen rtol."
+    step_too_small = (
+        "The step size fell below dtmin: the solution is not smooth there, or grows without bound. Smooth the "
+        "equations of the component that changes, or loosen rtol."
+    )
+    not_finite = "A variable became infinite or not a number."
+    bad_parameter = "A parameter is outside the range it is declared with."
+    bad_start = "The start values contradict the equations."
+
+
+def sentence(result: Any) -> str:
+    """What a result says; empty for a run that went as asked."""
+    return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]

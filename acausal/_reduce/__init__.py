@@ -1,0 +1,1 @@
+"""From a declared model to sorted blocks of equations: structure, without numbers."""

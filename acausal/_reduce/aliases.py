@@ -1,0 +1,188 @@
+"""Variables that are equal up to a sign become one: connected across variables, flows of two-port connections, and
+equations `a = b` or `a = -b` found inside components.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Int
+
+from .._errors import StructureError
+from .flatten import FlatModel, Instances
+from .template import Template, sum_template, templates
+
+ZERO = -2  # the representative of a node that is identically zero
+TIME = -3  # of a node that is the simulation time
+
+
+@dataclasses.dataclass
+class Family:
+    """All uses of one equation template: a row for each, with the node behind every input (-1: a parameter)."""
+
+    template: Template
+    instances: Instances | None
+    members: Int[np.ndarray, " rows"]  # which of the instances each row belongs to; the connection set for flow sums
+    nodes: Int[np.ndarray, "rows inputs"]
+    signs: Int[np.ndarray, "rows inputs"]
+
+    def name(self, row: int, flat: FlatModel) -> str:
+        """The path of the component and the name of the equation."""
+        if self.instances is None:
+            ports = ", ".join(flat.node_name(int(n)).rpartition(".")[0] for n in flat.flow_sets[self.members[row]][0])
+            return f"sum of flows at the connection of {ports}"
+        path = self.instances.name(int(self.members[row]))
+        return f"{path}.{self.template.name}" if path else self.template.name
+
+    def select(self, rows: np.ndarray) -> "Family":
+        return Family(self.template, self.instances, self.members[rows], self.nodes[rows], self.signs[rows])
+
+
+@dataclasses.dataclass
+class Merged:
+    """Equations that remain and, for every node, its representative and the sign with which it equals it."""
+
+    families: list[Family]
+    representative: Int[np.ndarray, " nodes"]
+    sign: Int[np.ndarray, " nodes"]
+
+
+class _Sets:
+    """Union-find with signs: node = sign * root. A set that contains x = -x is zero."""
+
+    def __init__(self, n: int) -> None:
+        self.parent = list(range(n))
+        self.sign = [1] * n
+        self.zero = [False] * n
+
+    def find(self, node: int) -> tuple[int, int]:
+        path, sign = [], 1
+        while self.parent[node] != node:
+            path.append(node)
+            node = self.parent[node]
+        for item in reversed(path):
+            sign *= self.sign[item]
+            self.parent[item], self.sign[item] = node, sign
+        return node, sign
+
+    def join(self, a: int, b: int, sign: int) -> bool:
+        """State a = sign * b; False where this was known before."""
+        (root_a, sign_a), (root_b, sign_b) = self.find(a), self.find(b)
+        relative = sign_a * sign * sign_b
+        if root_a == root_b:
+            news = relative < 0 and not self.zero[root_a]
+            self.zero[root_a] |= relative < 0
+            return news
+        news = not (self.zero[root_a] and self.zero[root_b])
+        first, second = min(root_a, root_b), max(root_a, root_b)
+        self.parent[second], self.sign[second] = first, relative
+        self.zero[first] |= self.zero[second]
+        return news
+
+    def vanish(self, a: int) -> bool:
+        root, _ = self.find(a)
+        news = not self.zero[root]
+        self.zero[root] = True
+        return news
+
+
+def merge(flat: FlatModel) -> Merged:
+    """Eliminate the trivial equations.
+
+    Raises `StructureError` where an equation only repeats what others say already.
+    """
+    sets = _Sets(flat.n_nodes)
+    for a, b in flat.across.tolist():
+        sets.join(a, b, 1)
+    families = list(_flow_families(flat, sets))
+    for family in _component_families(flat):
+        if not _is_alias(family.template):
+            families.append(family)
+            continue
+        repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
+        if repeated:
+            names = ", ".join(family.name(row, flat) for row in repeated[:5])
+            raise StructureError(
+                f"The equation {names} only repeats what other equations say. Either the circuit that it belongs to has "
+                "no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a value or join two "
+                "ports stand in parallel: remove one, or give it a resistance or compliance."
+            )
+    representative, sign = _resolved(flat, sets)
+    for family in families:
+        inner = family.nodes >= 0
+        nodes = np.where(inner, family.nodes, 0)
+        family.signs = np.where(inner, family.signs * sign[nodes], 1)
+        family.nodes = np.where(inner, representative[nodes], -1)
+    return Merged(families, representative, sign)
+
+
+def _is_alias(template: Template) -> bool:
+    form = template.form
+    coefficients = list(form.terms.values())
+    return (
+        not form.nonlinear
+        and not form.has_rest
+        and len(coefficients) in (1, 2)
+        and all(c.number is not None and c.number != 0 and c.elementwise for c in coefficients)
+        and len({abs(c.number or 0.0) for c in coefficients}) == 1
+        and all(template.inputs[i].order == 0 and template.inputs[i].source == "var" for i in form.terms)
+        and all(template.jaxpr.in_avals[i].shape == template.shape for i in form.terms)
+    )
+
+
+def _join_alias(family: Family, row: int, sets: _Sets) -> bool:
+    terms = [(int(family.nodes[row, i]), c.number or 0.0) for i, c in family.template.form.terms.items()]
+    if len(terms) == 1:
+        return sets.vanish(terms[0][0])
+    (a, coefficient_a), (b, coefficient_b) = terms
+    return sets.join(a, b, -1 if coefficient_a * coefficient_b > 0 else 1)
+
+
+def _component_families(flat: FlatModel) -> Iterator[Family]:
+    for instances in flat.instances:
+        nodes = flat.nodes(instances)
+        for template in templates(instances.kind):
+            slots = [item.slot for item in template.inputs]
+            of_inputs = nodes[:, slots]
+            yield Family(template, instances, np.arange(len(nodes)), of_inputs, np.ones_like(of_inputs))
+
+
+def _flow_families(flat: FlatModel, sets: _Sets) -> Iterator[Family]:
+    """Connections of one or two flows become aliases; the larger ones stay as equations."""
+    groups: dict[tuple, list[int]] = {}
+    for index, (nodes, signs) in enumerate(flat.flow_sets):
+        if len(nodes) == 1:
+            sets.vanish(nodes[0])
+        elif len(nodes) == 2:
+            sets.join(nodes[0], nodes[1], -signs[0] * signs[1])
+        else:
+            sizes = flat.leaves[flat.leaf_of_node[nodes[0]]].sizes
+            groups.setdefault((len(nodes), sizes), []).append(index)
+    for (length, sizes), members in groups.items():
+        nodes = np.array([flat.flow_sets[i][0] for i in members])
+        signs = np.array([flat.flow_sets[i][1] for i in members])
+        yield Family(sum_template((1,) * length, sizes), None, np.array(members), nodes, signs)
+
+
+def _resolved(flat: FlatModel, sets: _Sets) -> tuple[np.ndarray, np.ndarray]:
+    """Representatives chosen so that a report reads well: a component's own variable rather than a port's."""
+    found = [sets.find(node) for node in range(flat.n_nodes)]
+    root = np.array([item[0] for item in found], dtype=int)
+    sign = np.array([item[1] for item in found], dtype=int)
+    ranks = np.array([_rank(flat, i) for i in flat.variable_leaves])
+    node_rank = np.repeat(ranks, [flat.leaves[i].count for i in flat.variable_leaves])
+    best = np.full(flat.n_nodes, -1)
+    for node in np.lexsort((-np.arange(flat.n_nodes), node_rank)).tolist():
+        best[root[node]] = node
+    representative = best[root]
+    sign = sign * sign[representative] if len(sign) else sign
+    is_time = np.array([flat.leaves[i].declaration.role == "time" for i in flat.variable_leaves])
+    is_time = np.repeat(is_time, [flat.leaves[i].count for i in flat.variable_leaves])
+    representative = np.where(np.isin(root, root[is_time]), TIME, representative)
+    zero = np.array(sets.zero, dtype=bool)
+    return np.where(zero[root], ZERO, representative) if len(root) else root, sign
+
+
+def _rank(flat: FlatModel, leaf: int) -> float:
+    declaration, path = flat.leaves[leaf].declaration, flat.leaves[leaf].path
+    return 10.0 * abs(declaration.select) + 5.0 * (declaration.nominal is not None) - 0.1 * path.count(".")

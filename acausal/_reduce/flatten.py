@@ -1,0 +1,343 @@
+"""From a model to numbered variables, instances of component classes, and connection sets."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Hashable, Iterator
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Int
+
+from .._declare.annotations import Declaration
+from .._declare.array import Array
+from .._declare.component import Component, Connection
+from .._declare.node import Node, Port, dynamic_fields, join, parts_of
+from .._errors import ModelError
+
+Ids = Int[np.ndarray, "..."]
+
+
+@dataclasses.dataclass(frozen=True)
+class FlatLeaf:
+    """A leaf of the model: `stack` is the shape of the arrays of components around it, `sizes` its own shape.
+
+    A variable leaf owns the nodes `first .. first + prod(stack) - 1`, one for each stacked component.
+    """
+
+    path: str
+    declaration: Declaration
+    stack: tuple[int, ...]
+    sizes: tuple[int, ...]
+    first: int
+    in_port: bool
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.stack)
+
+    def name(self, index: int) -> str:
+        """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
+        return indexed(self.path, self.stack, index)
+
+
+def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
+    """A path with the numbers of a stacked member in its brackets."""
+    pieces = path.split("[]")
+    numbers = np.unravel_index(index, stack) if stack else ()
+    return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
+
+
+@dataclasses.dataclass(frozen=True)
+class Kind:
+    """A component class with its static structure: what its equations are traced from, once."""
+
+    structure: Hashable  # jax tree structure of one component
+    sizes: tuple[tuple[int, ...], ...]  # shape of each of its leaves
+    cls: type[Component] = dataclasses.field(compare=False)
+    declarations: tuple[Declaration, ...] = dataclasses.field(compare=False)
+    names: tuple[str, ...] = dataclasses.field(compare=False)  # of the leaves, within the component
+
+
+@dataclasses.dataclass(eq=False)
+class Instances:
+    """All components of one kind: for each, its path and the nodes and leaves behind the kind's slots."""
+
+    kind: Kind
+    paths: list[str]  # one for each member
+    stacks: list[tuple[int, ...]]
+    first_leaf: list[int]
+
+    @ft.cached_property
+    def counts(self) -> np.ndarray:
+        return np.array([math.prod(stack) for stack in self.stacks])
+
+    @property
+    def total(self) -> int:
+        return int(self.counts.sum())
+
+    def place(self, index: int) -> tuple[int, int]:
+        """The entry of `paths` that an instance belongs to, and its number within that stack."""
+        ends = np.cumsum(self.counts)
+        entry = int(np.searchsorted(ends, index, side="right"))
+        return entry, index - int(ends[entry] - self.counts[entry])
+
+    def name(self, index: int) -> str:
+        """The path of the `index`-th instance, stacked members counted one by one."""
+        entry, inside = self.place(index)
+        return indexed(self.paths[entry], self.stacks[entry], inside)
+
+
+@dataclasses.dataclass(eq=False)
+class FlatModel:
+    """Numbered leaves and nodes of a model, its component instances, and the outcome of its connections.
+
+    `across` lists pairs of nodes that are merged. A row of `flow_sets` lists (node, sign) whose signed sum is zero.
+    """
+
+    structure: Any
+    leaves: list[FlatLeaf]
+    n_nodes: int
+    instances: list[Instances]
+    across: Int[np.ndarray, "m 2"]
+    flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
+
+    @ft.cached_property
+    def variable_leaves(self) -> list[int]:
+        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.role != "param"]
+
+    @ft.cached_property
+    def firsts(self) -> np.ndarray:
+        """First node of each leaf, -1 for a parameter."""
+        return np.array([-1 if leaf.declaration.role == "param" else leaf.first for leaf in self.leaves], dtype=int)
+
+    @ft.cached_property
+    def leaf_of_node(self) -> np.ndarray:
+        counts = [self.leaves[i].count for i in self.variable_leaves]
+        return np.repeat(np.array(self.variable_leaves, dtype=int), counts)
+
+    def node_name(self, node: int) -> str:
+        leaf = self.leaves[self.leaf_of_node[node]]
+        return leaf.name(node - leaf.first)
+
+    def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
+        """The node behind each slot of each instance; -1 where the slot is a parameter."""
+        rows = []
+        slots = np.arange(len(instances.kind.sizes))
+        for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):
+            firsts = self.firsts[first_leaf + slots]
+            rows.append(np.where(firsts < 0, -1, firsts + np.arange(count)[:, None]))
+        return np.concatenate(rows)
+
+
+def flatten(model: Component) -> FlatModel:
+    """Number the leaves of `model`, group its components by kind and resolve its connections.
+
+    Raises `ModelError` for a leaf of the wrong shape, a connection between unlike ports, or an open port that needs
+    a connection.
+    """
+    walker = _Walker()
+    walker.visit(model, "", ())
+    leaves, structure = jax.tree_util.tree_flatten(model)
+    assert len(leaves) == len(walker.leaves)
+    ids = [
+        np.full(leaf.stack, -1) if leaf.declaration.role == "param"
+        else leaf.first + np.arange(leaf.count).reshape(leaf.stack)
+        for leaf in walker.leaves
+    ]  # fmt: skip
+    view = structure.unflatten(ids)
+    joined = _Joints(walker.node_path)
+    joined.visit(view, "", is_root=True)
+    across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
+    return FlatModel(structure, walker.leaves, walker.n_nodes, list(walker.instances.values()), across, flow_sets)
+
+
+def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
+    """Parts of a node with their paths; the item of an array of components has a path that ends in `[]`."""
+    for name, declaration in dynamic_fields(type(node)):
+        if declaration is None:
+            here = f"{path}[]" if isinstance(node, Array) else join(path, name)
+            yield from parts_of(vars(node)[name], here)
+
+
+class _Walker:
+    """Collects leaves, in pytree order, and component instances."""
+
+    def __init__(self) -> None:
+        self.leaves: list[FlatLeaf] = []
+        self.instances: dict[Kind, Instances] = {}
+        self.n_nodes: int = 0
+
+    def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
+        if not isinstance(node, Node):
+            raise ModelError(
+                f"{path or 'The model'} holds a number, but is declared as a part: give it a Component, a Port or a Record."
+            )
+        first_leaf = len(self.leaves)
+        below = (*stack, node.n) if isinstance(node, Array) else stack
+        for name, declaration in dynamic_fields(type(node)):
+            if declaration is not None:
+                self._leaf(node, name, declaration, path, stack)
+                continue
+            here = f"{path}[]" if isinstance(node, Array) else join(path, name)
+            for part_path, part in parts_of(vars(node)[name], here):
+                self.visit(part, part_path, below)
+        if isinstance(node, Component) and type(node).equations is not Component.equations:
+            self._instance(node, path, stack, first_leaf)
+
+    def _leaf(self, node: Node, name: str, declaration: Declaration, path: str, stack: tuple[int, ...]) -> None:
+        where = join(path, name)
+        value = vars(node)[name]
+        shape = () if isinstance(value, float) else np.shape(value)
+        sizes = shape[len(stack) :] if declaration.sizes is None else _sizes(node, declaration)
+        is_uniform = declaration.role != "param" and shape == ()
+        if not is_uniform and shape != (*stack, *sizes):
+            raise ModelError(
+                f"{where} has shape {shape}, but is declared with shape {(*stack, *sizes)}. For several components, "
+                "use repeat(...) or stack(...)."
+            )
+        self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, isinstance(node, Port)))
+        if declaration.role != "param":
+            self.n_nodes += self.leaves[-1].count
+
+    def _instance(self, node: Component, path: str, stack: tuple[int, ...], first_leaf: int) -> None:
+        own = self.leaves[first_leaf:]
+        kind = Kind(
+            jax.tree_util.tree_structure(node),
+            tuple(leaf.stack[len(stack) :] + leaf.sizes for leaf in own),
+            type(node),
+            tuple(leaf.declaration for leaf in own),
+            tuple(leaf.path.removeprefix(f"{path}.") for leaf in own),
+        )
+        found = self.instances.setdefault(kind, Instances(kind, [], [], []))
+        found.paths.append(path)
+        found.stacks.append(stack)
+        found.first_leaf.append(first_leaf)
+
+    def flows(self) -> np.ndarray:
+        """The nodes that are through variables."""
+        ranges = [leaf.first + np.arange(leaf.count) for leaf in self.leaves if leaf.declaration.role == "flow"]
+        return np.concatenate(ranges) if ranges else np.zeros(0, int)
+
+    def node_path(self, node: int) -> str:
+        variables = [leaf for leaf in self.leaves if leaf.declaration.role != "param"]
+        leaf = next(leaf for leaf in variables if leaf.first <= node < leaf.first + leaf.count)
+        return leaf.name(node - leaf.first)
+
+
+def _sizes(node: Node, declaration: Declaration) -> tuple[int, ...]:
+    assert declaration.sizes is not None
+    return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)
+
+
+class _Joints:
+    """Runs `connections()` on a view of the model whose leaves are node numbers.
+
+    A port takes part in a connection from outside, as part of a component, or from inside, where a composite connects
+    its own port to its parts; the flow counts with opposite signs. So a flow node has two ends, 2 node + side.
+    """
+
+    def __init__(self, node_path: Any) -> None:
+        self._path = node_path
+        self.across: list[np.ndarray] = []
+        self.flows: list[np.ndarray] = []
+        self.joined_outside: list[np.ndarray] = []
+        self.need: list[tuple[str, int]] = []
+
+    def visit(self, node: Node, path: str, *, is_root: bool = False) -> None:
+        parts = list(children(node, path))
+        own = {id(part) for _, part in parts if isinstance(part, Port)}
+        if isinstance(node, Component):
+            if type(node).connections is not Component.connections:
+                for connection in node.connections():
+                    self._join(connection, own, path or type(node).__name__)
+            if not is_root:
+                self._note_needs(parts)
+        for part_path, part in parts:
+            if isinstance(part, Component):
+                self.visit(part, part_path)
+
+    def _note_needs(self, parts: list[tuple[str, Any]]) -> None:
+        for path, part in parts:
+            if isinstance(part, Port) and type(part).needs_connection:
+                self.need.extend((path, int(node)) for node in np.ravel(_first_ids(part)))
+
+    def _join(self, connection: Connection, own: set[int], where: str) -> None:
+        ports = connection.ports
+        if len(ports) < 2 or not all(isinstance(port, Port) for port in ports):
+            kinds = ", ".join(type(port).__name__ for port in ports)
+            raise ModelError(f"{where}: connect(...) takes two or more ports, got ({kinds}). Name the port of a part.")
+        head = ports[0]
+        sides = [1 if id(port) in own else 0 for port in ports]
+        for port, side in zip(ports, sides, strict=True):
+            if side == 0:
+                self.joined_outside.append(np.ravel(_first_ids(port)))
+        for port, side in zip(ports[1:], sides[1:], strict=True):
+            self._pair(head, sides[0], port, side, where)
+
+    def _pair(self, a: Port, side_a: int, b: Port, side_b: int, where: str) -> None:
+        self._check_alike(a, b, where)
+        for name, declaration in dynamic_fields(type(a)):
+            left, right = vars(a)[name], vars(b)[name]
+            if np.shape(left) != np.shape(right):
+                raise ModelError(
+                    f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} ports. "
+                    "Select as many members of one array as of the other."
+                )
+            pairs = np.stack([np.ravel(left), np.ravel(right)], axis=1)
+            if declaration is not None and declaration.role == "flow":
+                self.flows.append(2 * pairs + np.array([side_a, side_b]))
+            else:
+                self.across.append(pairs)
+
+    def _check_alike(self, a: Port, b: Port, where: str) -> None:
+        alike = type(a) is type(b) or _family(type(a)) & _family(type(b))
+        if not alike:
+            raise ModelError(
+                f"{where}: {self._name(a)} is a {type(a).__name__} and {self._name(b)} a {type(b).__name__}; only ports "
+                "of one kind can be connected. Put a component between them that converts one into the other."
+            )
+
+    def _name(self, port: Port) -> str:
+        return self._path(int(np.ravel(_first_ids(port))[0])).rpartition(".")[0]
+
+    def resolve(self, flow_nodes: np.ndarray, n_nodes: int) -> tuple[np.ndarray, list]:
+        """Pairs of merged nodes, and the sets of signed flows that sum to zero."""
+        connected = set(np.concatenate(self.joined_outside).tolist()) if self.joined_outside else set()
+        for path, node in self.need:
+            if node not in connected:
+                raise ModelError(f"{path} is not connected: it needs a connection that determines its value.")
+        across = np.concatenate(self.across) if self.across else np.zeros((0, 2), int)
+        edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
+        ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))
+        return across, _flow_sets(ends, edges)
+
+
+def _flow_sets(ends: np.ndarray, edges: np.ndarray) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if len(ends) == 0:
+        return []
+    a, b = np.searchsorted(ends, edges[:, 0]), np.searchsorted(ends, edges[:, 1])
+    graph = coo_array((np.ones(len(a)), (a, b)), shape=(len(ends), len(ends)))
+    n_sets, label = connected_components(graph, directed=False)
+    order = np.argsort(label, kind="stable")
+    bounds = np.searchsorted(label[order], np.arange(n_sets + 1))
+    members = ends[order].tolist()
+    sets = []
+    for start, stop in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+        nodes = tuple(end >> 1 for end in members[start:stop])
+        sets.append((nodes, tuple(-1 if end & 1 else 1 for end in members[start:stop])))
+    return sorted(sets)
+
+
+def _family(cls: type[Port]) -> set[type]:
+    """Partial bases that make ports of different classes connectable, such as `Signal` for `Input` and `Output`."""
+    return {base for base in cls.__mro__ if issubclass(base, Port) and base not in (Port, cls)}
+
+
+def _first_ids(port: Port) -> Ids:
+    name, _ = dynamic_fields(type(port))[0]
+    return vars(port)[name]

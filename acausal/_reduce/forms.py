@@ -1,0 +1,224 @@
+"""How the output of a jaxpr depends on each of its inputs: not at all, linearly with which coefficient, or otherwise.
+
+The jaxpr is interpreted with `Form`s instead of numbers. A form is a sum of terms, coefficient x input, plus a part
+that depends on other inputs non-linearly. Of a coefficient it is known which signs it can take and on which inputs it
+depends: an input may be solved for by division only where its coefficient cannot be zero.
+"""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
+
+from .jaxpr import called, differentiable_call
+
+Signs = frozenset[int]
+ANY: Signs = frozenset((-1, 0, 1))
+POSITIVE: Signs = frozenset((1,))
+NONNEGATIVE: Signs = frozenset((0, 1))
+
+
+def _sign_sum(a: Signs, b: Signs) -> Signs:
+    sums = ({-1, 0, 1} if i * j < 0 else {max(i, j, key=abs)} for i in a for j in b)
+    return frozenset().union(*sums)
+
+
+def _sign_product(a: Signs, b: Signs) -> Signs:
+    return frozenset(i * j for i in a for j in b)
+
+
+@dataclasses.dataclass(frozen=True)
+class Coefficient:
+    """The factor before an input. `number` is its value where that is fixed; `on` are the inputs it depends on.
+
+    `elementwise`: element j of the output depends on element j of the input only.
+    """
+
+    signs: Signs
+    number: float | None
+    on: frozenset[int]
+    elementwise: bool
+
+    @property
+    def cannot_vanish(self) -> bool:
+        return 0 not in self.signs and self.elementwise
+
+    def times(self, other: "Form") -> "Coefficient":
+        number = None if self.number is None or other.number is None else self.number * other.number
+        signs = _sign_product(self.signs, other.signs)
+        return Coefficient(signs, number, self.on | other.inputs, self.elementwise)
+
+    def plus(self, other: "Coefficient") -> "Coefficient":
+        number = None if self.number is None or other.number is None else self.number + other.number
+        signs = _sign_sum(self.signs, other.signs) if number is None else frozenset((int(np.sign(number)),))
+        return Coefficient(signs, number, self.on | other.on, self.elementwise and other.elementwise)
+
+
+@dataclasses.dataclass(frozen=True)
+class Form:
+    """A value: `terms` by input, `nonlinear` inputs, the `signs` it can have, its `number` if it is one.
+
+    `has_rest`: there is something besides the terms.
+    """
+
+    signs: Signs = ANY
+    number: float | None = None
+    terms: dict[int, Coefficient] = dataclasses.field(default_factory=dict)
+    nonlinear: frozenset[int] = frozenset()
+    has_rest: bool = True
+
+    @ft.cached_property
+    def inputs(self) -> frozenset[int]:
+        return self.nonlinear | self.terms.keys()
+
+
+def constant(value: Any) -> Form:
+    values = np.unique(np.sign(np.asarray(value, dtype=float)))
+    number = float(np.ravel(value)[0]) if np.size(value) and np.all(np.ravel(value) == np.ravel(value)[0]) else None
+    return Form(frozenset(int(s) for s in values), number, has_rest=number != 0)
+
+
+def variable(index: int) -> Form:
+    return Form(ANY, None, {index: Coefficient(POSITIVE, 1.0, frozenset(), True)}, has_rest=False)
+
+
+def parameter(signs: Signs) -> Form:
+    return Form(signs)
+
+
+def _negated(a: Form) -> Form:
+    return _product(constant(-1.0), a)
+
+
+def _sum(a: Form, b: Form) -> Form:
+    terms = dict(a.terms)
+    for index, coefficient in b.terms.items():
+        terms[index] = terms[index].plus(coefficient) if index in terms else coefficient
+    nonlinear = a.nonlinear | b.nonlinear
+    terms = {i: c for i, c in terms.items() if i not in nonlinear and c.number != 0}
+    number = None if a.number is None or b.number is None else a.number + b.number
+    return Form(_sign_sum(a.signs, b.signs), number, terms, nonlinear, a.has_rest or b.has_rest)
+
+
+def _product(a: Form, b: Form) -> Form:
+    if a.number == 0 or b.number == 0:
+        return constant(0.0)
+    shared = a.inputs & b.inputs
+    nonlinear = a.nonlinear | b.nonlinear | shared
+    # A factor's rest times the other's term stays a term; only a plain factor leaves the sum without a rest.
+    terms = {i: c.times(b) for i, c in a.terms.items() if i not in nonlinear}
+    terms |= {i: c.times(a) for i, c in b.terms.items() if i not in nonlinear}
+    number = None if a.number is None or b.number is None else a.number * b.number
+    has_rest = (a.has_rest and b.has_rest) or bool(a.inputs and b.inputs)
+    return Form(_sign_product(a.signs, b.signs), number, terms, nonlinear, has_rest)
+
+
+def _quotient(a: Form, b: Form) -> Form:
+    number = 1.0 / b.number if b.number else None
+    return _product(a, Form(b.signs, number, {}, b.inputs, True))
+
+
+def _opaque(forms: Sequence[Form], signs: Signs = ANY) -> Form:
+    return Form(signs, None, {}, frozenset().union(*(form.inputs for form in forms)), True)
+
+
+def _spread(form: Form, *, elementwise: bool) -> Form:
+    """A linear rearrangement, such as a reshape or a sum over elements."""
+    if elementwise:
+        return form
+    terms = {
+        i: dataclasses.replace(c, elementwise=False, number=None, signs=ANY) for i, c in form.terms.items()
+    }  # fmt: skip
+    return Form(form.signs, form.number, terms, form.nonlinear, form.has_rest)
+
+
+def _power(a: Form, exponent: int) -> Form:
+    if exponent == 1:
+        return a
+    signs = frozenset(s**2 if exponent % 2 == 0 else s for s in a.signs)
+    if not a.inputs:
+        return Form(signs, None if a.number is None else a.number**exponent if exponent > 0 or a.number else None)
+    return _opaque([a], signs)
+
+
+_REARRANGE = {"broadcast_in_dim", "reshape", "squeeze", "expand_dims", "transpose", "reduce_sum", "slice", "rev",
+              "cumsum", "dynamic_slice", "gather"}  # fmt: skip
+_KEEP = {"convert_element_type", "copy", "copy_p", "optimization_barrier", "reduce_precision"}
+_SIGNS: dict[str, Callable[[Signs], Signs]] = {
+    "exp": lambda s: POSITIVE,
+    "exp2": lambda s: POSITIVE,
+    "cosh": lambda s: POSITIVE,
+    "logistic": lambda s: POSITIVE,
+    "sqrt": lambda s: s & NONNEGATIVE if s & NONNEGATIVE else NONNEGATIVE,
+    "abs": lambda s: frozenset(abs(i) for i in s),
+    "square": lambda s: frozenset(i * i for i in s),
+    "tanh": lambda s: s,
+    "sinh": lambda s: s,
+    "atan": lambda s: s,
+    "sign": lambda s: s,
+    "cbrt": lambda s: s,
+}
+
+
+def _rearranged(eqn: JaxprEqn, forms: Sequence[Form]) -> Form:
+    source, target = eqn.invars[0].aval, eqn.outvars[0].aval
+    same = source.shape == target.shape or (source.size == 1 and target.size == 1)
+    moves = eqn.primitive.name in ("transpose", "rev", "cumsum", "gather", "dynamic_slice") and target.size > 1
+    result = _spread(forms[0], elementwise=same and not moves)
+    extra = [form for form in forms[1:] if form.inputs]
+    return _opaque(forms) if extra else result
+
+
+def _dot(a: Form, b: Form) -> Form:
+    return _spread(_product(a, b), elementwise=False)
+
+
+def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
+    name = eqn.primitive.name
+    inner = called(eqn) or differentiable_call(eqn)
+    if inner is not None:
+        return interpret(inner, forms)
+    if name in ("add", "add_any"):
+        return [_sum(*forms)]
+    if name == "sub":
+        return [_sum(forms[0], _negated(forms[1]))]
+    if name == "neg":
+        return [_negated(forms[0])]
+    if name == "mul":
+        return [_product(*forms)]
+    if name == "div":
+        return [_quotient(*forms)]
+    if name == "dot_general":
+        return [_dot(*forms)]
+    if name == "integer_pow":
+        return [_power(forms[0], eqn.params["y"])]
+    if name in _KEEP:
+        return list(forms)
+    if name in _REARRANGE:
+        return [_rearranged(eqn, forms)]
+    if name == "select_n":
+        signs = frozenset().union(*(form.signs for form in forms[1:]))
+        return [_opaque(forms, signs)]
+    if name in _SIGNS:
+        return [_opaque(forms, _SIGNS[name](forms[0].signs))]
+    if name in ("max", "min"):
+        pairs = ((i, j) for i in forms[0].signs for j in forms[1].signs)
+        return [_opaque(forms, frozenset(max(p) if name == "max" else min(p) for p in pairs))]
+    return [_opaque(forms) for _ in eqn.outvars]
+
+
+def interpret(closed: ClosedJaxpr, inputs: Sequence[Form]) -> list[Form]:
+    """The forms of the outputs of a jaxpr whose inputs have the given forms."""
+    jaxpr = closed.jaxpr
+    known: dict[Any, Form] = dict(zip(jaxpr.invars, inputs, strict=True))
+    known |= {var: constant(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
+
+    def read(atom: Any) -> Form:
+        return constant(atom.val) if isinstance(atom, Literal) else known[atom]
+
+    for eqn in jaxpr.eqns:
+        known |= dict(zip(eqn.outvars, _apply(eqn, [read(atom) for atom in eqn.invars]), strict=True))
+    return [read(atom) for atom in jaxpr.outvars]

@@ -1,0 +1,195 @@
+"""Structural solvability and index reduction: which equations must be differentiated, and how often."""
+
+import dataclasses
+from fractions import Fraction
+
+import numpy as np
+
+from .._errors import StructureError
+from .incidence import Incidence
+from .matching import match, neighbours, reach
+
+
+@dataclasses.dataclass
+class Reduced:
+    """`differentiations` of each equation and highest derivative (`orders`) of each variable after index reduction."""
+
+    incidence: Incidence
+    differentiations: np.ndarray
+    orders: np.ndarray
+
+
+def reduce_index(table: Incidence) -> Reduced:
+    """Pantelides' algorithm (SIAM J. Sci. Stat. Comput. 9, 1988), on offsets instead of copied equations.
+
+    An equation differentiated c times has its entry of order k at order k + c. A set of equations with too few highest
+    derivatives is differentiated once, all of it, until every equation has a highest derivative of its own.
+
+    Raises `StructureError`, naming equations and variables, where the system is structurally singular.
+    """
+    _check_solvable(table)
+    _check_redundant(table)
+    rows, variables, order = _highest(table)
+    orders = np.zeros(table.n_variables, int)
+    np.maximum.at(orders, table.variable, table.order)
+    counts = np.zeros(table.n_rows, int)
+    top = order == orders[variables]
+    mate = match(rows[top], variables[top], table.n_rows, table.n_variables)
+    if np.any(mate < 0):
+        _differentiate(rows, variables, order, counts, orders, mate)
+    return Reduced(table, counts, orders)
+
+
+def _highest(table: Incidence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Matchable (row, variable) pairs with the highest order at which the variable enters the row."""
+    use = table.matchable
+    key = table.row[use] * table.n_variables + table.variable[use]
+    unique, inverse = np.unique(key, return_inverse=True)
+    order = np.zeros(len(unique), int)
+    np.maximum.at(order, inverse, table.order[use])
+    return unique // max(table.n_variables, 1), unique % max(table.n_variables, 1), order
+
+
+def _differentiate(
+    rows: np.ndarray, variables: np.ndarray, order: np.ndarray, counts: np.ndarray, orders: np.ndarray, mate: np.ndarray
+) -> None:
+    """Raise `counts` and `orders` until each equation is matched with a highest derivative."""
+    edges: list[list[tuple[int, int]]] = [[] for _ in range(len(counts))]
+    for row, variable, k in zip(rows.tolist(), variables.tolist(), order.tolist(), strict=True):
+        edges[row].append((variable, k))
+    partner = np.full(len(orders), -1)
+    partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
+    for row in np.flatnonzero(mate < 0).tolist():
+        while True:
+            found, seen_rows, seen_variables = _augment(row, edges, counts, orders, partner)
+            if found:
+                break
+            counts[list(seen_rows)] += 1
+            orders[list(seen_variables)] += 1
+
+
+def _augment(
+    row: int, edges: list[list[tuple[int, int]]], counts: np.ndarray, orders: np.ndarray, partner: np.ndarray
+) -> tuple[bool, set[int], set[int]]:
+    """Look breadth-first for an alternating path to a free highest derivative, and flip it."""
+    came_from: dict[int, int] = {}
+    seen_rows, queue = {row}, [row]
+    for current in queue:
+        for variable, k in edges[current]:
+            if k + counts[current] != orders[variable] or variable in came_from:
+                continue
+            came_from[variable] = current
+            mate = int(partner[variable])
+            if mate < 0:
+                _flip(variable, came_from, partner, row)
+                return True, seen_rows, set(came_from)
+            if mate not in seen_rows:
+                seen_rows.add(mate)
+                queue.append(mate)
+    return False, seen_rows, set(came_from)
+
+
+def _flip(variable: int, came_from: dict[int, int], partner: np.ndarray, start: int) -> None:
+    while True:
+        row = came_from[variable]
+        previous = np.flatnonzero(partner == row)
+        partner[variable] = row
+        if row == start:
+            return
+        variable = int(previous[0])
+
+
+def _check_solvable(table: Incidence) -> None:
+    """Every equation needs a variable of its own, and every variable an equation."""
+    use = table.matchable
+    rows, variables = table.row[use], table.variable[use]
+    mate = match(rows, variables, table.n_rows, table.n_variables)
+    if np.all(mate >= 0) and table.n_rows == table.n_variables:
+        return
+    partner = np.full(table.n_variables, -1)
+    partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
+    spare_rows = np.flatnonzero(mate < 0).tolist()
+    spare_variables = np.flatnonzero(partner < 0).tolist()
+    raise StructureError(_explanation(table, rows, variables, mate, partner, spare_rows, spare_variables))
+
+
+def _explanation(
+    table: Incidence, rows: np.ndarray, variables: np.ndarray, mate: np.ndarray, partner: np.ndarray,
+    spare_rows: list[int], spare_variables: list[int],
+) -> str:  # fmt: skip
+    lines = [f"The model has {table.n_rows} equations for {table.n_variables} variables and cannot be solved."]
+    if spare_rows:
+        over, touched = reach(spare_rows, neighbours(rows, variables, table.n_rows), partner)
+        lines.append(f"Too many equations: {len(over)} of them determine only {len(touched)} variables.")
+        lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(over)]))
+        lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(touched)]))
+        lines.append(
+            "  Remedy: remove one of these equations or components (two ideal sources in parallel, a value fixed "
+            "twice), or put an element between them."
+        )
+    if spare_variables:
+        under, touched = reach(spare_variables, neighbours(variables, rows, table.n_variables), mate)
+        lines.append(f"Too few equations: only {len(touched)} of them are there for {len(under)} variables.")
+        lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(under)]))
+        lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(touched)]))
+        lines.append(
+            "  Remedy: add an equation or a component that determines one of these variables" + _hint(table, under)
+        )
+    return "\n".join(lines)
+
+
+def _hint(table: Incidence, under: set[int]) -> str:
+    """Where all undetermined variables are across variables of ports, what is missing is a reference."""
+    flat = table.flat
+    leaves = [flat.leaves[flat.leaf_of_node[table.variables[v]]] for v in under]
+    if all(leaf.in_port and leaf.declaration.role == "var" for leaf in leaves):
+        return ": nothing fixes their level, so connect a reference such as Ground, Fixed or Tank."
+    return "."
+
+
+def _listed(names: list[str], most: int = 12) -> str:
+    return ", ".join(names[:most]) + (f", and {len(names) - most} more" if len(names) > most else "")
+
+
+def _check_redundant(table: Incidence) -> None:
+    """Equations with fixed numbers as coefficients, sums of flows above all, must not depend on each other.
+
+    Structure cannot see that the flows around a circuit without ground sum to zero by themselves; elimination with
+    exact fractions can.
+    """
+    fixed = np.ones(table.n_rows, bool)
+    fixed[table.row[(table.strength < 3) | (table.order > 0)]] = False
+    for index, family in enumerate(table.families):
+        if family.template.form.has_rest or family.template.level:
+            fixed[table.offsets[index] : table.offsets[index + 1]] = False
+    if np.count_nonzero(fixed) < 2:
+        return
+    use = fixed[table.row]
+    equations: dict[int, dict[int, Fraction]] = {int(row): {} for row in np.flatnonzero(fixed)}
+    for row, variable, number in zip(
+        table.row[use].tolist(), table.variable[use].tolist(), table.number[use].tolist(), strict=True
+    ):
+        equations[row][variable] = Fraction(number)
+    _eliminate(table, equations)
+
+
+def _eliminate(table: Incidence, equations: dict[int, dict[int, Fraction]]) -> None:
+    pivots: dict[int, tuple[dict[int, Fraction], set[int]]] = {}
+    for row, terms in sorted(equations.items(), key=lambda item: len(item[1])):
+        terms, used = dict(terms), {row}
+        while hits := [variable for variable in terms if variable in pivots]:
+            pivot, origin = pivots[hits[0]]
+            factor = terms[hits[0]] / pivot[hits[0]]
+            used |= origin
+            for variable, value in pivot.items():
+                terms[variable] = terms.get(variable, Fraction(0)) - factor * value
+                if terms[variable] == 0:
+                    del terms[variable]
+        if not terms:
+            raise StructureError(
+                "These equations depend on each other and leave the rest undetermined:\n  "
+                + _listed([table.row_name(item) for item in sorted(used)])
+                + "\n  Remedy: a circuit without a reference has one sum of flows too many, so connect a Ground (Fixed, "
+                "Tank) to it."
+            )
+        pivots[next(iter(terms))] = (terms, used)

@@ -1,0 +1,142 @@
+"""Sorting: equations and unknowns of the reduced system into blocks, each solvable once those before it are."""
+
+import dataclasses
+import functools as ft
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .._errors import StructureError
+from .aliases import Family, Merged
+from .incidence import Incidence, tabulate
+from .matching import match
+from .states import Chosen
+
+
+@dataclasses.dataclass
+class Block:
+    """Equations (rows of the table) and the unknowns they determine together; `level` counts the blocks before it."""
+
+    rows: list[int]
+    unknowns: list[int]
+    level: int
+
+
+@dataclasses.dataclass
+class Sorted:
+    """The equations of the reduced system, differentiated ones included, in block-triangular form.
+
+    `states` and `unknowns` are (variable, derivative order) pairs; `column` is the unknown of each table entry, -1
+    where the entry is a state.
+    """
+
+    table: Incidence
+    states: list[tuple[int, int]]
+    unknowns: list[tuple[int, int]]
+    column: np.ndarray
+    blocks: list[Block]
+    constraints: list[int]  # equations that were differentiated further: they restrict the states' start values
+    constrained: list[tuple[int, int]]  # the pairs below the highest derivatives, among which they hold
+
+    @ft.cached_property
+    def entries_of_row(self) -> list[np.ndarray]:
+        order = np.argsort(self.table.row, kind="stable")
+        bounds = np.searchsorted(self.table.row[order], np.arange(self.table.n_rows + 1))
+        return [order[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+
+    def unknown_name(self, unknown: int) -> str:
+        return self.table.variable_name(*self.unknowns[unknown])
+
+
+def sort(chosen: Chosen) -> Sorted:
+    """Order the equations, differentiated ones included, into the strongly connected blocks of their digraph.
+
+    Raises `StructureError` where the chosen states leave the rest undetermined.
+    """
+    table, constraints = _expanded(chosen)
+    renumbered = np.searchsorted(table.variables, chosen.reduced.incidence.variables).tolist()
+    states = [(renumbered[v], k) for v, k in chosen.states()]
+    code = {pair: index for index, pair in enumerate(sorted((renumbered[v], k) for v, k in _unknowns(chosen)))}
+    unknowns = list(code)
+    width = 16
+    lookup = np.full(table.n_variables * width, -1)
+    for (variable, order), index in code.items():
+        lookup[variable * width + order] = index
+    column = lookup[table.variable * width + table.order]
+    blocks = _blocks(table, column, len(unknowns))
+    orders = chosen.reduced.orders.tolist()
+    below = [(renumbered[v], k) for v, top in enumerate(orders) for k in range(top)]
+    return Sorted(table, states, unknowns, column, blocks, constraints, below)
+
+
+def _unknowns(chosen: Chosen) -> list[tuple[int, int]]:
+    orders = chosen.reduced.orders.tolist()
+    last = (chosen.reduced.orders - chosen.dummies).tolist()
+    return [(v, k) for v, (first, top) in enumerate(zip(last, orders, strict=True)) for k in range(first, top + 1)]
+
+
+def _expanded(chosen: Chosen) -> tuple[Incidence, list[int]]:
+    """The table of all equations, each as often as it was differentiated and once more; and which are not the last."""
+    reduced = chosen.reduced
+    families: list[Family] = []
+    is_lower: list[np.ndarray] = []
+    for index, family in enumerate(reduced.incidence.families):
+        start, stop = reduced.incidence.offsets[index : index + 2]
+        counts = reduced.differentiations[start:stop]
+        for level in range(int(counts.max(initial=0)) + 1):
+            rows = np.flatnonzero(counts >= level)
+            families.append(_differentiated(family.select(rows), level))
+            is_lower.append(counts[rows] > level)
+    table = tabulate(reduced.incidence.flat, Merged(families, np.zeros(0, int), np.zeros(0, int)))
+    return table, np.flatnonzero(np.concatenate(is_lower)).tolist() if is_lower else []
+
+
+def _differentiated(family: Family, times: int) -> Family:
+    """The family with its template differentiated; an input keeps the node of its slot."""
+    if times == 0:
+        return family
+    template = family.template.differentiated(times)
+    position: dict[int, int] = {}
+    for i, item in enumerate(family.template.inputs):
+        position.setdefault(item.slot, i)
+    columns = [position[item.slot] for item in template.inputs]
+    return Family(template, family.instances, family.members, family.nodes[:, columns], family.signs[:, columns])
+
+
+def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int) -> list[Block]:
+    unknown = column >= 0
+    own = unknown & table.matchable
+    mate = match(table.row[own], column[own], table.n_rows, n_unknowns)
+    if np.any(mate < 0) or table.n_rows != n_unknowns:
+        names = ", ".join(table.row_name(int(row)) for row in np.flatnonzero(mate < 0)[:5])
+        raise StructureError(f"With the chosen states, no unknown is left for the equations {names}.")
+    solver_of = np.empty(n_unknowns, int)
+    solver_of[mate] = np.arange(table.n_rows)
+    user, provider = table.row[unknown], solver_of[column[unknown]]
+    graph = coo_array((np.ones(len(user), np.int8), (user, provider)), shape=(table.n_rows,) * 2)
+    count, label = connected_components(graph, directed=True, connection="strong")
+    level = _levels(label[user], label[provider], count)
+    rows: list[list[int]] = [[] for _ in range(count)]
+    for row, block in enumerate(label.tolist()):
+        rows[block].append(row)
+    order = np.lexsort(([members[0] for members in rows], level)) if count else []
+    return [Block(rows[b], [int(mate[row]) for row in rows[b]], int(level[b])) for b in order]
+
+
+def _levels(user: np.ndarray, provider: np.ndarray, count: int) -> np.ndarray:
+    """How many blocks lie before each one on the longest way."""
+    outside = user != provider
+    pairs = np.unique(np.stack([provider[outside], user[outside]], axis=1), axis=0)
+    waiting = np.bincount(pairs[:, 1], minlength=count)
+    bounds = np.searchsorted(pairs[:, 0], np.arange(count + 1)).tolist()
+    users, waiting = pairs[:, 1].tolist(), waiting.tolist()
+    level = [0] * count
+    ready = [block for block in range(count) if waiting[block] == 0]
+    for block in ready:
+        for other in users[bounds[block] : bounds[block + 1]]:
+            level[other] = max(level[other], level[block] + 1)
+            waiting[other] -= 1
+            if waiting[other] == 0:
+                ready.append(other)
+    return np.array(level, int)

@@ -1,0 +1,172 @@
+"""Tearing: a sequence that solves the equations of a block one by one once a few unknowns are known."""
+
+import dataclasses
+from typing import Literal
+
+from .sort import Block, Sorted
+
+SolutionKind = Literal["explicit", "linear", "nonlinear"]
+EXHAUSTIVE = 60  # blocks up to this size try every unknown as tearing variable, larger ones the most frequent
+
+
+@dataclasses.dataclass
+class Torn:
+    """A block ready to be solved.
+
+    `steps` are (row, unknown) pairs, each solved for its unknown in turn from known ones and the tearing variables
+    `tears`; `residuals` are the rows that then determine the tearing variables. `kind` is "explicit" with none.
+    """
+
+    steps: list[tuple[int, int]]
+    tears: list[int]
+    residuals: list[int]
+    kind: SolutionKind
+    level: int
+
+    @property
+    def rows(self) -> list[int]:
+        return [row for row, _ in self.steps] + self.residuals
+
+    @property
+    def unknowns(self) -> list[int]:
+        return [unknown for _, unknown in self.steps] + self.tears
+
+
+def tear(ordered: Sorted, block: Block) -> Torn:
+    """Choose tearing variables greedily: each time the one that lets most equations be solved.
+
+    Only a coefficient that cannot vanish is divided by; an equation without one is left to the residuals. Among equals
+    the unknown that enters most equations non-linearly is chosen, because Newton's method does well where the function
+    is evaluated in its natural direction: a diode's current from its voltage.
+    """
+    if len(block.rows) == 1:
+        return _single(ordered, block)
+    inside = set(block.unknowns)
+    entries = {row: _entries(ordered, row, inside) for row in block.rows}
+    opened = {row: set(found) for row, found in entries.items()}
+    state = _State(entries, opened, [], [], set(), _nonlinear(ordered, block.rows))
+    state.propagate()
+    while state.open_rows_with_unknowns() and len(state.steps) + len(state.tears) < len(block.unknowns):
+        state.take(state.best_tear())
+        state.propagate()
+    tears = state.tears + sorted(inside - {u for _, u in state.steps} - set(state.tears))
+    residuals = [row for row in block.rows if row not in state.done]
+    kind = "explicit" if not tears else "linear" if _is_linear(ordered, block.rows, inside) else "nonlinear"
+    return Torn(state.steps, tears, residuals, kind, block.level)
+
+
+def _single(ordered: Sorted, block: Block) -> Torn:
+    """One equation with one unknown."""
+    (row,), (unknown,) = block.rows, block.unknowns
+    entry = next(e for e in ordered.entries_of_row[row].tolist() if ordered.column[e] == unknown)
+    table = ordered.table
+    if table.strength[entry] >= 2 and table.matchable[entry]:
+        return Torn([(row, unknown)], [], [], "explicit", block.level)
+    kind = "linear" if _is_linear(ordered, [row], {unknown}) else "nonlinear"
+    return Torn([], [unknown], [row], kind, block.level)
+
+
+def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, bool]:
+    """The block's unknowns in an equation, and whether it may be solved for each."""
+    table = ordered.table
+    return {
+        int(ordered.column[e]): bool(table.strength[e] >= 2 and table.matchable[e])
+        for e in ordered.entries_of_row[row]
+        if int(ordered.column[e]) in inside
+    }
+
+
+def _nonlinear(ordered: Sorted, rows: list[int]) -> dict[int, int]:
+    """In how many of the equations each unknown enters non-linearly."""
+    count: dict[int, int] = {}
+    for row in rows:
+        for entry in ordered.entries_of_row[row]:
+            if ordered.table.strength[entry] == 0:
+                unknown = int(ordered.column[entry])
+                count[unknown] = count.get(unknown, 0) + 1
+    return count
+
+
+@dataclasses.dataclass
+class _State:
+    entries: dict[int, dict[int, bool]]
+    open: dict[int, set[int]]  # the unknowns of each row that are not known yet
+    steps: list[tuple[int, int]]
+    tears: list[int]
+    done: set[int]
+    nonlinear: dict[int, int]
+
+    def copy(self) -> "_State":
+        opened = {row: set(unknowns) for row, unknowns in self.open.items()}
+        return _State(self.entries, opened, list(self.steps), list(self.tears), set(self.done), self.nonlinear)
+
+    def open_rows_with_unknowns(self) -> bool:
+        return any(unknowns for row, unknowns in self.open.items() if row not in self.done)
+
+    def take(self, unknown: int) -> None:
+        self.tears.append(unknown)
+        self._know(unknown)
+
+    def _know(self, unknown: int) -> None:
+        for unknowns in self.open.values():
+            unknowns.discard(unknown)
+
+    def propagate(self) -> None:
+        """Solve equations that have one unknown left, with a coefficient that cannot vanish."""
+        progress = True
+        while progress:
+            progress = False
+            for row, unknowns in self.open.items():
+                if row in self.done or len(unknowns) != 1:
+                    continue
+                (unknown,) = unknowns
+                if self.entries[row][unknown]:
+                    self.steps.append((row, unknown))
+                    self.done.add(row)
+                    self._know(unknown)
+                    progress = True
+
+    def best_tear(self) -> int:
+        frequency: dict[int, int] = {}
+        for row, unknowns in self.open.items():
+            if row not in self.done:
+                for unknown in unknowns:
+                    frequency[unknown] = frequency.get(unknown, 0) + 1
+        candidates = sorted(frequency, key=lambda u: (-frequency[u], u))
+        if len(self.entries) > EXHAUSTIVE:
+            return candidates[0]
+        return max(candidates, key=lambda u: (self._gain(u), self.nonlinear.get(u, 0), frequency[u], -u))
+
+    def _gain(self, unknown: int) -> int:
+        trial = self.copy()
+        trial.take(unknown)
+        trial.propagate()
+        return len(trial.steps)
+
+
+def _is_linear(ordered: Sorted, rows: list[int], inside: set[int]) -> bool:
+    """Whether the equations are jointly linear in the unknowns: no coefficient depends on any of them."""
+    for row in rows:
+        family, _ = ordered.table.place(row)
+        form = family.template.form
+        positions = _positions(ordered, row, inside)
+        for position in positions:
+            coefficient = form.terms.get(position)
+            if coefficient is None or coefficient.on & positions:
+                return False
+    return True
+
+
+def _positions(ordered: Sorted, row: int, inside: set[int]) -> set[int]:
+    """Inputs of the row's template that are unknowns of the block."""
+    table = ordered.table
+    family, member = table.place(row)
+    by_node = {
+        (int(table.variables[table.variable[e]]), int(table.order[e]))
+        for e in ordered.entries_of_row[row]
+        if int(ordered.column[e]) in inside
+    }
+    inputs = family.template.inputs
+    return {
+        i for i in family.template.unknowns if (int(family.nodes[member, i]), inputs[i].order) in by_node
+    }  # fmt: skip

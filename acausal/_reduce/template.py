@@ -1,0 +1,172 @@
+"""One equation of a component class, traced once and shared by every component of that class."""
+
+import dataclasses
+import functools as ft
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr
+
+from .._declare.component import Equation
+from .._errors import ModelError
+from .flatten import Kind
+from .forms import ANY, NONNEGATIVE, POSITIVE, Coefficient, Form, interpret, parameter, variable
+from .jaxpr import as_function, slice_output, structs
+
+Source = Literal["param", "time", "var"]
+
+
+class Input(NamedTuple):
+    """An input of an equation: a slot of its component kind and, for a variable, the order of its time derivative."""
+
+    slot: int
+    order: int
+    source: Source
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Template:
+    """An equation as a residual: `jaxpr` maps `inputs` to it. `level` counts its differentiations in time."""
+
+    name: str
+    owner: Kind | None  # None for the sum of flows at a connection
+    jaxpr: ClosedJaxpr
+    inputs: tuple[Input, ...]
+    signs: tuple[frozenset[int], ...]
+    level: int = 0
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.jaxpr.out_avals[0].shape
+
+    @ft.cached_property
+    def form(self) -> Form:
+        forms = [
+            variable(i) if item.source == "var" else parameter(signs)
+            for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
+        ]
+        return interpret(self.jaxpr, forms)[0]
+
+    @ft.cached_property
+    def unknowns(self) -> tuple[int, ...]:
+        """Positions among `inputs` of the variables that the residual really depends on."""
+        return tuple(sorted(self.form.inputs))
+
+    def coefficient(self, position: int) -> Coefficient | None:
+        """The factor before an input that enters linearly; None where it enters otherwise."""
+        return self.form.terms.get(position)
+
+    @ft.cached_property
+    def derivative(self) -> "Template":
+        """The equation differentiated with respect to time.
+
+        With residual r(p, t, x, x', ...), its derivative is r_t + r_x x' + r_x' x'' + ...: one `jax.jvp` in the
+        direction (0, 1, x', x'', ...).
+        """
+        raised = [Input(slot, order + 1, source) for slot, order, source in self.inputs if source == "var"]
+        inputs = self.inputs + tuple(item for item in raised if item not in self.inputs)
+        position = {item: i for i, item in enumerate(inputs)}
+        residual = as_function(self.jaxpr)
+
+        def derivative(*values: Any) -> Any:
+            tangents = []
+            for item, value in zip(self.inputs, values, strict=False):
+                if item.source == "var":
+                    tangents.append(values[position[Input(item.slot, item.order + 1, "var")]])
+                else:
+                    tangents.append((jnp.ones_like if item.source == "time" else jnp.zeros_like)(value))
+            return jax.jvp(residual, values[: len(self.inputs)], tuple(tangents))[1]
+
+        shapes = {item.slot: aval.shape for item, aval in zip(self.inputs, self.jaxpr.in_avals, strict=True)}
+        closed = jax.make_jaxpr(derivative)(*structs([shapes[item.slot] for item in inputs]))
+        known = dict(zip(self.inputs, self.signs, strict=True))
+        signs = [known.get(item, ANY) for item in inputs]
+        return _sliced(self.name, self.owner, closed, 0, inputs, signs, self.level + 1)
+
+    def differentiated(self, times: int) -> "Template":
+        return self if times == 0 else self.derivative.differentiated(times - 1)
+
+
+def _sliced(
+    name: str, owner: Kind | None, closed: ClosedJaxpr, output: int, inputs: Any, signs: Any, level: int
+) -> Template:
+    piece = slice_output(closed, output)
+    kept = piece.used
+    return Template(
+        name, owner, piece.jaxpr, tuple(inputs[i] for i in kept), tuple(signs[i] for i in kept), level
+    )  # fmt: skip
+
+
+class _NoDerivative:
+    """Stands in `d` where the component has a parameter; using it is an error that says so."""
+
+    def __init__(self, owner: str, name: str) -> None:
+        self._text = (
+            f"{owner}.equations uses d.{name}, but {name} is a parameter: only variables have time derivatives. "
+            "Declare it with Var[...] if it changes in time."
+        )
+
+    def _raise(self, *args: Any) -> Any:
+        raise ModelError(self._text)
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
+    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
+
+
+_SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE}
+
+
+@ft.cache
+def templates(kind: Kind) -> tuple[Template, ...]:
+    """The equations of a component kind, in the order in which its class states them.
+
+    Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
+    """
+    roles = [declaration.role for declaration in kind.declarations]
+    variables = [slot for slot, role in enumerate(roles) if role != "param"]
+    inputs: list[Input] = [
+        Input(slot, 0, "param" if role == "param" else "time" if role == "time" else "var")
+        for slot, role in enumerate(roles)
+    ]
+    inputs += [Input(slot, 1, "var") for slot in variables]
+    names: list[str] = []
+
+    def residuals(*values: Any) -> tuple[Any, ...]:
+        self = kind.structure.unflatten(values[: len(roles)])  # pyright: ignore[reportAttributeAccessIssue]
+        d_leaves: list[Any] = [_NoDerivative(kind.cls.__name__, name) for name in kind.names]
+        for slot, value in zip(variables, values[len(roles) :], strict=True):
+            d_leaves[slot] = value
+        d = kind.structure.unflatten(d_leaves)  # pyright: ignore[reportAttributeAccessIssue]
+        stated = _checked(self.equations(d), kind)
+        names.extend(stated)
+        return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
+
+    closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
+    signs = []
+    for item in inputs:
+        sign = kind.declarations[item.slot].sign
+        signs.append(_SIGNS[sign.name if sign else None])
+    return tuple(_sliced(name, kind, closed, i, inputs, signs, 0) for i, name in enumerate(names))
+
+
+def _checked(stated: Any, kind: Kind) -> dict[str, Equation]:
+    if not isinstance(stated, dict) or not all(isinstance(value, Equation) for value in stated.values()):
+        raise ModelError(
+            f"{kind.cls.__name__}.equations must return a dictionary of named equations, such as "
+            f"dict(ohm=eq(self.v, self.R * self.i)); got {type(stated).__name__}."
+        )
+    return stated
+
+
+@ft.cache
+def sum_template(signs: tuple[int, ...], shape: tuple[int, ...]) -> Template:
+    """Kirchhoff's law at a connection of several ports: the signed flows sum to zero."""
+
+    def residual(*flows: Any) -> Any:
+        terms = [flow if sign > 0 else -flow for flow, sign in zip(flows, signs, strict=True)]
+        return sum(terms[1:], terms[0])
+
+    closed = jax.make_jaxpr(residual)(*structs([shape] * len(signs)))
+    inputs = tuple(Input(slot, 0, "var") for slot in range(len(signs)))
+    return Template("flows", None, closed, inputs, (ANY,) * len(signs))

@@ -1,0 +1,91 @@
+"""Pictures of solutions and structures; needs matplotlib."""
+
+from typing import Any
+
+import numpy as np
+
+from .._errors import ModelError
+from .._evaluate.system import System
+
+_COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
+
+
+def _pyplot() -> Any:
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ModelError('Plots need matplotlib: pip install "acausal[plot]".') from error
+    return plt
+
+
+def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
+    """Trajectories over time, one panel for each unit; without names, the states."""
+    flat = solution.system.flat
+    names = names or tuple(name for name in solution.system.state_names if not name.startswith("der("))
+    unit = {
+        name: flat.leaves[solution._names[name][0]].declaration.unit if name in solution._names else ""
+        for name in names
+    }
+    panels = list(dict.fromkeys(unit.values()))
+    if axes is None:
+        _, axes = _pyplot().subplots(
+            len(panels), sharex=True, figsize=(7.0, 1.0 + 1.7 * len(panels)), squeeze=False, layout="constrained"
+        )
+    axes = np.ravel(axes)
+    for ax, panel in zip(axes, panels, strict=True):
+        for name in (name for name in names if unit[name] == panel):
+            ax.plot(np.asarray(solution.ts), np.asarray(solution[name]), label=name)
+        ax.set_ylabel(f"[{panel}]")
+        ax.legend(loc="best", fontsize="small", frameon=False)
+        ax.grid(alpha=0.3)
+    axes[-1].set_xlabel("time [s]")
+    return axes
+
+
+def plot_structure(system: System, ax: Any) -> Any:
+    """Incidence of the sorted equations, blocks outlined, tearing variables and residual equations marked."""
+    ordered = system.ordered
+    rows = [row for torn in system.torn for row in torn.rows]
+    unknowns = [unknown for torn in system.torn for unknown in torn.unknowns]
+    column_of = {unknown: i for i, unknown in enumerate(unknowns)}
+    if ax is None:
+        side = min(4.0 + 0.14 * len(rows), 12.0)
+        _, ax = _pyplot().subplots(figsize=(side + 1.5, side), layout="constrained")
+    points = [
+        (column_of[int(ordered.column[entry])], i)
+        for i, row in enumerate(rows)
+        for entry in ordered.entries_of_row[row]
+        if ordered.column[entry] >= 0
+    ]
+    x, y = np.array(points).reshape(-1, 2).T
+    ax.plot(x, y, ".", color="0.35", markersize=max(2.0, 7.0 - len(rows) / 25))
+    _outline(system, ax)
+    ax.set_xlim(-0.7, len(rows) - 0.3)
+    ax.set_ylim(len(rows) - 0.3, -0.7)
+    ax.set_aspect("equal")
+    if len(rows) <= 60:
+        ax.set_xticks(range(len(rows)), [ordered.unknown_name(u) for u in unknowns], rotation=90, fontsize=6)
+        ax.set_yticks(range(len(rows)), [ordered.table.row_name(row)[:48] for row in rows], fontsize=6)
+    ax.set_xlabel("unknowns")
+    ax.set_ylabel("equations")
+    return ax
+
+
+def _outline(system: System, ax: Any) -> None:
+    from matplotlib.patches import Patch, Rectangle
+
+    start = 0
+    for torn in system.torn:
+        size = len(torn.rows)
+        style = {"facecolor": _COLOURS[torn.kind], "edgecolor": _COLOURS[torn.kind]}
+        ax.add_patch(Rectangle((start - 0.5, start - 0.5), size, size, alpha=0.25, **style))
+        if torn.tears and size > 1:
+            inner = len(torn.steps)
+            ax.add_patch(
+                Rectangle((start + inner - 0.5, start + inner - 0.5), len(torn.tears), len(torn.tears), fill=False,
+                          linewidth=1.5, edgecolor="k")
+            )  # fmt: skip
+        start += size
+    kinds = list(dict.fromkeys(torn.kind for torn in system.torn))
+    handles = [Patch(color=_COLOURS[kind], alpha=0.4, label=kind) for kind in kinds]
+    ax.legend(handles=handles, loc="upper right", fontsize="small", title="blocks")

@@ -1,0 +1,127 @@
+"""`structure`: what the engine made of a model, for a person to read."""
+
+import dataclasses
+from typing import Any
+
+from .._declare.component import Component
+from .._evaluate.system import System
+from .._integrate.simulate import system_of
+from .._reduce.tear import Torn
+
+
+@dataclasses.dataclass(frozen=True)
+class BlockReport:
+    """A block of the sorted system: the equations it takes, what they determine, and how."""
+
+    kind: str
+    equations: tuple[str, ...]
+    unknowns: tuple[str, ...]
+    tearing: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Structure:
+    """The structure of a model after all passes; `print` it, or look at it with `plot()`.
+
+    - `variables`, `parameters`: numbers of scalar leaves (an array counts as one).
+    - `aliases`: variables that are another one up to the sign; `zeros`: those that vanish identically.
+    - `differentiated`: equations that were differentiated, with how often.
+    - `states` and `dummies`: the variables integrated, and the derivatives that became algebraic.
+    - `blocks`: the algebraic unknowns in the order in which they are computed.
+    - `groups`: how many separate computations those are, alike blocks together.
+    """
+
+    parameters: int
+    variables: int
+    aliases: int
+    zeros: int
+    equations: int
+    differentiated: dict[str, int]
+    states: tuple[str, ...]
+    dummies: tuple[str, ...]
+    blocks: tuple[BlockReport, ...]
+    groups: int
+    system: System = dataclasses.field(repr=False, compare=False)
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the block-triangular incidence: equations down, unknowns across; returns the matplotlib axes."""
+        from .plot import plot_structure
+
+        return plot_structure(self.system, ax)
+
+
+def structure(model: Component | System) -> Structure:
+    """Report the structure of a model, or of what `compile` made of it."""
+    system = model if isinstance(model, System) else system_of(model)
+    flat, table = system.flat, system.reduced.incidence
+    counts = system.reduced.differentiations
+    zeros = int((system.merged.representative == -2).sum())
+    return Structure(
+        parameters=sum(leaf.count for leaf in flat.leaves if leaf.declaration.role == "param"),
+        variables=flat.n_nodes,
+        aliases=flat.n_nodes - zeros - table.n_variables,
+        zeros=zeros,
+        equations=table.n_rows,
+        differentiated={table.row_name(row): int(counts[row]) for row in counts.nonzero()[0].tolist()},
+        states=tuple(system.state_names),
+        dummies=tuple(_dummies(system)),
+        blocks=tuple(_block(system, torn) for torn in system.torn),
+        groups=len(system.plan.groups),
+        system=system,
+    )
+
+
+def _dummies(system: System) -> list[str]:
+    table, chosen = system.reduced.incidence, system.chosen
+    orders = chosen.reduced.orders
+    return [
+        table.variable_name(v, int(orders[v]) - k)
+        for v in chosen.dummies.nonzero()[0].tolist()
+        for k in range(int(chosen.dummies[v]))
+    ]
+
+
+def _block(system: System, torn: Torn) -> BlockReport:
+    ordered = system.ordered
+    names = [_derivative(ordered.table.row_name(row), ordered.table.place(row)[0].template.level) for row in torn.rows]
+    return BlockReport(
+        torn.kind,
+        tuple(names),
+        tuple(ordered.unknown_name(unknown) for unknown in torn.unknowns),
+        tuple(ordered.unknown_name(unknown) for unknown in torn.tears),
+    )
+
+
+def _derivative(name: str, level: int) -> str:
+    return name if level == 0 else f"d/dt {name}" if level == 1 else f"d{level}/dt{level} {name}"
+
+
+def _lines(report: Structure) -> list[str]:
+    simultaneous = [block for block in report.blocks if len(block.equations) > 1 or block.tearing]
+    lines = [
+        f"{report.variables} variables, {report.parameters} parameters",
+        f"  {report.aliases} variables are aliases, {report.zeros} vanish; {report.equations} equations remain",
+        f"States ({len(report.states)}): " + (", ".join(report.states) or "none"),
+    ]
+    if report.differentiated:
+        lines.append(f"Differentiated equations ({len(report.differentiated)}):")
+        lines += [
+            f"  {name}" + (f", {times} times" if times > 1 else "") for name, times in report.differentiated.items()
+        ]
+        lines.append("Algebraic derivatives: " + ", ".join(report.dummies))
+    lines.append(
+        f"{len(report.blocks)} blocks in {report.groups} groups, {len(simultaneous)} of them simultaneous:"
+        if simultaneous
+        else f"{len(report.blocks)} blocks in {report.groups} groups, none of them simultaneous"
+    )
+    for block in simultaneous:
+        lines.append(
+            f"  {block.kind}, {len(block.equations)} equations torn by {', '.join(block.tearing) or 'nothing'}"
+        )
+        lines += [
+            f"    {equation}  ->  {unknown}" for equation, unknown in zip(block.equations, block.unknowns, strict=True)
+        ]
+    return lines

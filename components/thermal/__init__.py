@@ -1,0 +1,10 @@
+"""Lumped heat transfer (as in MSL `Modelica.Thermal.HeatTransfer`)."""
+
+from ._basic import FixedTemperature as FixedTemperature
+from ._basic import HeatCapacitor as HeatCapacitor
+from ._basic import ThermalConductor as ThermalConductor
+from ._interfaces import HeatPort as HeatPort
+from ._sensors import HeatFlowSensor as HeatFlowSensor
+from ._sensors import TemperatureSensor as TemperatureSensor
+from ._sources import ConstantHeatFlow as ConstantHeatFlow
+from ._sources import SignalHeatFlow as SignalHeatFlow

@@ -1,0 +1,34 @@
+"""Sources of heat, whatever the temperature."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, eq
+
+from ..blocks import Input
+from ._interfaces import HeatPort
+
+
+class ConstantHeatFlow(Component):
+    """Delivers a constant heat flow: Q_flow of the port is -heat_flow."""
+
+    heat_flow: Param[Scalar, "W"]  # heat flow delivered
+    port: HeatPort = HeatPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(delivery=eq(self.port.Q_flow, -self.heat_flow))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self.heat_flow)
+
+
+class SignalHeatFlow(Component):
+    """Delivers the heat flow u in W: Q_flow of the port is -u."""
+
+    u: Input = Input()
+    port: HeatPort = HeatPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(delivery=eq(self.port.Q_flow, -self.u.value))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self.u.value)
