@@ -60,14 +60,15 @@ def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Array:
     return hermite(values[i], values[i + 1], m0, m1, h)
 
 
-def _clamped(x: Scalar, knots: Vector) -> Scalar:
+def clamped(x: Scalar, knots: Vector) -> Scalar:
+    """x, or the end of the table that it is beyond."""
     # Not jnp.clip, whose derivative at a bound is one half.
     return jnp.where(x < knots[0], knots[0], jnp.where(x > knots[-1], knots[-1], x))
 
 
 def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
-    inside = _clamped(x, knots)
+    inside = clamped(x, knots)
     i = interval(inside, knots)
     coefficients, u = _monotone_cubics(knots, values, i), inside - knots[i]
     return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
@@ -75,7 +76,7 @@ def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
 
 def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """The integral of `monotone_cubic` from the first knot to x."""
-    inside = _clamped(x, knots)
+    inside = clamped(x, knots)
     i = interval(inside, knots)
     intervals = jnp.arange(len(knots) - 1)
     coefficients = _monotone_cubics(knots, values, intervals)

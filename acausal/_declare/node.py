@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, ParameterError
+from .._tracing import is_traced
 from .annotations import Declaration, declared
 
 
@@ -72,6 +73,8 @@ def _holds_parts(annotation: Any) -> bool:
 class NodeMeta(type(eqx.Module)):
     """Turns declarations into dataclass fields, and keeps each class either partial or final."""
 
+    _partial: bool
+
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], *, partial: bool = False):
         if namespace.get("__module__") != __name__:
             _check_bases(name, bases)
@@ -129,16 +132,14 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
 class Node(eqx.Module, metaclass=NodeMeta, partial=True):
     """Anything a model is built from. Fields are declared with `Param`, `Var`, `Flow`, as parts, or are static."""
 
-    _partial: ClassVar[bool]
-
     def __check_init__(self) -> None:
         for name, declaration in dynamic_fields(type(self)):
-            value = getattr(self, name)
-            if declaration is not None and declaration.sign is not None and not isinstance(value, jax.core.Tracer):
-                if not np.all(declaration.sign.admits(np.asarray(value))):
-                    raise ParameterError(
-                        f"{type(self).__name__}.{name} must be {declaration.sign.name}, got {value} {declaration.unit}."
-                    )
+            sign, value = declaration and declaration.sign, getattr(self, name)
+            if sign is not None and not is_traced(value) and not np.all(sign.admits(np.asarray(value))):
+                assert declaration is not None
+                raise ParameterError(
+                    f"{type(self).__name__}.{name} must be {sign.name}, got {value} {declaration.unit}."
+                )
         for field in dataclasses.fields(self):
             if field.metadata.get("static") and isinstance(getattr(self, field.name), jax.Array | np.ndarray | Node):
                 raise ModelError(
@@ -160,11 +161,15 @@ class Record(Node, partial=True):
     """A set of parameters with methods on them, such as a cam profile; it holds no variables."""
 
 
-@ft.cache
-def dynamic_fields(cls: type[Node]) -> tuple[tuple[str, Declaration | None], ...]:
+def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
     """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
-    fields = dataclasses.fields(cls)  # pyright: ignore[reportArgumentType]
-    return tuple((f.name, f.metadata.get("declaration")) for f in fields if not f.metadata.get("static"))
+    return _dynamic_fields(cls)
+
+
+@ft.cache
+def _dynamic_fields(cls: Any) -> tuple[tuple[str, Declaration | None], ...]:
+    fields = [field for field in dataclasses.fields(cls) if not field.metadata.get("static")]
+    return tuple((field.name, field.metadata.get("declaration")) for field in fields)
 
 
 def parts_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

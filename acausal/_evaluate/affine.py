@@ -5,13 +5,14 @@ what is traced is what one would have written by hand.
 """
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
-from .._reduce.jaxpr import bind, called, differentiable_call
+from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,10 +76,10 @@ def _product(a: Affine, b: Affine) -> Affine:
 def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     """A linear operation on the first argument, applied to base and terms alike."""
     others = [arg.value() for arg in args[1:]]
-    aval = eqn.invars[0].aval
+    shape = shape_of(eqn.invars[0])
 
     def apply(value: Any) -> Any:
-        return bind(eqn, [jnp.broadcast_to(jnp.asarray(value, aval.dtype), aval.shape), *others])[0]
+        return bind(eqn, [jnp.broadcast_to(jnp.asarray(value, float), shape), *others])[0]
 
     base = None if args[0].base is None else apply(args[0].base)
     return Affine(base, {symbol: apply(value) for symbol, value in args[0].terms.items()})
@@ -104,24 +105,27 @@ def _apply(eqn: JaxprEqn, args: list[Affine]) -> list[Affine]:
     symbolic = any(arg.terms for arg in args)
     if symbolic and (body := differentiable_call(eqn)) is not None:
         return evaluate(body, args)
-    rule = _RULES.get(eqn.primitive.name)
-    scalar_like = all(var.aval.size == 1 or var.aval.shape == eqn.outvars[0].aval.shape for var in eqn.invars)
-    if rule is not None and scalar_like and (symbolic or eqn.primitive.name != "integer_pow"):
-        if symbolic or any(arg.base is None for arg in args):
+    if symbolic or any(arg.base is None for arg in args):
+        rule = _RULES.get(eqn.primitive.name) if _is_plain(eqn) else None
+        if rule is not None and (symbolic or eqn.primitive.name != "integer_pow"):
             return [rule(*args)]
     if symbolic:
         return [_mapped(eqn, args)]
     return [
-        Affine(value)
-        for value in bind(eqn, [_filled(arg, var.aval) for arg, var in zip(args, eqn.invars, strict=True)])
+        Affine(value) for value in bind(eqn, [_filled(arg, var) for arg, var in zip(args, eqn.invars, strict=True)])
     ]
 
 
-def _filled(arg: Affine, aval: Any) -> Any:
-    if arg.base is None:
-        return jnp.zeros(aval.shape, aval.dtype)
-    if isinstance(arg.base, float):
-        return jnp.broadcast_to(jnp.asarray(arg.base, aval.dtype), aval.shape)
+def _is_plain(eqn: JaxprEqn) -> bool:
+    """Whether an operation is elementwise on operands of one shape, scalars aside."""
+    shape = shape_of(eqn.outvars[0])
+    return all(shape_of(var) == shape or math.prod(shape_of(var)) == 1 for var in eqn.invars)
+
+
+def _filled(arg: Affine, atom: Any) -> Any:
+    """A value that can be bound: zeros and python floats as arrays."""
+    if arg.base is None or isinstance(arg.base, float):
+        return jnp.full(shape_of(atom), arg.value(), atom.aval.dtype)
     return arg.base
 
 
@@ -140,6 +144,6 @@ def evaluate(closed: ClosedJaxpr, inputs: Sequence[Affine]) -> list[Affine]:
 
 
 def _literal(atom: Any) -> Affine:
-    if jnp.ndim(atom.val) == 0 and jnp.issubdtype(atom.aval.dtype, jnp.floating):
+    if jnp.ndim(atom.val) == 0 and is_floating(atom):
         return Affine(None if atom.val == 0 else float(atom.val))
     return Affine(atom.val)

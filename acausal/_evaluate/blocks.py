@@ -24,9 +24,9 @@ class Known:
     def read(self, arg: Arg) -> Affine:
         match arg.source:
             case "param":
-                return Affine(self.params[arg.index])
+                return Affine(self.params[arg.number])
             case "value":
-                return scale(Affine(self.values[arg.index]), float(arg.sign))
+                return scale(Affine(self.values[arg.number]), float(arg.sign))
             case "time":
                 return scale(Affine(self.time), float(arg.sign))
             case "one":
@@ -52,7 +52,8 @@ def residuals(program: Program, known: Known) -> list[Any]:
 
 def _residual(step: Step, known: Known, unknowns: dict[int, Affine]) -> Affine:
     args = [
-        scale(unknowns[arg.index], float(arg.sign)) if arg.source == "unknown" else known.read(arg) for arg in step.args
+        scale(unknowns[arg.number], float(arg.sign)) if arg.source == "unknown" else known.read(arg)
+        for arg in step.args
     ]
     return evaluate(step.template.jaxpr, args)[0]
 

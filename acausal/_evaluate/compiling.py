@@ -13,6 +13,7 @@ from .._reduce.aliases import Family, Merged
 from .._reduce.index import Reduced
 from .._reduce.jaxpr import as_function
 from .._reduce.template import Template
+from .._tracing import is_traced
 from .starts import Starts
 from .system import System, build, mass_matrix_form
 
@@ -27,7 +28,7 @@ def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "sol
     algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
     """
     leaves = jax.tree_util.tree_leaves(model)
-    if any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
+    if any(is_traced(leaf) for leaf in leaves):
         raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
     system = build(model, ft.partial(_coefficients, leaves))
     return system if algebraic == "solve" else mass_matrix_form(system)

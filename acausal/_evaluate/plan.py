@@ -26,10 +26,10 @@ class Place(NamedTuple):
 
 
 class Read(NamedTuple):
-    """A gather from segments: `index[i, j]` is element j of member i in their concatenation."""
+    """A gather from segments: `elements[i, j]` is element j of member i in their concatenation."""
 
     segments: tuple[int, ...]
-    index: np.ndarray
+    elements: np.ndarray
     shape: tuple[int, ...]
 
 
@@ -60,16 +60,16 @@ class Store:
         """The values of all members, stacked in front."""
         parts = [jnp.ravel(self.segments[segment]) for segment in read.segments]
         source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
-        index = np.ravel(read.index)
+        index = np.ravel(read.elements)
         if len(index) and np.all(np.diff(index) == 1):
             picked = jax.lax.slice(source, (int(index[0]),), (int(index[-1]) + 1,))
         else:
             picked = source[index]
-        return picked.reshape(len(read.index), *read.shape)
+        return picked.reshape(len(read.elements), *read.shape)
 
     def single(self, read: Read) -> Any:
         segment = self.segments[read.segments[0]]
-        if np.shape(segment) == read.shape and len(np.ravel(read.index)) == np.size(segment):
+        if np.shape(segment) == read.shape and len(np.ravel(read.elements)) == np.size(segment):
             return segment
         return self.gather(read)[0]
 

@@ -13,7 +13,7 @@ class Arg(NamedTuple):
     """Where an input of an equation comes from: a parameter, a known value, an unknown of the block, or a constant."""
 
     source: Literal["param", "value", "unknown", "time", "zero", "one"]
-    index: int = 0
+    number: int = 0
     sign: int = 1
 
 

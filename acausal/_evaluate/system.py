@@ -18,6 +18,7 @@ from .._reduce.index import Reduced, reduce_index
 from .._reduce.sort import Sorted, sort
 from .._reduce.states import Chosen, nominals, select_states
 from .._reduce.tear import Torn, tear
+from .._tracing import is_traced
 from .plan import UNROLLED, Group, Packed, Pair, Plan, group_residuals
 from .program import programme, residual_programme
 from .starts import Starts
@@ -28,8 +29,8 @@ class System:
     """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
 
     The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair. In mass-matrix
-    form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are left
-    to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
+    form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are
+    left to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
     """
 
     flat: FlatModel
@@ -161,7 +162,7 @@ class System:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Inputs:
-    """Numbers of a model in the layout of its compiled system: `params` by class and slot, `starts` of all variables."""
+    """Numbers of a model as its compiled system takes them: `params` by class and slot, `starts` of all variables."""
 
     params: Packed
     starts: Float[Array, " elements"]
@@ -219,7 +220,7 @@ def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any
     values = [leaves[first + slot] for first in instances.first_leaf]
     if instances.total > UNROLLED:
         # Thousands of separate numbers are collected fastest on the host.
-        xp = jnp if any(isinstance(value, jax.core.Tracer) for value in values) else np
+        xp = jnp if any(is_traced(value) for value in values) else np
         return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
     members: list[Any] = []
     for value, stack in zip(values, instances.stacks, strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import Component, Energy
-from .._reduce.flatten import children
+from .._reduce.connections import children
 
 
 def accounts(view: Any, path: str = "") -> Iterator[tuple[str, Energy]]:

@@ -7,11 +7,11 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
+from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 
 from .._errors import ModelError
 from .._reduce.flatten import FlatModel
-from .._reduce.jaxpr import structs
+from .._reduce.jaxpr import is_floating, structs
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Quantity:
 
     def __call__(self, constants: list[Any], values: list[Any]) -> list[Any]:
         """Evaluate from the constants and the values of `leaves`."""
-        return jax.extend.core.jaxpr_as_fun(self.closed)(*constants, *values)
+        return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
 
 _traced: dict[Hashable, tuple[Quantity, list[Any]]] = {}
@@ -41,7 +41,7 @@ _MOST = 512  # traces kept
 
 def trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
     """A user's function of the model, and the numbers it holds; traced once where it surely computes the same again."""
-    key = _identity(function)
+    key = _key_of(function)
     if key is None:
         return _trace(function, flat, what)
     if (flat, key) not in _traced:
@@ -51,8 +51,8 @@ def trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Q
     return _traced[flat, key]
 
 
-def _identity(function: Callable[[Any], Any]) -> Hashable | None:
-    """What a plain function computes: its code, with the numbers and modules it refers to. None where that is not all."""
+def _key_of(function: Callable[[Any], Any]) -> Hashable | None:
+    """What a plain function computes: its code and the numbers and modules it refers to; None if it refers to more."""
     if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
         return None
     code = function.__code__
@@ -79,9 +79,8 @@ def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[
     except AttributeError as error:
         raise ModelError(f"{what}: {error}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
     jaxpr, constants = _hoisted(closed)
-    read = {atom for eqn in jaxpr.eqns for atom in eqn.invars if not isinstance(atom, Literal)} | set(
-        atom for atom in jaxpr.outvars if not isinstance(atom, Literal)
-    )
+    atoms = [atom for eqn in jaxpr.eqns for atom in eqn.invars] + list(jaxpr.outvars)
+    read = {atom for atom in atoms if not isinstance(atom, Literal)}
     held = len(constants)
     leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
     invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
@@ -96,10 +95,10 @@ def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
     constants: list[Any] = list(closed.consts)
 
     def lift(atom: Any) -> Any:
-        if not isinstance(atom, Literal) or not jnp.issubdtype(atom.aval.dtype, jnp.floating):
+        if not isinstance(atom, Literal) or not is_floating(atom):
             return atom
         variables.append(Var(atom.aval))
-        constants.append(jnp.asarray(atom.val, atom.aval.dtype))
+        constants.append(jnp.asarray(atom.val, float))
         return variables[-1]
 
     eqns = [eqn.replace(invars=[lift(atom) for atom in eqn.invars]) for eqn in jaxpr.eqns]

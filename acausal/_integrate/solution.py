@@ -10,12 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._errors import ModelError, ParameterError, SimulationError
-from .._evaluate.initial import constrained_names
+from .._errors import ModelError
 from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
+from .._tracing import is_traced
 from .energy import EnergyAccount, stored
-from .result import Result, sentence
 
 
 class UnknownNameError(ModelError, KeyError, AttributeError):
@@ -36,41 +35,38 @@ class Solution(eqx.Module):
     """
 
     t1: Any
-    t_start: Any
-    y_start: Any
-    t_end: Any
-    y_end: Any
-    saved_ts: Any
-    saved_ys: Any
-    end_integrals: Any
-    saved_integrals: Any
     result: Any
-    culprit: Any
     stats: dict[str, Any]
-    leaves: list[Any]
-    inputs: Inputs
-    dense: diffrax.DenseInterpolation | None
+    _start: tuple[Any, Any]  # time and state vector
+    _end: tuple[Any, Any]
+    _path: tuple[Any, Any]  # at the saved times, padded with infinities after the end
+    _end_integrals: Any
+    _path_integrals: Any
+    _culprit: Any  # the bad parameter or start value, if there is one
+    _params: list[Any]  # the leaves of the model, None where they are variables
+    _inputs: Inputs
+    _dense: diffrax.DenseInterpolation | None
     system: System = eqx.field(static=True)
-    tree: Any = eqx.field(static=True)  # of the integrals
+    _integrals_tree: Any = eqx.field(static=True)
 
     @property
     def is_batched(self) -> bool:
-        return jnp.ndim(self.t_end) > 0
+        return jnp.ndim(self.t1) > 0
 
     @property
     def ts(self) -> Any:
-        """The saved times; those after the end, where a condition stopped the run, are left out of a single solution."""
-        return self._trimmed(self.saved_ts)
+        """The saved times; in a single solution, those that the run did not reach are left out."""
+        return self._trimmed(self._path[0])
 
     @property
     def ys(self) -> Any:
         """The state vector at the saved times; see `sol.system.state_names`."""
-        return self._trimmed(self.saved_ys)
+        return self._trimmed(self._path[1])
 
     def _trimmed(self, rows: Any) -> Any:
-        if self.is_batched or isinstance(self.saved_ts, jax.core.Tracer):
+        if self.is_batched or is_traced(self._path[0]):
             return rows
-        return rows[np.isfinite(np.asarray(self.saved_ts))]
+        return rows[np.isfinite(np.asarray(self._path[0]))]
 
     @property
     def values(self) -> Any:
@@ -80,38 +76,38 @@ class Solution(eqx.Module):
     @property
     def final(self) -> Any:
         """The model with the values at the end of the run in place of its variables."""
-        return self._view(self.t_end, self.y_end)
+        return self._view(*self._end)
 
     def at(self, t: Any) -> Any:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
-        if self.dense is None:
+        if self._dense is None:
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
-        evaluate = self.dense.evaluate
+        evaluate = self._dense.evaluate
         return self._view(t, evaluate(t) if jnp.ndim(t) == 0 else jax.vmap(evaluate)(t))
 
     def _view(self, ts: Any, ys: Any) -> Any:
-        variables = _trajectories(self.system, self.is_batched, ts, ys, self.inputs)
+        variables = _trajectories(self.system, self.is_batched, ts, ys, self._inputs)
         numbers = dict(zip(self.system.flat.variable_leaves, variables, strict=True))
-        leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self.leaves)]
+        leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self._params)]
         return self.system.flat.structure.unflatten(leaves)
 
     @property
     def integrals(self) -> Any:
         """Trajectories of the `integrals` asked for."""
-        return self._integrals(self._trimmed(self.saved_integrals))["user"]
+        return self._integrals(self._trimmed(self._path_integrals))["user"]
 
     def _integrals(self, columns: Any) -> Any:
-        if self.tree is None:
+        if self._integrals_tree is None:
             raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
-        return self.tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
+        return self._integrals_tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
 
     @property
     def energy(self) -> EnergyAccount:
         """The energy account of the run, for one made with `energy=True`."""
-        integrals = self._integrals(self.end_integrals)["energy"]
+        integrals = self._integrals(self._end_integrals)["energy"]
         if not integrals:
             raise ModelError("The powers were not integrated: pass energy=True to simulate.")
-        before, after = stored(self._view(self.t_start, self.y_start)), stored(self.final)
+        before, after = stored(self._view(*self._start)), stored(self.final)
         return EnergyAccount(
             supplied={name: supplied for name, (_, supplied) in integrals.items()},
             stored={name: after[name] - before[name] for name in integrals},
@@ -196,65 +192,3 @@ def _trajectories(system: System, is_batched: bool, ts: Any, ys: Any, inputs: In
 
 
 START_REMEDY = "leave out the start value (zero) of this variable or of those that it is connected to rigidly."
-
-
-def report_failure(solution: Solution, numbers: list[Any]) -> Solution:
-    """Raise for a run that failed; under `jit`, when it is executed."""
-    result = solution.result
-    fine = (result == Result.reached_end) | (result == Result.stopped)
-    if isinstance(fine, jax.core.Tracer):
-        return eqx.tree_at(lambda s: s.t1, solution, _error_under_jit(solution, ~fine))
-    if not np.all(fine):
-        raise _error(solution, numbers)
-    return solution
-
-
-def _error_under_jit(solution: Solution, failed: Any) -> Any:
-    system = solution.system
-    t1 = solution.t1
-    bad = solution.result == Result.bad_parameter
-    if system.signed_leaves:
-        texts = [_parameter_text(system, leaf) for leaf in system.signed_leaves]
-        t1 = eqx.branched_error_if(t1, bad, solution.culprit, texts)
-    return solution.result.error_if(t1, failed & ~bad)
-
-
-def _parameter_text(system: System, leaf: int) -> str:
-    flat_leaf = system.flat.leaves[leaf]
-    assert flat_leaf.declaration.sign is not None
-    return f"{flat_leaf.path} must be {flat_leaf.declaration.sign.name} (unit {flat_leaf.declaration.unit})."
-
-
-def _error(solution: Solution, leaves: list[Any]) -> Exception:
-    """The exception for a failed run with concrete numbers, naming where and what."""
-    system = solution.system
-    if solution.is_batched:
-        codes = np.asarray(solution.result._value)
-        return SimulationError(f"Some runs of the batch failed; pass throw=False and look at sol.result: {codes}.")
-    if solution.result == Result.bad_parameter:
-        leaf = system.signed_leaves[int(solution.culprit)]
-        return ParameterError(f"{_parameter_text(system, leaf)} It is {leaves[leaf]}.")
-    message = sentence(solution.result)
-    if solution.result == Result.bad_start:
-        name = constrained_names(system)[int(solution.culprit)]
-        return SimulationError(f"{message} {name} cannot have the value it is given; {START_REMEDY}")
-    where = f"At t = {float(solution.t_end):.6g} s: "
-    if solution.result == Result.never_stopped:
-        return SimulationError(where + message)
-    culprit = _first_not_finite(solution)
-    if culprit is not None:
-        return SimulationError(f"{where}{sentence(Result.not_finite)} The first one is {culprit}.")
-    state = dict(zip(system.state_names, np.asarray(solution.y_end).tolist(), strict=False))
-    return SimulationError(f"{where}{message} The state is {state}.")
-
-
-def _first_not_finite(solution: Solution) -> str | None:
-    """The first variable that is not finite, at the last good state or a little further on."""
-    system, t, y = solution.system, solution.t_end, solution.y_end
-    rates = system.vector_field(t, y, solution.inputs)
-    for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
-        point = y + ahead * jnp.where(jnp.isfinite(rates), rates, 0.0)
-        name = system.first_not_finite(t + ahead, point, solution.inputs)
-        if name is not None:
-            return name
-    return None

@@ -103,9 +103,9 @@ def merge(flat: FlatModel) -> Merged:
         if repeated:
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
             raise StructureError(
-                f"The equation {names} only repeats what other equations say. Either the circuit that it belongs to has "
-                "no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a value or join two "
-                "ports stand in parallel: remove one, or give it a resistance or compliance."
+                f"The equation {names} only repeats what other equations say. Either the circuit that it belongs to "
+                "has no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a value or "
+                "join two ports stand in parallel: remove one, or give it a resistance or compliance."
             )
     representative, sign = _resolved(flat, sets)
     for family in families:

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable
 from typing import Any
 
 import jax
@@ -12,11 +12,10 @@ from jaxtyping import Int
 
 from .._declare.annotations import Declaration
 from .._declare.array import Array
-from .._declare.component import Component, Connection
+from .._declare.component import Component
 from .._declare.node import Node, Port, dynamic_fields, join, parts_of
 from .._errors import ModelError
-
-Ids = Int[np.ndarray, "..."]
+from .connections import Joints
 
 
 @dataclasses.dataclass(frozen=True)
@@ -147,18 +146,10 @@ def flatten(model: Component) -> FlatModel:
         for leaf in walker.leaves
     ]  # fmt: skip
     view = structure.unflatten(ids)
-    joined = _Joints(walker.node_path)
+    joined = Joints(walker.node_path)
     joined.visit(view, "", is_root=True)
     across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
     return FlatModel(structure, walker.leaves, walker.n_nodes, list(walker.instances.values()), across, flow_sets)
-
-
-def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
-    """Parts of a node with their paths; the item of an array of components has a path that ends in `[]`."""
-    for name, declaration in dynamic_fields(type(node)):
-        if declaration is None:
-            here = f"{path}[]" if isinstance(node, Array) else join(path, name)
-            yield from parts_of(vars(node)[name], here)
 
 
 class _Walker:
@@ -172,7 +163,7 @@ class _Walker:
     def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
         if not isinstance(node, Node):
             raise ModelError(
-                f"{path or 'The model'} holds a number, but is declared as a part: give it a Component, a Port or a Record."
+                f"{path or 'The model'} holds a number, but is declared as a part: give it a Component, Port or Record."
             )
         first_leaf = len(self.leaves)
         below = (*stack, node.n) if isinstance(node, Array) else stack
@@ -229,115 +220,3 @@ class _Walker:
 def _sizes(node: Node, declaration: Declaration) -> tuple[int, ...]:
     assert declaration.sizes is not None
     return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)
-
-
-class _Joints:
-    """Runs `connections()` on a view of the model whose leaves are node numbers.
-
-    A port takes part in a connection from outside, as part of a component, or from inside, where a composite connects
-    its own port to its parts; the flow counts with opposite signs. So a flow node has two ends, 2 node + side.
-    """
-
-    def __init__(self, node_path: Any) -> None:
-        self._path = node_path
-        self.across: list[np.ndarray] = []
-        self.flows: list[np.ndarray] = []
-        self.joined_outside: list[np.ndarray] = []
-        self.need: list[tuple[str, int]] = []
-
-    def visit(self, node: Node, path: str, *, is_root: bool = False) -> None:
-        parts = list(children(node, path))
-        own = {id(part) for _, part in parts if isinstance(part, Port)}
-        if isinstance(node, Component):
-            if type(node).connections is not Component.connections:
-                for connection in node.connections():
-                    self._join(connection, own, path or type(node).__name__)
-            if not is_root:
-                self._note_needs(parts)
-        for part_path, part in parts:
-            if isinstance(part, Component):
-                self.visit(part, part_path)
-
-    def _note_needs(self, parts: list[tuple[str, Any]]) -> None:
-        for path, part in parts:
-            if isinstance(part, Port) and type(part).needs_connection:
-                self.need.extend((path, int(node)) for node in np.ravel(_first_ids(part)))
-
-    def _join(self, connection: Connection, own: set[int], where: str) -> None:
-        ports = connection.ports
-        if len(ports) < 2 or not all(isinstance(port, Port) for port in ports):
-            kinds = ", ".join(type(port).__name__ for port in ports)
-            raise ModelError(f"{where}: connect(...) takes two or more ports, got ({kinds}). Name the port of a part.")
-        head = ports[0]
-        sides = [1 if id(port) in own else 0 for port in ports]
-        for port, side in zip(ports, sides, strict=True):
-            if side == 0:
-                self.joined_outside.append(np.ravel(_first_ids(port)))
-        for port, side in zip(ports[1:], sides[1:], strict=True):
-            self._pair(head, sides[0], port, side, where)
-
-    def _pair(self, a: Port, side_a: int, b: Port, side_b: int, where: str) -> None:
-        self._check_alike(a, b, where)
-        for name, declaration in dynamic_fields(type(a)):
-            left, right = vars(a)[name], vars(b)[name]
-            if np.shape(left) != np.shape(right):
-                raise ModelError(
-                    f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} ports. "
-                    "Select as many members of one array as of the other."
-                )
-            pairs = np.stack([np.ravel(left), np.ravel(right)], axis=1)
-            if declaration is not None and declaration.role == "flow":
-                self.flows.append(2 * pairs + np.array([side_a, side_b]))
-            else:
-                self.across.append(pairs)
-
-    def _check_alike(self, a: Port, b: Port, where: str) -> None:
-        alike = type(a) is type(b) or _family(type(a)) & _family(type(b))
-        if not alike:
-            raise ModelError(
-                f"{where}: {self._name(a)} is a {type(a).__name__} and {self._name(b)} a {type(b).__name__}; only ports "
-                "of one kind can be connected. Put a component between them that converts one into the other."
-            )
-
-    def _name(self, port: Port) -> str:
-        return self._path(int(np.ravel(_first_ids(port))[0])).rpartition(".")[0]
-
-    def resolve(self, flow_nodes: np.ndarray, n_nodes: int) -> tuple[np.ndarray, list]:
-        """Pairs of merged nodes, and the sets of signed flows that sum to zero."""
-        connected = set(np.concatenate(self.joined_outside).tolist()) if self.joined_outside else set()
-        for path, node in self.need:
-            if node not in connected:
-                raise ModelError(f"{path} is not connected: it needs a connection that determines its value.")
-        across = np.concatenate(self.across) if self.across else np.zeros((0, 2), int)
-        edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
-        ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))
-        return across, _flow_sets(ends, edges)
-
-
-def _flow_sets(ends: np.ndarray, edges: np.ndarray) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    if len(ends) == 0:
-        return []
-    a, b = np.searchsorted(ends, edges[:, 0]), np.searchsorted(ends, edges[:, 1])
-    graph = coo_array((np.ones(len(a)), (a, b)), shape=(len(ends), len(ends)))
-    n_sets, label = connected_components(graph, directed=False)
-    order = np.argsort(label, kind="stable")
-    bounds = np.searchsorted(label[order], np.arange(n_sets + 1))
-    members = ends[order].tolist()
-    sets = []
-    for start, stop in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        nodes = tuple(end >> 1 for end in members[start:stop])
-        sets.append((nodes, tuple(-1 if end & 1 else 1 for end in members[start:stop])))
-    return sorted(sets)
-
-
-def _family(cls: type[Port]) -> set[type]:
-    """Partial bases that make ports of different classes connectable, such as `Signal` for `Input` and `Output`."""
-    return {base for base in cls.__mro__ if issubclass(base, Port) and base not in (Port, cls)}
-
-
-def _first_ids(port: Port) -> Ids:
-    name, _ = dynamic_fields(type(port))[0]
-    return vars(port)[name]

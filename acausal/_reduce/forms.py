@@ -7,13 +7,14 @@ depends: an input may be solved for by division only where its coefficient canno
 
 import dataclasses
 import functools as ft
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
-from .jaxpr import called, differentiable_call
+from .jaxpr import called, differentiable_call, shape_of
 
 Signs = frozenset[int]
 ANY: Signs = frozenset((-1, 0, 1))
@@ -164,9 +165,9 @@ _SIGNS: dict[str, Callable[[Signs], Signs]] = {
 
 
 def _rearranged(eqn: JaxprEqn, forms: Sequence[Form]) -> Form:
-    source, target = eqn.invars[0].aval, eqn.outvars[0].aval
-    same = source.shape == target.shape or (source.size == 1 and target.size == 1)
-    moves = eqn.primitive.name in ("transpose", "rev", "cumsum", "gather", "dynamic_slice") and target.size > 1
+    source, target = shape_of(eqn.invars[0]), shape_of(eqn.outvars[0])
+    same = source == target or math.prod(source) == math.prod(target) == 1
+    moves = eqn.primitive.name in ("transpose", "rev", "cumsum", "gather", "dynamic_slice") and math.prod(target) > 1
     result = _spread(forms[0], elementwise=same and not moves)
     extra = [form for form in forms[1:] if form.inputs]
     return _opaque(forms) if extra else result

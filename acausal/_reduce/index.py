@@ -189,7 +189,7 @@ def _eliminate(table: Incidence, equations: dict[int, dict[int, Fraction]]) -> N
             raise StructureError(
                 "These equations depend on each other and leave the rest undetermined:\n  "
                 + _listed([table.row_name(item) for item in sorted(used)])
-                + "\n  Remedy: a circuit without a reference has one sum of flows too many, so connect a Ground (Fixed, "
-                "Tank) to it."
+                + "\n  Remedy: a circuit without a reference has one sum of flows too many; connect a Ground, Fixed or "
+                "Tank to it."
             )
         pivots[next(iter(terms))] = (terms, used)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
 
 
@@ -65,6 +66,16 @@ def _bind_call(eqn: JaxprEqn, values: Sequence[Any]) -> list[Any]:
     given = {var: value for var, value in zip(eqn.invars, values, strict=True) if not isinstance(var, Literal)}
     whole = Jaxpr([], list(given), eqn.outvars, [eqn])
     return list(jaxpr_as_fun(ClosedJaxpr(whole, []))(*given.values()))
+
+
+def shape_of(atom: Any) -> tuple[int, ...]:
+    """The shape of a variable or literal of a jaxpr."""
+    return tuple(atom.aval.shape)
+
+
+def is_floating(atom: Any) -> bool:
+    """Whether a variable or literal of a jaxpr is a floating-point number."""
+    return bool(jnp.issubdtype(atom.aval.dtype, jnp.floating))
 
 
 def structs(shapes: Sequence[tuple[int, ...]]) -> list[jax.ShapeDtypeStruct]:

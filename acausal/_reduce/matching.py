@@ -1,5 +1,7 @@
 """Bipartite matching of equations with variables, and what to say when there is none."""
 
+import itertools
+
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
@@ -18,7 +20,7 @@ def neighbours(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[
     order = np.argsort(rows, kind="stable")
     bounds = np.searchsorted(rows[order], np.arange(n_rows + 1)).tolist()
     ordered = columns[order].tolist()
-    return [ordered[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    return [ordered[a:b] for a, b in itertools.pairwise(bounds)]
 
 
 def reach(start: list[int], edges: list[list[int]], partner: np.ndarray) -> tuple[set[int], set[int]]:

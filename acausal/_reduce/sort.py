@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import itertools
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -43,7 +44,7 @@ class Sorted:
     def entries_of_row(self) -> list[np.ndarray]:
         order = np.argsort(self.table.row, kind="stable")
         bounds = np.searchsorted(self.table.row[order], np.arange(self.table.n_rows + 1))
-        return [order[a:b] for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+        return [order[a:b] for a, b in itertools.pairwise(bounds)]
 
     def unknown_name(self, unknown: int) -> str:
         return self.table.variable_name(*self.unknowns[unknown])
@@ -120,7 +121,7 @@ def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int) -> list[Block
     rows: list[list[int]] = [[] for _ in range(count)]
     for row, block in enumerate(label.tolist()):
         rows[block].append(row)
-    order = np.lexsort(([members[0] for members in rows], level)) if count else []
+    order = np.lexsort((np.array([members[0] for members in rows], dtype=int), level)).tolist()
     return [Block(rows[b], [int(mate[row]) for row in rows[b]], int(level[b])) for b in order]
 
 

@@ -77,8 +77,7 @@ def _outline(system: System, ax: Any) -> None:
     start = 0
     for torn in system.torn:
         size = len(torn.rows)
-        style = {"facecolor": _COLOURS[torn.kind], "edgecolor": _COLOURS[torn.kind]}
-        ax.add_patch(Rectangle((start - 0.5, start - 0.5), size, size, alpha=0.25, **style))
+        ax.add_patch(Rectangle((start - 0.5, start - 0.5), size, size, alpha=0.25, color=_COLOURS[torn.kind]))
         if torn.tears and size > 1:
             inner = len(torn.steps)
             ax.add_patch(

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from acausal import Equations, Param, Vector, eq
 
 from .._checks import check, increasing
-from .._tables import monotone_cubic
+from .._tables import clamped, monotone_cubic
 from ._interfaces import SignalSource
 
 
@@ -26,6 +26,6 @@ class TimeSeries(SignalSource):
         check(self, "times", increasing, "increasing")
 
     def equations(self, d: Self) -> Equations:
-        t = jnp.clip(self.t, self.times[0], self.times[-1])
+        t = clamped(self.t, self.times)
         y = monotone_cubic(t, self.times, self.values) if self.smooth else jnp.interp(t, self.times, self.values)
         return dict(series=eq(self.y.value, y))

@@ -16,7 +16,7 @@ class Compliant(Component, partial=True):
     """A massless element between two flanges: phi_rel = phi_b - phi_a, tau = tau_b = -tau_a."""
 
     phi_rel: Var[Scalar, "rad"] = 0.0  # relative angle
-    tau: Var[Scalar, "N.m"] = 0.0  # torque that the element exerts from b towards a, positive when phi_rel is large
+    tau: Var[Scalar, "N.m"] = 0.0  # torque at b, positive where it turns b back towards a
     a: Flange = Flange()
     b: Flange = Flange()
 

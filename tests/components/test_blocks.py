@@ -23,7 +23,7 @@ def output(source: blocks.SignalSource, times: np.ndarray) -> jax.Array:
         (equation,) = here.equations(here).values()
         return -equation.residual
 
-    return jax.vmap(at)(jnp.asarray(times))
+    return jnp.asarray(jax.vmap(at)(jnp.asarray(times)))
 
 
 def cosine(t: Scalar) -> Scalar:

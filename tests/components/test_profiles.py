@@ -19,7 +19,7 @@ def over(function: Callable[[Scalar], Scalar], x: Any) -> np.ndarray:
     return np.asarray(jax.jit(jax.vmap(function))(jnp.asarray(x)))
 
 
-ANGLES = np.linspace(-4.0, 10.0, 1000)
+ANGLES = jnp.linspace(-4.0, 10.0, 1000)
 
 
 @settings(deadline=None, max_examples=30)
@@ -46,9 +46,9 @@ def harmonic(angle: Scalar) -> Scalar:
 
 def sampled(n: int) -> TabulatedLift:
     # Uneven knots, so that no symmetry hides an error.
-    angles = np.linspace(0.0, 2.0 * np.pi, n + 1)
-    angles = angles + 0.5 / n * np.sin(angles)
-    return TabulatedLift(angles=jnp.asarray(angles), lifts=jnp.asarray(harmonic(angles)))
+    angles = jnp.linspace(0.0, 2.0 * jnp.pi, n + 1)
+    angles = angles + 0.5 / n * jnp.sin(angles)
+    return TabulatedLift(angles=angles, lifts=jnp.asarray(harmonic(angles)))
 
 
 def test_tabulated_lift_converges_with_order_four() -> None:

@@ -1,0 +1,77 @@
+"""What to raise for a run that failed: where, when and what to do."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import ParameterError, SimulationError
+from .._evaluate.initial import constrained_names
+from .._evaluate.system import System
+from .._tracing import is_traced
+from .result import Result, sentence
+from .solution import Solution
+
+
+def report_failure(solution: Solution) -> Solution:
+    """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
+    result = solution.result
+    fine = (result == Result.reached_end) | (result == Result.stopped)
+    if is_traced(fine):
+        return eqx.tree_at(lambda s: s.t1, solution, _checked_at_run_time(solution, ~fine))
+    if not np.all(fine):
+        raise _error(solution)
+    return solution
+
+
+def _checked_at_run_time(solution: Solution, failed: Any) -> Any:
+    """The end time, whose computation raises. Its parameter is named; other culprits are known to eager runs only."""
+    system, t1 = solution.system, solution.t1
+    bad = solution.result == Result.bad_parameter
+    if system.signed_leaves:
+        texts = [_requirement(system, leaf) for leaf in system.signed_leaves]
+        t1 = eqx.branched_error_if(t1, bad, solution._culprit, texts)
+    return solution.result.error_if(t1, failed & ~bad)
+
+
+def _requirement(system: System, leaf: int) -> str:
+    flat_leaf = system.flat.leaves[leaf]
+    assert flat_leaf.declaration.sign is not None
+    return f"{flat_leaf.path} must be {flat_leaf.declaration.sign.name} (unit {flat_leaf.declaration.unit})."
+
+
+def _error(solution: Solution) -> Exception:
+    system, result = solution.system, solution.result
+    if solution.is_batched:
+        return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
+    if result == Result.bad_parameter:
+        leaf = system.signed_leaves[int(solution._culprit)]
+        return ParameterError(f"{_requirement(system, leaf)} It is {solution._params[leaf]}.")
+    if result == Result.bad_start:
+        name = constrained_names(system)[int(solution._culprit)]
+        return SimulationError(
+            f"{sentence(result)} {name} cannot have the value it is given: leave out the start value (zero) of this "
+            "variable, or of those that it is connected to rigidly."
+        )
+    t, y = solution._end
+    where = f"At t = {float(t):.6g} s: "
+    if result == Result.never_stopped:
+        return SimulationError(where + sentence(result))
+    culprit = _first_not_finite(solution)
+    if culprit is not None:
+        return SimulationError(f"{where}{sentence(Result.not_finite)} The first one is {culprit}.")
+    state = dict(zip(system.state_names, np.asarray(y).tolist(), strict=False))
+    return SimulationError(f"{where}{sentence(result)} The state is {state}.")
+
+
+def _first_not_finite(solution: Solution) -> str | None:
+    """The first variable that is not finite, at the last good state or a little further on."""
+    system, (t, y) = solution.system, solution._end
+    rates = system.vector_field(t, y, solution._inputs)
+    for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
+        point = y + ahead * jnp.where(jnp.isfinite(rates), rates, 0.0)
+        name = system.first_not_finite(t + ahead, point, solution._inputs)
+        if name is not None:
+            return name
+    return None

@@ -1,0 +1,189 @@
+"""The compiled part of a simulation."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+
+from .._evaluate.initial import initial_state
+from .._evaluate.observe import observe
+from .._evaluate.system import Inputs, System
+from .quantity import Quantity
+from .result import Result
+from .solution import Solution
+
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """What a run is compiled for."""
+
+    system: System
+    stop: Quantity | None
+    integrand: Quantity | None
+    direction: bool | None
+    save: str
+    solver: diffrax.AbstractSolver
+    adjoint: diffrax.AbstractAdjoint
+    max_steps: int
+    progress: diffrax.AbstractProgressMeter
+
+    @property
+    def n_integrals(self) -> int:
+        """How many integrals follow the states in the vector that is integrated."""
+        return 0 if self.integrand is None else self.integrand.n_outputs
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Numbers:
+    """What a compiled run is called with. `params` has the leaves of the model, None where they are variables."""
+
+    params: list[Any]
+    starts: Any
+    t0: Any
+    t1: Any
+    dt0: Any
+    dtmin: Any
+    rtol: Any
+    times: Any
+    stop: list[Any]  # numbers in the stop condition
+    rates: list[Any]  # numbers in the integrands
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def run(settings: Settings, numbers: Numbers) -> Solution:
+    """Integrate; compiled once for each `settings`."""
+    system = settings.system
+    inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts))
+    y0, bad_starts = initial_state(system, numbers.t0, inputs)
+    raw = diffrax.diffeqsolve(
+        diffrax.ODETerm(_vector_field(settings, numbers)),
+        _solver(settings),
+        numbers.t0,
+        numbers.t1,
+        numbers.dt0,
+        jnp.concatenate([y0, jnp.zeros(settings.n_integrals)]),
+        inputs,
+        saveat=_saves(settings, numbers),
+        stepsize_controller=_controller(settings, numbers),
+        adjoint=settings.adjoint,
+        max_steps=settings.max_steps,
+        throw=False,
+        event=_event(settings, numbers),
+        progress_meter=settings.progress,
+    )
+    return _solution(settings, numbers, inputs, raw, y0, bad_starts)
+
+
+def _solver(settings: Settings) -> Any:
+    mass = settings.system.mass
+    if mass is None:
+        return settings.solver
+    return dataclasses.replace(settings.solver, mass=np.concatenate([mass, np.ones(settings.n_integrals)]))
+
+
+def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
+    """Tolerances per variable; the integrals, energies above all, count as of size 1."""
+    sizes = np.concatenate([settings.system.nominals, np.ones(settings.n_integrals)])
+    smallest = 1e-14 * (numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
+    return diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
+
+
+def _vector_field(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Inputs], Any]:
+    system, integrand = settings.system, settings.integrand
+    if integrand is None:
+        return system.vector_field
+
+    def extended(t: Any, y: Any, inputs: Inputs) -> Any:
+        states = y[: len(system.nominals)]
+        values = _read(system, integrand.leaves, numbers, t, states, inputs)
+        rates = jnp.stack(integrand(numbers.rates, values))
+        return jnp.concatenate([system.vector_field(t, states, inputs), rates])
+
+    return extended
+
+
+def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
+    saves = {"end": diffrax.SubSaveAt(t1=True)}
+    if settings.save == "steps":
+        saves["path"] = diffrax.SubSaveAt(t0=True, steps=True)
+    elif settings.save == "times":
+        saves["path"] = diffrax.SubSaveAt(ts=numbers.times)
+    return diffrax.SaveAt(subs=saves, dense=settings.save == "dense")
+
+
+def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
+    system, stop = settings.system, settings.stop
+    if stop is None:
+        return None
+
+    def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
+        return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: len(system.nominals)], args))[0]
+
+    return diffrax.Event(condition, optx.Newton(rtol=1e-13, atol=1e-15), settings.direction)
+
+
+def _read(system: System, wanted: Sequence[int], numbers: Numbers, t: Any, y: Any, inputs: Inputs) -> list[Any]:
+    """Values of leaves by number: parameters as they are given, variables from the state."""
+    variables = [leaf for leaf in wanted if leaf in system.variable_leaves]
+    values = dict(zip(variables, observe(system, t, y, inputs, variables), strict=True))
+    return [values[leaf] if leaf in values else numbers.params[leaf] for leaf in wanted]
+
+
+def _solution(
+    settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, y0: Any, bad_starts: Any
+) -> Solution:
+    system, n = settings.system, len(settings.system.nominals)
+    assert raw.ts is not None
+    assert raw.ys is not None
+    path = "path" if "path" in raw.ts else "end"
+    t_end, y_end = raw.ts["end"][0], raw.ys["end"][0, :n]
+    result, culprit = _outcome(settings, numbers, inputs, raw, t_end, y_end, bad_starts)
+    return Solution(
+        t1=t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf),
+        result=result,
+        stats=raw.stats,
+        _start=(jnp.asarray(numbers.t0, float), y0),
+        _end=(t_end, y_end),
+        _path=(raw.ts[path], raw.ys[path][:, :n]),
+        _end_integrals=raw.ys["end"][0, n:],
+        _path_integrals=raw.ys[path][:, n:],
+        _culprit=culprit,
+        _params=numbers.params,
+        _inputs=inputs,
+        _dense=raw.interpolation,
+        system=system,
+        _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
+    )
+
+
+def _outcome(
+    settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, t: Any, y: Any, bad_starts: Any
+) -> tuple[Any, Any]:
+    """The result, and which parameter or start value is to blame for a bad one; later rules win."""
+    system = settings.system
+    bad_parameters = system.bad_parameters(numbers.params)
+    finite = jnp.all(jnp.isfinite(y)) & jnp.all(jnp.isfinite(system.vector_field(t, y, inputs)))
+    rules = [
+        (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
+        (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),
+        (~finite, Result.not_finite),
+        (jnp.any(bad_starts), Result.bad_start),
+        (jnp.any(bad_parameters), Result.bad_parameter),
+    ]
+    result = Result.reached_end
+    if settings.stop is not None:
+        result = Result.where(jnp.asarray(raw.event_mask), Result.stopped, Result.never_stopped)
+    for condition, outcome in rules:
+        result = Result.where(condition, outcome, result)
+    return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), _first(bad_starts))
+
+
+def _first(mask: Any) -> Any:
+    return jnp.argmax(mask) if len(mask) else jnp.asarray(0)

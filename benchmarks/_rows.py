@@ -1,0 +1,66 @@
+"""What a benchmark reports, as a table and as JSON."""
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One measurement: `value` in `unit`, which is `ratio` times what it is measured `against`; less is better.
+
+    `limit` is the largest ratio that is good enough, None for a row that only informs.
+    """
+
+    name: str
+    value: float
+    unit: str
+    against: str
+    ratio: float | None
+    limit: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        if self.limit is None or self.ratio is None:
+            return ""
+        return "met" if self.ratio <= self.limit else "missed"
+
+
+def compared(name: str, value: float, unit: str, reference: float, against: str, limit: float | None = None) -> Row:
+    """A measurement beside a reference in the same unit."""
+    return Row(name, value, unit, f"{against}: {reference:.4g} {unit}", value / reference, limit)
+
+
+def write(rows: Sequence[Row], path: Path) -> None:
+    """Save as JSON, without the limits: what is good enough is not a measurement."""
+    fields = ("name", "value", "unit", "against", "ratio")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps({"rows": [{f: getattr(row, f) for f in fields} for row in rows]}, indent=1) + "\n")
+
+
+def show(rows: Sequence[Row]) -> None:
+    """Print as a table, with rich where it is installed."""
+    heads = ("benchmark", "value", "unit", "against", "ratio", "at most", "")
+    cells = [
+        (row.name, f"{row.value:.4g}", row.unit, row.against, _number(row.ratio), _number(row.limit), row.verdict)
+        for row in rows
+    ]
+    try:
+        from rich.console import Console
+        from rich.table import Table
+    except ImportError:
+        widths = [max(len(line[i]) for line in [heads, *cells]) for i in range(len(heads))]
+        for line in [heads, *cells]:
+            print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+        return
+    table = Table()
+    for head in heads:
+        table.add_column(head, justify="right" if head in ("value", "ratio", "at most") else "left", no_wrap=True)
+    for line in cells:
+        table.add_row(*line, style="red" if line[-1] == "missed" else None)
+    Console(width=None if Console().is_terminal else 160).print(table)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"

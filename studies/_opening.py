@@ -1,0 +1,39 @@
+"""How long an actuator takes to open the clutch."""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Scalar, Solution, simulate
+
+from .actuators import ClutchActuator
+
+STROKE = 12e-3  # m, travel of the slave at which the clutch is open
+LONGEST = 5.0  # s, given up after this time: the slowest design that opens is the present one, in 0.4 s
+
+
+def opening(
+    model: ClutchActuator,
+    *,
+    stroke: Scalar = STROKE,
+    rtol: Scalar = 1e-9,
+    t_max: Scalar = LONGEST,
+    save: Any = "steps",
+) -> Solution:
+    """The run from rest until the slave has travelled `stroke` in m, of `t_max` in s at most.
+
+    Nothing is raised for a design that does not get there: `t1` of the solution is infinite and `result` says why.
+    """
+    travel = jnp.asarray(stroke, float)
+    return simulate(model, t_max, until=lambda s: s.slave.rod.s - travel, save=save, rtol=rtol, throw=False)
+
+
+def opening_time(
+    model: ClutchActuator, *, stroke: Scalar = STROKE, rtol: Scalar = 1e-9, t_max: Scalar = LONGEST
+) -> Scalar:
+    """The time in s after which the slave has travelled `stroke` in m; infinite if that takes more than `t_max` in s.
+
+    Differentiable in both modes, and goes under `jit` and `vmap`. An infinite time has a derivative of zero; the
+    reason for it is `opening(model).result`.
+    """
+    return opening(model, stroke=stroke, rtol=rtol, t_max=t_max, save="end").t1

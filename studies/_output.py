@@ -1,0 +1,85 @@
+"""What the studies share: tables, progress, JSON and pictures."""
+
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_T = TypeVar("_T")
+ACTUATOR_NAMES = {
+    "sila": "present (worm 38:1)",
+    "ema_fise": "EMA, FISE motor",
+    "ema_maxon": "EMA, Maxon RE50",
+    "ehs_maxon": "EHS, Maxon RE40",
+}
+COLORS = {"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"}
+
+
+def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
+    """Go through the items, showing on the terminal how far one is."""
+    try:
+        from rich.console import Console
+        from rich.progress import track
+    except ImportError:
+        for number, item in enumerate(items, start=1):
+            print(f"{what}: {number} of {len(items)}", file=sys.stderr)
+            yield item
+    else:
+        yield from track(items, what, console=Console(stderr=True), transient=True)
+
+
+def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print a table of texts, with rich where it is installed."""
+    try:
+        from rich.console import Console
+        from rich.table import Table
+    except ImportError:
+        _print_plain(title, heads, list(rows))
+        return
+    table = Table(title=title, title_justify="left")
+    for head in heads:
+        table.add_column(head, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+def _print_plain(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    widths = [max(len(row[i]) for row in [heads, *rows]) for i in range(len(heads))]
+    print(title)
+    for row in [heads, *rows]:
+        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+
+
+def write_json(path: Path, rows: Iterable[Any]) -> None:
+    """Write dataclass instances as `{"rows": [...]}`; JSON has no infinity, so that a number that is not finite is null."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps({"rows": [_plain(row) for row in rows]}, indent=2, allow_nan=False) + "\n")
+
+
+def _plain(row: Any) -> dict[str, Any]:
+    items = dataclasses.asdict(row).items()
+    return {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in items}
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """An empty figure of a size in inches, or an exit that says what to install."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise SystemExit('Pictures need matplotlib: pip install "acausal[plot]", or leave out --out.') from None
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save(figure: "Figure", directory: Path, name: str) -> None:
+    """Write a picture as PNG and say so."""
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory / f"{name}.png"
+    figure.savefig(path, dpi=150)
+    print(f"wrote {path}")

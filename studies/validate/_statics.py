@@ -1,0 +1,108 @@
+"""Actuators at rest: what holds them, and how they vibrate."""
+
+import dataclasses
+import functools as ft
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jaxtyping import Float
+
+from acausal import Inputs, Scalar, System, compile, simulate
+from components.electrical import ConstantCurrent
+from components.rotational import LinearLift
+
+from .._opening import opening
+from ..actuators import ClutchActuator, ElectrohydraulicActuator, ElectromechanicalActuator, WormActuator
+
+
+@dataclasses.dataclass(frozen=True)
+class Hold:
+    """An actuator that stands still against its clutch spring."""
+
+    stroke: Scalar  # m, of the slave
+    pressure: Scalar  # Pa
+    compression: Scalar  # m3, by which the liquid is compressed
+    angle: Scalar  # rad, of the motor
+    current: Scalar  # A
+
+
+def hold(model: ClutchActuator, stroke: Scalar) -> Hold:
+    """The equilibrium at a stroke in m, by virtual work: the motor's k i per angle is the pressure times the volume.
+
+    Viscous friction has no part in it. Where the cam's torque falls with its angle the equilibrium is unstable.
+    """
+    pressure = model.clutch.rate * stroke / model.slave.area
+    compression = pressure / model.line.stiffness
+    angle = _angle(model, stroke, compression)
+    current = pressure * jax.grad(ft.partial(_delivered, model))(angle) / model.motor.emf.k
+    return Hold(stroke, pressure, compression, angle, current)
+
+
+def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = False) -> Float[np.ndarray, " modes"]:
+    """Frequencies in Hz of the undamped actuator, linearised at a stroke in m, in rising order.
+
+    Undamped means without friction, and with a motor fed by a current, since the back-emf brakes one that is fed by a
+    voltage. Without load the line is free of pressure at that stroke; `loaded` is the actuator held against its spring,
+    where the pressure on the curved cam acts as a further stiffness.
+    """
+    undamped = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
+    if loaded:
+        rest = hold(model, stroke)
+        undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
+        y = simulate(undamped, 1e-6).ys[0]
+    else:
+        undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), _angle(model, stroke, 0.0))
+        y = 0.0  # all is linear
+    system = compile(undamped)
+    matrix = _jacobian(system, y * jnp.ones(len(system.nominals)), system.pack(undamped))
+    frequencies = np.linalg.eigvals(matrix).imag / (2.0 * np.pi)
+    return np.sort(frequencies[frequencies > 1e-6 * np.max(frequencies)])
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def _jacobian(system: System, y: Any, inputs: Inputs) -> Any:
+    return jax.jacfwd(lambda y: system.vector_field(0.0, y, inputs))(y)
+
+
+def _delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
+    """The volume in m3 that has left pump or master cylinder when the motor has turned by `angle` in rad."""
+    if isinstance(model, ElectrohydraulicActuator):
+        return model.pump.displacement * angle
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    return model.master.area * model.cam.profile.lift(angle / model.gearbox.ratio)
+
+
+def _angle(model: ClutchActuator, stroke: Scalar, compression: Scalar) -> Scalar:
+    """The angle in rad of the motor at a stroke in m, the liquid being compressed by a volume in m3."""
+    volume = model.slave.area * stroke + compression
+    # A cam passes the same lift twice a turn; an opening run tells which of the two is meant.
+    near = opening(model, stroke=stroke).final.motor.shaft.phi
+    solver = optx.Newton(rtol=1e-12, atol=1e-12)
+    return optx.root_find(lambda angle, _: _delivered(model, angle) / volume - 1.0, solver, near).value
+
+
+def _fed_by_current(model: ClutchActuator, current: Scalar) -> ClutchActuator:
+    """The model with a source of `current` in A in place of its supply."""
+    return eqx.tree_at(lambda m: m.supply, model, ConstantCurrent(I=-current))
+
+
+def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
+    """The cam replaced by a linear one of the slope that it has at an angle of the motor in rad."""
+    if isinstance(model, ElectrohydraulicActuator):
+        return model
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    slope = model.cam.profile.slope(angle / model.gearbox.ratio)
+    return eqx.tree_at(lambda m: m.cam.profile, model, LinearLift(rate=slope))
+
+
+def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
+    """The model with start values at rest."""
+    model = eqx.tree_at(lambda m: (m.slave.rod.s, m.line.V), model, (rest.stroke, rest.compression))
+    if isinstance(model, ElectrohydraulicActuator):
+        return eqx.tree_at(lambda m: m.motor.shaft.phi, model, rest.angle)
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    return eqx.tree_at(lambda m: m.cam.shaft.phi, model, rest.angle / model.gearbox.ratio)
