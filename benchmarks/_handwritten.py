@@ -31,7 +31,7 @@ OPENING_TIME = 0.08345388161694349  # s, of two other integrators that agree to 
 def parameters(m: ElectromechanicalActuator) -> dict[str, Any]:
     """The parameters of the equations, from those of a model."""
     return {
-        "Vs": m.supply.V, "K": m.motor.emf.k, "R": m.motor.winding.R, "C": m.motor.bearing.d, "Jm": m.motor.rotor.J,
+        "Vs": m.supply.V, "K": m.motor.emf.k, "R": m.motor.resistor.R, "C": m.motor.bearing.C, "Jm": m.motor.rotor.J,
         "N": m.gearbox.ratio, "Jg": m.gearbox.J_sun, "Jc": m.cam.J, "e": m.cam.profile.eccentricity,
         "rc": m.cam.profile.radius, "bore_m": m.master.bore, "bore_s": m.slave.bore, "Kf": m.line.stiffness,
         "Cf": m.line.damping, "M": m.piston.m, "Cp": m.seal.C, "k": m.clutch.rate,
@@ -71,19 +71,6 @@ def opening_time(p: Mapping[str, Any], rtol: Any) -> Any:
     return jnp.where(solution.event_mask, solution.ts[0], jnp.inf)
 
 
-def speed_at_opening(p: Mapping[str, Any]) -> float:
-    """The speed of the slave in m/s as the clutch is open, which turns an error of the travel into one of the time."""
-    step = 1e-6
-    x = [
-        diffrax.diffeqsolve(
-            diffrax.ODETerm(vector_field), Rodas5P(), 0.0, OPENING_TIME + dt, 1e-6, jnp.zeros(5), p,
-            stepsize_controller=diffrax.PIDController(rtol=1e-10, atol=1e-10 * NOMINALS),
-        ).ys[0, 1]  # pyright: ignore[reportOptionalSubscript]
-        for dt in (-step, step)
-    ]  # fmt: skip
-    return float(x[1] - x[0]) / (2 * step)
-
-
-def jitted_parameters(model: ElectromechanicalActuator) -> dict[str, Any]:
+def device_parameters(model: ElectromechanicalActuator) -> dict[str, Any]:
     """The parameters as arrays on the device, as the compiled functions take them."""
     return jax.tree_util.tree_map(jnp.asarray, parameters(model))

@@ -1,24 +1,26 @@
 """What the studies share: tables, progress, JSON and pictures."""
 
 import dataclasses
+import importlib.util
 import json
 import math
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _T = TypeVar("_T")
-ACTUATOR_NAMES = {
+ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType({
     "sila": "present (worm 38:1)",
     "ema_fise": "EMA, FISE motor",
     "ema_maxon": "EMA, Maxon RE50",
     "ehs_maxon": "EHS, Maxon RE40",
-}
-COLORS = {"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"}
+})
+COLORS: Mapping[str, str] = MappingProxyType({"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"})
 
 
 def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
@@ -68,13 +70,10 @@ def _plain(row: Any) -> dict[str, Any]:
     return {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in items}
 
 
-def new_figure(width: float, height: float) -> "Figure":
-    """An empty figure of a size in inches, or an exit that says what to install."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise SystemExit('Pictures need matplotlib: pip install "acausal[plot]", or leave out --out.') from None
-    return Figure(figsize=(width, height), layout="constrained")
+def require_matplotlib() -> None:
+    """Exit, saying what to install, where pictures cannot be drawn."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise SystemExit('Pictures need matplotlib: pip install "acausal[plot]", or leave out --out.')
 
 
 def save(figure: "Figure", directory: Path, name: str) -> None:

@@ -1,10 +1,11 @@
 """Running a block program: explicit, linear and non-linear."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
@@ -141,15 +142,33 @@ def _dense(program: Program, known: Known) -> list[Any]:
 
 
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
-    """Newton's method from the guesses, differentiated by the implicit function theorem; NaN where it fails."""
-    flat, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
+    """Newton's method from the guesses, differentiated by the implicit function theorem; NaN where it fails.
+
+    Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
+    guess, so that one tolerance fits pascals and cubic millimetres.
+    """
+    start, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
+    sizes = np.concatenate([np.full(np.size(g), size) for g, size in zip(guesses, program.sizes, strict=True)])
 
     def residual(x: Any, args: Any) -> Any:
         params, values, time = args
-        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(x)))[0]
+        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
 
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), list(known.values), known.time))
-    solver = optx.Newton(rtol=1e-12, atol=1e-14)
-    solution = optx.root_find(residual, solver, flat, args, max_steps=NEWTON_STEPS, throw=False)
-    succeeded = solution.result == optx.RESULTS.successful
-    return unravel(jnp.where(succeeded, solution.value, jnp.nan))
+    root = scaled_root(residual, start / sizes, args)
+    return unravel(sizes * root)
+
+
+def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any) -> Any:
+    """A root of a function of unknowns of size 1, from `start`; NaN where Newton's method fails."""
+    slopes = jax.lax.stop_gradient(jnp.sum(jnp.abs(jax.jacfwd(residual)(start, args)), axis=1))
+    scale = jnp.where(jnp.isfinite(slopes) & (slopes > 0), slopes, 1.0)
+
+    def scaled(x: Any, args: Any) -> Any:
+        scale, args = args
+        return residual(x, args) / scale
+
+    # Newton's method converges quadratically: within 1e-9 before the last step is within rounding after it.
+    solver = optx.Newton(rtol=1e-9, atol=1e-9)
+    solution = optx.root_find(scaled, solver, start, (scale, args), max_steps=NEWTON_STEPS, throw=False)
+    return jnp.where(solution.result == optx.RESULTS.successful, solution.value, jnp.nan)

@@ -6,9 +6,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 
-from .._reduce.states import nominals
+from .._reduce.states import nominal_of
+from .blocks import scaled_root
 from .plan import Plan, Store, group_residuals
 from .program import residual_programme
 from .system import Inputs, System
@@ -32,8 +32,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     x0 = jnp.concatenate([jnp.ravel(guess([pair])) for pair in pairs])
     given = x0 != 0
     x = _projected(system, t0, inputs, x0, given) if system.ordered.constraints else x0
-    sizes = nominals(system.ordered.table)
-    scale = np.concatenate([np.full(system.plan.size(v), sizes[v]) for v, _ in pairs])
+    scale = _sizes(system)
     bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
     bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
     return _with_algebraic(system, t0, x[_places(system)], inputs), bad
@@ -73,31 +72,34 @@ def _places(system: System) -> np.ndarray:
 
 
 def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
-    sizes = nominals(system.ordered.table)
-    scale = np.concatenate([np.full(system.plan.size(v), sizes[v]) for v, _ in system.ordered.constrained])
-    weight = scale**2 * jnp.where(jax.lax.stop_gradient(given), 1.0 / STIFFNESS, 1.0)
+    """The consistent point, in variables measured in their nominal sizes."""
+    scale = _sizes(system)
+    weight = jnp.where(jax.lax.stop_gradient(given), 1.0 / STIFFNESS, 1.0)
     plan = _constraint_plan(system)
 
     def constraints(x: Any, args: Any) -> Any:
         time, params = args
-        store = Store(x, time)
+        store = Store(scale * x, time)
         parts = [jnp.ravel(r) for group in plan.groups for r in group_residuals(group, store, params)]
         return jnp.concatenate(parts)
 
-    args = (jnp.asarray(t0, float), inputs.params)
-    directions = weight[:, None] * jax.jacfwd(constraints)(x0, args).T
-    gram = jax.jacfwd(constraints)(x0, args) @ directions
-    basis = directions @ jnp.linalg.inv(gram)
+    start, args = x0 / scale, (jnp.asarray(t0, float), inputs.params)
+    slopes = jax.jacfwd(constraints)(start, args)
+    directions = weight[:, None] * slopes.T
+    basis = directions @ jnp.linalg.inv(slopes @ directions)
 
     def along(multipliers: Any, args: Any) -> Any:
-        x0, basis, rest = args
-        return constraints(x0 + basis @ multipliers, rest)
+        start, basis, rest = args
+        return constraints(start + basis @ multipliers, rest)
 
-    solver = optx.Newton(rtol=1e-12, atol=1e-14)
-    start = jnp.zeros(basis.shape[1])
-    solution = optx.root_find(along, solver, start, (x0, basis, args), max_steps=50, throw=False)
-    fine = solution.result == optx.RESULTS.successful
-    return jnp.where(fine, x0 + basis @ solution.value, jnp.nan)
+    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args))
+    return scale * (start + basis @ multipliers)
+
+
+def _sizes(system: System) -> np.ndarray:
+    """Nominal sizes of the elements of the constrained pairs."""
+    table, size = system.ordered.table, system.plan.size
+    return np.concatenate([np.full(size(v), nominal_of(table, (v, 0))) for v, _ in system.ordered.constrained])
 
 
 @ft.lru_cache(maxsize=64)

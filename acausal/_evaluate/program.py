@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 from .._reduce.aliases import ZERO
 from .._reduce.sort import Sorted
+from .._reduce.states import nominal_of
 from .._reduce.tear import SolutionKind, Torn
 from .._reduce.template import Template
 
@@ -32,6 +33,7 @@ class Program:
     steps: tuple[Step, ...]
     residuals: tuple[Step, ...]
     shapes: tuple[tuple[int, ...], ...]  # of the unknowns
+    sizes: tuple[float, ...]  # nominal ones, of the tearing variables
     kind: SolutionKind
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
 
@@ -86,7 +88,8 @@ class _Writer:
         flat = self.table.flat
         shapes = tuple(flat.leaves[flat.leaf_of_node[self.table.variables[v]]].sizes for v, _ in self.gives)
         slots = tuple((kind, slot) for kind, slot, _ in self.params)
-        program = Program(steps, residuals, shapes, self.torn.kind, slots)
+        sizes = tuple(nominal_of(self.table, pair) for pair in self.gives[len(steps) :])
+        program = Program(steps, residuals, shapes, sizes, self.torn.kind, slots)
         return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)
 
     def _step(self, row: int, solved: int | None) -> Step:

@@ -11,12 +11,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
+from .._errors import StructureError
 from .._reduce.aliases import TIME, ZERO, Merged, merge
 from .._reduce.flatten import FlatModel, flatten
 from .._reduce.incidence import tabulate
 from .._reduce.index import Reduced, reduce_index
 from .._reduce.sort import Sorted, sort
-from .._reduce.states import Chosen, nominals, select_states
+from .._reduce.states import Chosen, nominal_of, select_states
 from .._reduce.tear import Torn, tear
 from .._tracing import is_traced
 from .plan import UNROLLED, Group, Packed, Pair, Plan, group_residuals
@@ -83,10 +84,9 @@ class System:
     @ft.cached_property
     def nominals(self) -> np.ndarray:
         """The nominal size of each element of the state vector."""
-        sizes = nominals(self.ordered.table)
-        # An algebraic derivative is as large as its variable over a typical time, taken as a millisecond.
-        pairs = [(v, sizes[v]) for v, _ in self.states] + [(v, sizes[v] * 1e3**k) for v, k in self.algebraic]
-        return np.concatenate([np.full(self.plan.size(v), size) for v, size in pairs]) if pairs else np.zeros(0)
+        pairs = [*((v, 0) for v, _ in self.states), *self.algebraic]
+        sizes = [np.full(self.plan.size(pair[0]), nominal_of(self.ordered.table, pair)) for pair in pairs]
+        return np.concatenate(sizes) if sizes else np.zeros(0)
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
@@ -172,7 +172,15 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
     flat = flatten(model)
     merged = merge(flat)
-    reduced = reduce_index(tabulate(flat, merged))
+    try:
+        reduced = reduce_index(tabulate(flat, merged))
+    except StructureError:
+        # Arrays are kept whole unless the model determines one of them piece by piece.
+        if not any(leaf.sizes and leaf.declaration.role != "param" for leaf in flat.leaves):
+            raise
+        flat = flatten(model, split=True)
+        merged = merge(flat)
+        reduced = reduce_index(tabulate(flat, merged))
     chosen = select_states(reduced, None if values is None else values(merged, reduced))
     ordered = sort(chosen)
     ordered.states.sort(key=_layout(ordered))

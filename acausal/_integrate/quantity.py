@@ -11,7 +11,7 @@ from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 
 from .._errors import ModelError
 from .._reduce.flatten import FlatModel
-from .._reduce.jaxpr import is_floating, structs
+from .._reduce.jaxpr import assembled, is_floating, structs
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,7 +84,7 @@ def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[
     held = len(constants)
     leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
     invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
-    slim = ClosedJaxpr(Jaxpr([], invars, jaxpr.outvars, jaxpr.eqns, jaxpr.effects), [])
+    slim = ClosedJaxpr(assembled(invars, jaxpr.outvars, jaxpr.eqns), [])
     return Quantity(str(slim), slim, leaves, trees[0]), constants
 
 
@@ -103,4 +103,4 @@ def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
 
     eqns = [eqn.replace(invars=[lift(atom) for atom in eqn.invars]) for eqn in jaxpr.eqns]
     outvars = [lift(atom) for atom in jaxpr.outvars]
-    return Jaxpr([], variables + list(jaxpr.invars), outvars, eqns, jaxpr.effects), constants
+    return assembled(variables + list(jaxpr.invars), outvars, eqns), constants

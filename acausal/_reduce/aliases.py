@@ -141,9 +141,9 @@ def _join_alias(family: Family, row: int, sets: _Sets) -> bool:
 def _component_families(flat: FlatModel) -> Iterator[Family]:
     for instances in flat.instances:
         nodes = flat.nodes(instances)
-        for template in templates(instances.kind):
-            slots = [item.slot for item in template.inputs]
-            of_inputs = nodes[:, slots]
+        for template in templates(instances.kind, split=flat.split):
+            of_inputs = nodes[:, [item.slot for item in template.inputs]]
+            of_inputs = np.where(of_inputs < 0, -1, of_inputs + np.array([item.element for item in template.inputs]))
             yield Family(template, instances, np.arange(len(nodes)), of_inputs, np.ones_like(of_inputs))
 
 

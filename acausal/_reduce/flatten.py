@@ -101,6 +101,7 @@ class FlatModel:
     instances: list[Instances]
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
+    split: bool = False  # whether the elements of array variables are nodes of their own
 
     @ft.cached_property
     def variable_leaves(self) -> list[int]:
@@ -121,22 +122,25 @@ class FlatModel:
         return leaf.name(node - leaf.first)
 
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
-        """The node behind each slot of each instance; -1 where the slot is a parameter."""
+        """The first node behind each slot of each instance; -1 where the slot is a parameter."""
         rows = []
         slots = np.arange(len(instances.kind.sizes))
         for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):
             firsts = self.firsts[first_leaf + slots]
-            rows.append(np.where(firsts < 0, -1, firsts + np.arange(count)[:, None]))
+            elements = np.array([self.leaves[first_leaf + slot].count for slot in slots], dtype=int) // count
+            rows.append(np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements))
         return np.concatenate(rows)
 
 
-def flatten(model: Component) -> FlatModel:
+def flatten(model: Component, *, split: bool = False) -> FlatModel:
     """Number the leaves of `model`, group its components by kind and resolve its connections.
+
+    With `split`, each element of an array variable is a node of its own.
 
     Raises `ModelError` for a leaf of the wrong shape, a connection between unlike ports, or an open port that needs
     a connection.
     """
-    walker = _Walker()
+    walker = _Walker(split)
     walker.visit(model, "", ())
     leaves, structure = jax.tree_util.tree_flatten(model)
     assert len(leaves) == len(walker.leaves)
@@ -149,13 +153,16 @@ def flatten(model: Component) -> FlatModel:
     joined = Joints(walker.node_path)
     joined.visit(view, "", is_root=True)
     across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
-    return FlatModel(structure, walker.leaves, walker.n_nodes, list(walker.instances.values()), across, flow_sets)
+    return FlatModel(
+        structure, walker.leaves, walker.n_nodes, list(walker.instances.values()), across, flow_sets, split
+    )
 
 
 class _Walker:
     """Collects leaves, in pytree order, and component instances."""
 
-    def __init__(self) -> None:
+    def __init__(self, split: bool) -> None:
+        self.split = split
         self.leaves: list[FlatLeaf] = []
         self.instances: dict[Kind, Instances] = {}
         self.n_nodes: int = 0
@@ -188,6 +195,8 @@ class _Walker:
                 f"{where} has shape {shape}, but is declared with shape {(*stack, *sizes)}. For several components, "
                 "use repeat(...) or stack(...)."
             )
+        if self.split and declaration.role != "param":
+            where, stack, sizes = where + "[]" * len(sizes), (*stack, *sizes), ()
         self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, isinstance(node, Port)))
         if declaration.role != "param":
             self.n_nodes += self.leaves[-1].count

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
 
 
 class Slice(NamedTuple):
@@ -27,10 +27,15 @@ def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
             needed.update(var for var in eqn.invars if not isinstance(var, Literal))
     used = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
     constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
-    sliced = Jaxpr(
-        [var for var, _ in constants], [jaxpr.invars[i] for i in used], [target], kept[::-1], jaxpr.effects
-    )  # fmt: skip
+    sliced = assembled([jaxpr.invars[i] for i in used], [target], kept[::-1], [var for var, _ in constants])
     return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
+
+
+def assembled(
+    invars: Sequence[Any], outvars: Sequence[Any], eqns: Sequence[JaxprEqn], constvars: Sequence[Any] = ()
+) -> Jaxpr:
+    """A jaxpr of equations without side effects."""
+    return Jaxpr(constvars, invars, outvars, eqns, debug_info=DebugInfo("acausal", "equation", None, None))
 
 
 def as_function(closed: ClosedJaxpr) -> Callable[..., Any]:
@@ -64,7 +69,7 @@ def bind(eqn: JaxprEqn, values: Sequence[Any]) -> list[Any]:
 
 def _bind_call(eqn: JaxprEqn, values: Sequence[Any]) -> list[Any]:
     given = {var: value for var, value in zip(eqn.invars, values, strict=True) if not isinstance(var, Literal)}
-    whole = Jaxpr([], list(given), eqn.outvars, [eqn])
+    whole = assembled(list(given), eqn.outvars, [eqn])
     return list(jaxpr_as_fun(ClosedJaxpr(whole, []))(*given.values()))
 
 

@@ -98,10 +98,10 @@ def _differentiated(family: Family, times: int) -> Family:
     if times == 0:
         return family
     template = family.template.differentiated(times)
-    position: dict[int, int] = {}
+    position: dict[tuple[int, int], int] = {}
     for i, item in enumerate(family.template.inputs):
-        position.setdefault(item.slot, i)
-    columns = [position[item.slot] for item in template.inputs]
+        position.setdefault((item.slot, item.element), i)
+    columns = [position[item.slot, item.element] for item in template.inputs]
     return Family(template, family.instances, family.members, family.nodes[:, columns], family.signs[:, columns])
 
 

@@ -66,10 +66,15 @@ def _generic(table: Incidence) -> np.ndarray:
 
 
 def nominals(table: Incidence) -> np.ndarray:
-    """The nominal size of each variable: the one declared on an alias, if any, else that of its unit."""
-    flat = table.flat
-    leaves = [flat.leaves[leaf].declaration for leaf in flat.leaf_of_node[table.variables]]
-    return np.array([nominal_size(declaration.unit, declaration.nominal) for declaration in leaves])
+    """The nominal size of each variable: the one declared, else that of its unit."""
+    return np.array([nominal_of(table, (variable, 0)) for variable in range(table.n_variables)])
+
+
+def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
+    """The nominal size of a variable or of a derivative of it, which is as large over a typical time of a millisecond."""
+    variable, order = pair
+    declaration = table.flat.leaves[table.flat.leaf_of_node[table.variables[variable]]].declaration
+    return nominal_size(declaration.unit, declaration.nominal) * 1e3**order
 
 
 def _pick(

@@ -2,10 +2,12 @@
 
 import dataclasses
 import functools as ft
+import math
 from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from .._declare.component import Equation
@@ -13,16 +15,26 @@ from .._errors import ModelError
 from .flatten import Kind
 from .forms import ANY, NONNEGATIVE, POSITIVE, Coefficient, Form, interpret, parameter, variable
 from .jaxpr import as_function, slice_output, structs
+from .scalarise import element_values, elements_of, objects
 
 Source = Literal["param", "time", "var"]
 
 
 class Input(NamedTuple):
-    """An input of an equation: a slot of its component kind and, for a variable, the order of its time derivative."""
+    """An input of an equation: a slot of its component kind and, for a variable, the order of its time derivative.
+
+    Where arrays are taken apart, `element` is the number of the element.
+    """
 
     slot: int
     order: int
     source: Source
+    element: int = 0
+
+    @property
+    def raised(self) -> "Input":
+        """The time derivative of a variable."""
+        return self._replace(order=self.order + 1)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -64,7 +76,7 @@ class Template:
         With residual r(p, t, x, x', ...), its derivative is r_t + r_x x' + r_x' x'' + ...: one `jax.jvp` in the
         direction (0, 1, x', x'', ...).
         """
-        raised = [Input(slot, order + 1, source) for slot, order, source in self.inputs if source == "var"]
+        raised = [item.raised for item in self.inputs if item.source == "var"]
         inputs = self.inputs + tuple(item for item in raised if item not in self.inputs)
         position = {item: i for i, item in enumerate(inputs)}
         residual = as_function(self.jaxpr)
@@ -73,13 +85,15 @@ class Template:
             tangents = []
             for item, value in zip(self.inputs, values, strict=False):
                 if item.source == "var":
-                    tangents.append(values[position[Input(item.slot, item.order + 1, "var")]])
+                    tangents.append(values[position[item.raised]])
                 else:
                     tangents.append((jnp.ones_like if item.source == "time" else jnp.zeros_like)(value))
             return jax.jvp(residual, values[: len(self.inputs)], tuple(tangents))[1]
 
-        shapes = {item.slot: aval.shape for item, aval in zip(self.inputs, self.jaxpr.in_avals, strict=True)}
-        closed = jax.make_jaxpr(derivative)(*structs([shapes[item.slot] for item in inputs]))
+        shapes = {
+            (item.slot, item.element): aval.shape for item, aval in zip(self.inputs, self.jaxpr.in_avals, strict=True)
+        }
+        closed = jax.make_jaxpr(derivative)(*structs([shapes[item.slot, item.element] for item in inputs]))
         known = dict(zip(self.inputs, self.signs, strict=True))
         signs = [known.get(item, ANY) for item in inputs]
         return _sliced(self.name, self.owner, closed, 0, inputs, signs, self.level + 1)
@@ -118,8 +132,8 @@ _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE}
 
 
 @ft.cache
-def templates(kind: Kind) -> tuple[Template, ...]:
-    """The equations of a component kind, in the order in which its class states them.
+def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
+    """The equations of a component kind, in the order in which its class states them; with `split`, by element.
 
     Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
     """
@@ -147,7 +161,34 @@ def templates(kind: Kind) -> tuple[Template, ...]:
     for item in inputs:
         sign = kind.declarations[item.slot].sign
         signs.append(_SIGNS[sign.name if sign else None])
-    return tuple(_sliced(name, kind, closed, i, inputs, signs, 0) for i, name in enumerate(names))
+    whole = [_sliced(name, kind, closed, i, inputs, signs, 0) for i, name in enumerate(names)]
+    return tuple(part for template in whole for part in _by_element(template)) if split else tuple(whole)
+
+
+def _by_element(template: Template) -> list[Template]:
+    """An equation between arrays as one equation for each element of its residual."""
+    shapes = [aval.shape for aval in template.jaxpr.in_avals]
+    if not any(shapes) and not template.shape:
+        return [template]
+    inputs: list[Input] = []
+    for item, shape in zip(template.inputs, shapes, strict=True):
+        inputs += [item._replace(element=i) for i in range(math.prod(shape))] if item.source == "var" else [item]
+
+    def residuals(*values: Any) -> list[Any]:
+        remaining, arrays = list(values), []
+        for item, shape in zip(template.inputs, shapes, strict=True):
+            if item.source == "var":
+                arrays.append(objects([remaining.pop(0) for _ in range(math.prod(shape))], shape))
+            else:
+                arrays.append(elements_of(remaining.pop(0)))
+        return [jnp.asarray(value, float) for value in np.ravel(element_values(template.jaxpr, arrays))]
+
+    whole = dict(zip(template.inputs, shapes, strict=True))
+    closed = jax.make_jaxpr(residuals)(*structs([() if i.source == "var" else whole[i] for i in inputs]))
+    known = {(item.slot, item.order): sign for item, sign in zip(template.inputs, template.signs, strict=True)}
+    signs = [known[item.slot, item.order] for item in inputs]
+    names = [f"{template.name}[{i}]" if template.shape else template.name for i in range(len(closed.jaxpr.outvars))]
+    return [_sliced(name, template.owner, closed, i, inputs, signs, 0) for i, name in enumerate(names)]
 
 
 def _checked(stated: Any, kind: Kind) -> dict[str, Equation]:

@@ -53,12 +53,13 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
     if loaded:
         rest = hold(model, stroke)
         undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
-        y = simulate(undamped, 1e-6).ys[0]
+        start = simulate(undamped, 1e-6)
+        system, y = start.system, start.ys[0]
     else:
         undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), _angle(model, stroke, 0.0))
-        y = 0.0  # all is linear
-    system = compile(undamped)
-    matrix = _jacobian(system, y * jnp.ones(len(system.nominals)), system.pack(undamped))
+        system = compile(undamped)
+        y = jnp.zeros(len(system.nominals))  # all is linear
+    matrix = _jacobian(system, y, system.pack(undamped))
     frequencies = np.linalg.eigvals(matrix).imag / (2.0 * np.pi)
     return np.sort(frequencies[frequencies > 1e-6 * np.max(frequencies)])
 
@@ -101,8 +102,9 @@ def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
 
 def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
     """The model with start values at rest."""
-    model = eqx.tree_at(lambda m: (m.slave.rod.s, m.line.V), model, (rest.stroke, rest.compression))
+    starts = (rest.stroke, rest.compression, rest.angle)
+    model = eqx.tree_at(lambda m: (m.slave.rod.s, m.line.V, m.motor.shaft.phi), model, starts)
     if isinstance(model, ElectrohydraulicActuator):
-        return eqx.tree_at(lambda m: m.motor.shaft.phi, model, rest.angle)
+        return model
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
     return eqx.tree_at(lambda m: m.cam.shaft.phi, model, rest.angle / model.gearbox.ratio)

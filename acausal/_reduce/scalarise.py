@@ -1,0 +1,163 @@
+"""Equations between arrays as equations between their elements, for models that determine an array piece by piece."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
+
+from .jaxpr import bind, called, shape_of
+
+_ELEMENTWISE = frozenset(
+    [
+        "add",
+        "add_any",
+        "sub",
+        "mul",
+        "div",
+        "neg",
+        "pow",
+        "integer_pow",
+        "square",
+        "sqrt",
+        "rsqrt",
+        "cbrt",
+        "exp",
+        "exp2",
+        "expm1",
+        "log",
+        "log1p",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "logistic",
+        "erf",
+        "abs",
+        "sign",
+        "max",
+        "min",
+        "floor",
+        "ceil",
+        "round",
+        "select_n",
+        "rem",
+        "lt",
+        "le",
+        "gt",
+        "ge",
+        "eq",
+        "ne",
+        "and",
+        "or",
+        "not",
+        "convert_element_type",
+        "is_finite",
+        "copy",
+        "stop_gradient",
+    ]
+)
+_MOVES = frozenset(["slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"])
+_INDEXED_MOVES = frozenset(["gather", "dynamic_slice"])
+
+
+def element_values(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> np.ndarray:
+    """The elements of the output of a jaxpr, each computed by scalar operations from the elements it depends on.
+
+    Arrays are numpy arrays of objects, an object being a traced scalar. An operation that is not known element by element
+    is applied to the whole array, so that its elements depend on all others.
+    """
+    return _interpret(closed, inputs)[0]
+
+
+def elements_of(array: Any) -> np.ndarray:
+    """A traced array as an array of traced scalars."""
+    flat = jnp.reshape(array, (-1,))
+    values = [jax.lax.squeeze(jax.lax.slice(flat, (i,), (i + 1,)), (0,)) for i in range(len(flat))]
+    return objects(values, jnp.shape(array))
+
+
+def objects(values: Sequence[Any], shape: tuple[int, ...]) -> np.ndarray:
+    """An array of objects, which numpy must not try to look into."""
+    array = np.empty(len(values), dtype=object)
+    for i, value in enumerate(values):
+        array[i] = value
+    return array.reshape(shape)
+
+
+def _interpret(closed: ClosedJaxpr, inputs: Sequence[Any]) -> list[Any]:
+    jaxpr = closed.jaxpr
+    known: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
+    known |= {var: np.asarray(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
+    for eqn in jaxpr.eqns:
+        args = [np.asarray(atom.val) if isinstance(atom, Literal) else known[atom] for atom in eqn.invars]
+        known |= dict(zip(eqn.outvars, _apply(eqn, args), strict=True))
+    return [np.asarray(atom.val) if isinstance(atom, Literal) else known[atom] for atom in jaxpr.outvars]
+
+
+def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:
+    inner = called(eqn)
+    if inner is not None:
+        return _interpret(inner, args)
+    name = eqn.primitive.name
+    symbolic = [arg.dtype == object for arg in args]
+    if not any(symbolic):
+        with jax.ensure_compile_time_eval():
+            return [np.asarray(value) for value in bind(eqn, [jnp.asarray(arg) for arg in args])]
+    if name in _ELEMENTWISE:
+        return [_elementwise(eqn, args)]
+    if name in _MOVES or (name in _INDEXED_MOVES and not any(symbolic[1:])):
+        return [_moved(eqn, args)]
+    if name == "concatenate":
+        return [np.concatenate([arg.astype(object) for arg in args], axis=eqn.params["dimension"])]
+    if name == "reduce_sum":
+        return [_summed(args[0], eqn.params["axes"])]
+    if name == "dot_general" and not any(eqn.params["dimension_numbers"][1]):
+        return [_dot(*args, *eqn.params["dimension_numbers"][0])]
+    return [elements_of(value) for value in bind(eqn, [_whole(arg) for arg in args])]
+
+
+def _elementwise(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
+    shape = shape_of(eqn.outvars[0])
+    spread = [np.ravel(np.broadcast_to(arg, shape)) for arg in args]
+    results = [bind(eqn, [jnp.asarray(arg[i]) for arg in spread])[0] for i in range(math.prod(shape))]
+    return objects(results, shape)
+
+
+def _moved(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
+    """An operation that only moves elements: applied to their numbers, it tells which goes where."""
+    numbers = np.arange(args[0].size).reshape(args[0].shape)
+    with jax.ensure_compile_time_eval():
+        moved = np.asarray(bind(eqn, [jnp.asarray(numbers), *map(jnp.asarray, args[1:])])[0])
+    flat = np.ravel(args[0])
+    return objects([flat[i] for i in np.ravel(moved)], moved.shape)
+
+
+def _summed(array: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
+    kept = [axis for axis in range(array.ndim) if axis not in axes]
+    shape = tuple(array.shape[axis] for axis in kept)
+    rows = array.transpose(*kept, *axes).reshape(math.prod(shape), -1)
+    return objects([sum(row[1:], row[0]) for row in rows], shape)
+
+
+def _dot(a: np.ndarray, b: np.ndarray, axes_a: Sequence[int], axes_b: Sequence[int]) -> np.ndarray:
+    products = np.tensordot(a.astype(object), b.astype(object), (tuple(axes_a), tuple(axes_b)))
+    return products if isinstance(products, np.ndarray) else objects([products], ())
+
+
+def _whole(array: np.ndarray) -> Any:
+    if array.dtype != object:
+        return jnp.asarray(array)
+    return jnp.stack([jnp.asarray(value) for value in np.ravel(array)]).reshape(array.shape)

@@ -1,0 +1,102 @@
+"""Markdown pages that are run.
+
+A block that opens with ```` ```python ```` is executed, all blocks of a page in one namespace; a ```` ```text ```` block
+right after it is what it printed. Words after `python` say more:
+
+- `raises`: the block must end in an exception, whose type and message are its output;
+- `picture=NAME`: the current matplotlib figure is saved as `docs/pictures/NAME.png` when the pages are regenerated.
+"""
+
+import contextlib
+import dataclasses
+import io
+import re
+import sys
+import types
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")))
+_BLOCK = re.compile(
+    r"^```python(?P<words>[^\n]*)\n(?P<code>.*?)^```\n(?P<output>\n```text\n.*?^```\n)?", re.DOTALL | re.MULTILINE
+)
+
+
+class PageError(Exception):
+    """A page whose code does not do what the page says."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Block:
+    """A python block; `line` is that of its first line of code."""
+
+    words: tuple[str, ...]
+    code: str
+    line: int
+
+    @property
+    def raises(self) -> bool:
+        return "raises" in self.words
+
+    @property
+    def picture(self) -> str | None:
+        named = [word.removeprefix("picture=") for word in self.words if word.startswith("picture=")]
+        return named[0] if named else None
+
+
+def refreshed(page: Path, *, draw: bool = False) -> str:
+    """The text of the page with the outputs that its code gives now; with `draw`, its pictures are written too."""
+    text, pieces, end = page.read_text(), [], 0
+    with _module(f"docs_page_{page.stem}") as module:
+        for match in _BLOCK.finditer(text):
+            line = text.count("\n", 0, match.start("code")) + 1
+            block = Block(tuple(match["words"].split()), match["code"], line)
+            output = _run(block, module, page)
+            if block.picture and draw:
+                _draw(block.picture)
+            plt.close("all")
+            pieces += [text[end : match.start()], f"```python{match['words']}\n{block.code}```\n"]
+            pieces += [f"\n```text\n{output}\n```\n"] if output else []
+            end = match.end()
+    return "".join([*pieces, text[end:]])
+
+
+@contextlib.contextmanager
+def _module(name: str) -> Iterator[types.ModuleType]:
+    """A module for the classes of a page: their annotations are looked up in it."""
+    module = types.ModuleType(name)
+    sys.modules[name] = module
+    try:
+        yield module
+    finally:
+        del sys.modules[name]
+
+
+def _run(block: Block, module: types.ModuleType, page: Path) -> str:
+    # Blank lines in front, so that a traceback has the line numbers of the page.
+    code = compile("\n" * (block.line - 1) + block.code, str(page), "exec")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        try:
+            exec(code, vars(module))
+        except Exception as error:
+            if not block.raises:
+                raise PageError(f"{page.name}, block at line {block.line}: {type(error).__name__}: {error}") from error
+            print(f"{type(error).__name__}: {error}")
+        else:
+            if block.raises:
+                raise PageError(f"{page.name}, block at line {block.line}: no exception was raised.")
+    return "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").split("\n"))
+
+
+def _draw(name: str) -> None:
+    folder = DOCS / "pictures"
+    folder.mkdir(exist_ok=True)
+    plt.gcf().savefig(folder / f"{name}.png", dpi=100)

@@ -1,0 +1,36 @@
+"""The command line: `python -m studies --help`."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import optimise, validate
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run what the arguments say."""
+    given = _parser().parse_args(arguments)
+    given.run(json=given.json, out=given.out, rtol=given.rtol)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m studies",
+        description="Studies of hydraulically transmitted clutch actuators, after Meloni's thesis (Torino, 2012).",
+        epilog="Example: python -m studies optimise --json optimise.json --out pictures",
+    )
+    commands = parser.add_subparsers(required=True, metavar="STUDY")
+    for name, study, text in (
+        ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
+        ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
+    ):
+        command = commands.add_parser(name, help=text, description=study.__doc__)
+        command.add_argument("--json", type=Path, metavar="FILE", help="write the rows of the table, in SI units")
+        command.add_argument("--out", type=Path, metavar="DIR", help="draw pictures into this folder (PNG)")
+        command.add_argument("--rtol", type=float, default=1e-9, help="relative tolerance of the simulations (%(default)g)")
+        command.set_defaults(run=study.main)
+    return parser
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,9 @@
+"""Gear ratio and pump displacement of minimum opening time, by the derivative of that time."""
+
+from ._main import Row as Row
+from ._main import main as main
+from ._minimise import NoMinimumError as NoMinimumError
+from ._minimise import Point as Point
+from ._minimise import minimise as minimise
+from ._problems import PROBLEMS as PROBLEMS
+from ._problems import Problem as Problem

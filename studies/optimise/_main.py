@@ -1,0 +1,97 @@
+"""`python -m studies optimise`."""
+
+import dataclasses
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
+from ._minimise import Point
+from ._problems import PROBLEMS, Problem
+
+HEADS = (
+    "actuator", "parameter", "unit", "start", "optimum", "time at start [ms]", "time at optimum [ms]",
+    "gradient [ms per unit]", "simulations", "best of the sweep",
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """The optimum of one actuator, in SI units; the gradient in s per unit of the parameter."""
+
+    actuator: str
+    parameter: str
+    unit: str
+    start: float
+    optimum: float
+    opening_time_start: float
+    opening_time_optimum: float
+    gradient_at_optimum: float
+    simulations: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """The optimiser's path and the sweep that checks it."""
+
+    problem: Problem
+    path: list[Point]
+    values: Float[np.ndarray, " n"]
+    times: Float[np.ndarray, " n"]
+
+    @property
+    def row(self) -> Row:
+        problem, first, last = self.problem, self.path[0], self.path[-1]
+        return Row(
+            problem.actuator, problem.parameter, problem.unit, first.x, last.x, first.value, last.value, last.slope,
+            len(self.path),
+        )  # fmt: skip
+
+    @property
+    def best_of_sweep(self) -> float:
+        return float(self.values[np.argmin(self.times)])
+
+    def check(self) -> None:
+        """Raise unless the optimum is better than all of the sweep, and next to its best."""
+        best = int(np.argmin(self.times))
+        around = self.values[max(best - 1, 0)], self.values[min(best + 1, len(self.values) - 1)]
+        last = self.path[-1]
+        if not (around[0] <= last.x <= around[1] and last.value <= self.times[best] * (1.0 + 1e-6)):
+            raise AssertionError(f"The optimum {last} is not that of the sweep, {self.best_of_sweep}.")
+
+
+def solve(problem: Problem, rtol: float = 1e-9, points: int = 64) -> Outcome:
+    """Optimise, and check the optimum against a sweep."""
+    outcome = Outcome(problem, problem.solve(rtol), *problem.sweep(points, rtol))
+    outcome.check()
+    return outcome
+
+
+def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
+    """Optimise, print, and write rows to the file `json` and pictures to the folder `out`."""
+    if out is not None:
+        require_matplotlib()
+    outcomes = [solve(problem, rtol) for problem in progress(PROBLEMS, "optimising")]
+    rows = [outcome.row for outcome in outcomes]
+    print_table("Minimum opening time", HEADS, _cells(outcomes))
+    if json is not None:
+        write_json(json, rows)
+    if out is not None:
+        from ._plot import plot_optima
+
+        save(plot_optima(outcomes), out, "optimise")
+    return rows
+
+
+def _cells(outcomes: list[Outcome]) -> Iterable[tuple[str, ...]]:
+    """Texts, in the unit that people use."""
+    for outcome in outcomes:
+        problem, row = outcome.problem, outcome.row
+        yield (
+            ACTUATOR_NAMES[row.actuator], row.parameter, problem.shown_unit, f"{row.start / problem.scale:.5g}",
+            f"{row.optimum / problem.scale:.7g}", f"{1e3 * row.opening_time_start:.6g}",
+            f"{1e3 * row.opening_time_optimum:.6g}", f"{1e3 * row.gradient_at_optimum * problem.scale:.1e}",
+            str(row.simulations), f"{outcome.best_of_sweep / problem.scale:.4g}",
+        )  # fmt: skip

@@ -1,0 +1,74 @@
+"""The designs that are optimised, each in one parameter."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from acausal import Scalar
+
+from .._opening import opening_time
+from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ._minimise import Point, minimise
+
+CM3_PER_REV = 1e-6 / (2.0 * math.pi)  # m3/rad
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """The opening time of an actuator over one of its parameters."""
+
+    actuator: str
+    build: Callable[..., ClutchActuator]
+    parameter: str
+    unit: str
+    start: float
+    low: float  # of the sweep
+    high: float
+    shown_unit: str = "1"  # for people
+    scale: float = 1.0  # of the shown unit, in SI
+
+    def model(self, value: Scalar) -> ClutchActuator:
+        return self.build(**{self.parameter: value})
+
+    def evaluate(self, value: float, rtol: float = 1e-9) -> tuple[float, float]:
+        """Opening time in s and its derivative with respect to the parameter."""
+        model, direction = jax.jvp(self.model, (value,), (1.0,))
+        time, slope = _time_and_slope(model, direction, rtol)
+        return float(time), float(slope)
+
+    def solve(self, rtol: float = 1e-9) -> list[Point]:
+        """The optimiser's path from the start to the optimum."""
+        return minimise(ft.partial(self.evaluate, rtol=rtol), self.start)
+
+    def sweep(self, points: int = 64, rtol: float = 1e-9) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Values of the parameter, evenly spaced by their logarithm, and the opening times; one run under `vmap`."""
+        values = np.geomspace(self.low, self.high, points)
+        return values, np.asarray(_times(jax.vmap(self.model)(values), rtol))
+
+
+@jax.jit
+def _time_and_slope(model: ClutchActuator, direction: ClutchActuator, rtol: Scalar) -> tuple[Scalar, Scalar]:
+    return jax.jvp(lambda model: opening_time(model, rtol=rtol), (model,), (direction,))
+
+
+@jax.jit
+def _times(models: Any, rtol: Scalar) -> Float[Array, " n"]:
+    return jax.vmap(lambda model: opening_time(model, rtol=rtol))(models)
+
+
+# The starts: the ratio of the thesis, twice it, and half the displacement of the thesis.
+PROBLEMS = (
+    Problem("ema_fise", ema_fise, "ratio", "1", 12.0, 3.6, 16.0),
+    Problem("ema_maxon", ema_maxon, "ratio", "1", 8.6, 1.6, 10.0),
+    Problem(
+        "ehs_maxon", ehs_maxon, "displacement", "m3/rad", 0.625 * CM3_PER_REV, 0.5 * CM3_PER_REV, 2.6 * CM3_PER_REV,
+        "cm3/rev", CM3_PER_REV,
+    ),
+)  # fmt: skip
