@@ -52,8 +52,8 @@ _ELEMENTWISE = frozenset(
         "floor",
         "ceil",
         "round",
-        "select_n",
         "rem",
+        "select_n",
         "lt",
         "le",
         "gt",
@@ -66,18 +66,17 @@ _ELEMENTWISE = frozenset(
         "convert_element_type",
         "is_finite",
         "copy",
-        "stop_gradient",
     ]
 )
-_MOVES = frozenset(["slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"])
-_INDEXED_MOVES = frozenset(["gather", "dynamic_slice"])
+_MOVES = frozenset(("slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))
+_INDEXED_MOVES = frozenset(("gather", "dynamic_slice"))
 
 
 def element_values(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> np.ndarray:
     """The elements of the output of a jaxpr, each computed by scalar operations from the elements it depends on.
 
-    Arrays are numpy arrays of objects, an object being a traced scalar. An operation that is not known element by element
-    is applied to the whole array, so that its elements depend on all others.
+    Arrays are numpy arrays of objects, an object being a traced scalar. An operation that is not known element by
+    element is applied to the whole array, so that its elements depend on all others.
     """
     return _interpret(closed, inputs)[0]
 
@@ -152,7 +151,7 @@ def _summed(array: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
     return objects([sum(row[1:], row[0]) for row in rows], shape)
 
 
-def _dot(a: np.ndarray, b: np.ndarray, axes_a: Sequence[int], axes_b: Sequence[int]) -> np.ndarray:
+def _dot(a: np.ndarray, b: np.ndarray, axes_a: Any, axes_b: Any) -> np.ndarray:
     products = np.tensordot(a.astype(object), b.astype(object), (tuple(axes_a), tuple(axes_b)))
     return products if isinstance(products, np.ndarray) else objects([products], ())
 

@@ -71,7 +71,7 @@ def nominals(table: Incidence) -> np.ndarray:
 
 
 def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
-    """The nominal size of a variable or of a derivative of it, which is as large over a typical time of a millisecond."""
+    """The nominal size of a variable, or of a derivative of it: as large over a typical time of a millisecond."""
     variable, order = pair
     declaration = table.flat.leaves[table.flat.leaf_of_node[table.variables[variable]]].declaration
     return nominal_size(declaration.unit, declaration.nominal) * 1e3**order
