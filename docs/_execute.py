@@ -9,9 +9,11 @@ right after it is what it printed. Words after `python` say more:
 
 import contextlib
 import dataclasses
+import functools as ft
 import io
 import re
 import sys
+import textwrap
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +25,7 @@ import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
+WIDTH = 110  # of messages
 PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")))
 _BLOCK = re.compile(
     r"^```python(?P<words>[^\n]*)\n(?P<code>.*?)^```\n(?P<output>\n```text\n.*?^```\n)?", re.DOTALL | re.MULTILINE
@@ -89,11 +92,16 @@ def _run(block: Block, module: types.ModuleType, page: Path) -> str:
         except Exception as error:
             if not block.raises:
                 raise PageError(f"{page.name}, block at line {block.line}: {type(error).__name__}: {error}") from error
-            print(f"{type(error).__name__}: {error}")
+            print(_wrapped(f"{type(error).__name__}: {error}"))
         else:
             if block.raises:
                 raise PageError(f"{page.name}, block at line {block.line}: no exception was raised.")
     return "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").split("\n"))
+
+
+def _wrapped(message: str) -> str:
+    fill = ft.partial(textwrap.fill, width=WIDTH, subsequent_indent="    ", break_long_words=False)
+    return "\n".join(fill(line) for line in message.split("\n"))
 
 
 def _draw(name: str) -> None:

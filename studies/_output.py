@@ -14,13 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _T = TypeVar("_T")
-ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType({
-    "sila": "present (worm 38:1)",
-    "ema_fise": "EMA, FISE motor",
-    "ema_maxon": "EMA, Maxon RE50",
-    "ehs_maxon": "EHS, Maxon RE40",
-})
-COLORS: Mapping[str, str] = MappingProxyType({"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"})
+ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "sila": "present (worm 38:1)",
+        "ema_fise": "EMA, FISE motor",
+        "ema_maxon": "EMA, Maxon RE50",
+        "ehs_maxon": "EHS, Maxon RE40",
+    }
+)
+COLORS: Mapping[str, str] = MappingProxyType(
+    {"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"}
+)
 
 
 def progress(items: Sequence[_T], what: str) -> Iterator[_T]:

@@ -155,14 +155,19 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
         return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
 
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), list(known.values), known.time))
-    root = scaled_root(residual, start / sizes, args)
+    slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
+    root = scaled_root(residual, start / sizes, args, row_scale(slopes))
     return unravel(sizes * root)
 
 
-def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any) -> Any:
-    """A root of a function of unknowns of size 1, from `start`; NaN where Newton's method fails."""
-    slopes = jax.lax.stop_gradient(jnp.sum(jnp.abs(jax.jacfwd(residual)(start, args)), axis=1))
-    scale = jnp.where(jnp.isfinite(slopes) & (slopes > 0), slopes, 1.0)
+def row_scale(slopes: Any) -> Any:
+    """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
+    total = jnp.sum(jnp.abs(slopes), axis=1)
+    return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
+
+
+def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any) -> Any:
+    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where Newton's method fails."""
 
     def scaled(x: Any, args: Any) -> Any:
         scale, args = args

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._reduce.states import nominal_of
-from .blocks import scaled_root
+from .blocks import row_scale, scaled_root
 from .plan import Plan, Store, group_residuals
 from .program import residual_programme
 from .system import Inputs, System
@@ -86,13 +86,15 @@ def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> 
     start, args = x0 / scale, (jnp.asarray(t0, float), inputs.params)
     slopes = jax.jacfwd(constraints)(start, args)
     directions = weight[:, None] * slopes.T
-    basis = directions @ jnp.linalg.inv(slopes @ directions)
+    rows = row_scale(jax.lax.stop_gradient(slopes))
+    # A multiplier of 1 changes its own constraint by the size of its row, and to first order no other one.
+    basis = directions @ jnp.linalg.solve(slopes @ directions, jnp.diag(rows))
 
     def along(multipliers: Any, args: Any) -> Any:
         start, basis, rest = args
         return constraints(start + basis @ multipliers, rest)
 
-    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args))
+    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args), rows)
     return scale * (start + basis @ multipliers)
 
 

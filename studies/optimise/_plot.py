@@ -21,7 +21,9 @@ def plot_optima(outcomes: Sequence[Outcome]) -> Figure:
     panels = np.ravel(np.asarray(figure.subplots(1, len(outcomes))))
     for panel, outcome in zip(panels, outcomes, strict=True):
         _draw(panel, outcome)
-    handles = {label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
+    handles = {
+        label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
     return figure
 

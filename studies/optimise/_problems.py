@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -40,7 +39,7 @@ class Problem:
     def evaluate(self, value: float, rtol: float = 1e-9) -> tuple[float, float]:
         """Opening time in s and its derivative with respect to the parameter."""
         model, direction = jax.jvp(self.model, (value,), (1.0,))
-        time, slope = _time_and_slope(model, direction, rtol)
+        time, slope = time_and_slope(model, direction, rtol)
         return float(time), float(slope)
 
     def solve(self, rtol: float = 1e-9) -> list[Point]:
@@ -54,7 +53,7 @@ class Problem:
 
 
 @jax.jit
-def _time_and_slope(model: ClutchActuator, direction: ClutchActuator, rtol: Scalar) -> tuple[Scalar, Scalar]:
+def time_and_slope(model: ClutchActuator, direction: ClutchActuator, rtol: Scalar) -> tuple[Scalar, Scalar]:
     return jax.jvp(lambda model: opening_time(model, rtol=rtol), (model,), (direction,))
 
 

@@ -32,7 +32,9 @@ def plot_comparison(rows: list[Row]) -> Figure:
     for panel, (quantity, label, scale) in zip(panels, PANELS, strict=True):
         _compare(panel, [row for row in rows if row.quantity.startswith(quantity)], label, scale)
     panels[-1].set_xscale("log")
-    handles = {label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)}
+    handles = {
+        label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
     figure.suptitle("Clutch actuators: Meloni's thesis (2012) and the model")
     return figure

@@ -43,7 +43,9 @@ def compare(statement: Statement, rtol: float = 1e-9) -> Row:
     """The model's figure beside that of the thesis."""
     unit = UNITS[statement.quantity]
     value = _value(statement, rtol)
-    return Row(statement.actuator, statement.quantity, statement.condition, statement.source, unit, statement.value, value)
+    return Row(
+        statement.actuator, statement.quantity, statement.condition, statement.source, unit, statement.value, value
+    )
 
 
 def run(actuator: str, changes: tuple[tuple[str, float], ...] = (), rtol: float = 1e-9) -> Solution:

@@ -65,5 +65,9 @@ def statements(actuator: str) -> list[Statement]:
     for quantity in QUANTITIES:
         found = [item for item in stated if item.quantity == quantity and item.condition == "base"]
         base += found or [Statement(actuator, quantity, None, "")]
-    loaded = [Statement(actuator, f"mode_frequency_{i}", None, "", loaded=True) for i in (1, 2)] if actuator in WITH_CAM else []
+    loaded = (
+        [Statement(actuator, f"mode_frequency_{i}", None, "", loaded=True) for i in (1, 2)]
+        if actuator in WITH_CAM
+        else []
+    )
     return base + [item for item in stated if item.condition != "base"] + loaded

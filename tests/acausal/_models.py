@@ -105,6 +105,4 @@ class Rectifier(Component):
 
 
 def rectifier(V: Scalar, R: Scalar = 100.0) -> Rectifier:
-    return Rectifier(
-        source=ConstantVoltage(V=V), r=Resistor(R=R), diode=Diode(saturation=1e-12), c=Capacitor(C=1e-3)
-    )
+    return Rectifier(source=ConstantVoltage(V=V), r=Resistor(R=R), diode=Diode(saturation=1e-12), c=Capacitor(C=1e-3))

@@ -4,12 +4,20 @@ from typing import Any, Self
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 import pytest
-from _models import RC, oscillator, rc
+from _models import oscillator, rc
 
-from acausal import Component, Equations, ModelError, Scalar, SimulationError, StructureError, Var, compile, eq, simulate
-from components.electrical import Resistor
+from acausal import (
+    Component,
+    Equations,
+    ModelError,
+    Scalar,
+    StructureError,
+    Var,
+    compile,
+    eq,
+    simulate,
+)
 
 
 class Loose(Component):

@@ -8,19 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _models import RC, Oscillator, gear_train, oscillator, rc
+from _models import RC, gear_train, oscillator, rc
 from jaxtyping import Array, Float
 
 from acausal import (
     Component,
     Connections,
-    ModelError,
     Result,
     Rodas3P,
     Rodas5P,
-    Solution,
-    SimulationError,
-    compile,
     connect,
     simulate,
 )
@@ -40,7 +36,9 @@ def test_rc_charges() -> None:
     assert sol.t1 == 0.25
 
 
-@pytest.mark.parametrize("solver", [Rodas3P(), diffrax.Kvaerno5(), Rodas5P(unroll=True)], ids=["Rodas3P", "Kvaerno5", "unrolled"])
+@pytest.mark.parametrize(
+    "solver", [Rodas3P(), diffrax.Kvaerno5(), Rodas5P(unroll=True)], ids=["Rodas3P", "Kvaerno5", "unrolled"]
+)
 def test_other_solvers_agree(solver: diffrax.AbstractSolver) -> None:
     sol = simulate(rc(), 0.25, save=TIMES, rtol=1e-9, solver=solver)
     np.testing.assert_allclose(sol["c.v"], CHARGE, rtol=1e-7, atol=1e-9)

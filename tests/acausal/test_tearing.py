@@ -6,8 +6,8 @@ import pytest
 from _models import rectifier
 from scipy.optimize import brentq
 
-from acausal import Component, Connections, connect, simulate, stack
 from acausal import Array as Parts
+from acausal import Component, Connections, connect, simulate, stack
 from components.electrical import ConstantVoltage, Ground, Resistor
 
 
@@ -35,18 +35,20 @@ def test_model_without_states() -> None:
 
 def diode_voltage(V: float) -> float:
     """At the first moment, with the capacitor empty, by bisection."""
-    return brentq(lambda v: 1e-12 * (np.exp(v / 0.025) - 1.0) - (V - v) / 100.0, -10.0, 1.0, xtol=1e-14)
+    excess = lambda v: 1e-12 * (np.exp(v / 0.025) - 1.0) - (V - v) / 100.0  # noqa: E731
+    return float(brentq(excess, -10.0, 1.0, xtol=1e-14))  # pyright: ignore[reportArgumentType]
 
 
 class Bank(Component):
     members: Parts
 
 
-VOLTAGES = np.array([1.0, 5.0, 6.0, 8.0, 8.2, 10.0, 20.0, 48.0, 100.0, 400.0])
+VOLTAGES = np.array([1.0, 5.0, 6.0, 7.0, 8.0, 8.2, 10.0, 20.0, 48.0, 100.0])
 
 
-@pytest.mark.parametrize("V", [5.0, 6.0, 8.0, 48.0])
+@pytest.mark.parametrize("V", [5.0, 8.0, 325.0, -10.0])
 def test_diode(V: float) -> None:
+    """From the start value of 0.6 V a full Newton step overshoots far at mains voltage: 100 steps back of 25 mV each."""
     sol = simulate(rectifier(V), 0.01, save=jnp.array([0.0]), rtol=1e-8)
     np.testing.assert_allclose(sol["diode.v"][0], diode_voltage(V), rtol=1e-9)
 

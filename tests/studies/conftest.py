@@ -1,31 +1,32 @@
 """What the tests share, since compiling takes longer than running."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from studies import actuators
 from studies.__main__ import main
 
-DESIGNS: dict[str, Callable[..., Any]] = {
-    name: getattr(actuators, name) for name in ("sila", "ema_fise", "ema_maxon", "ehs_maxon")
-}
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("studies")
+
+
+def _rows(study: str, folder: Path) -> list[dict[str, Any]]:
+    file = folder / "rows" / f"{study}.json"
+    main([study, "--json", str(file), "--out", str(folder / "pictures")])
+    return json.loads(file.read_text())["rows"]
 
 
 @pytest.fixture(scope="session")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("pictures")
+def validated(folder: Path) -> list[dict[str, Any]]:
+    """The rows that `validate` writes."""
+    return _rows("validate", folder)
 
 
 @pytest.fixture(scope="session")
-def run_study(pictures: Path) -> Callable[[str], list[dict[str, Any]]]:
-    """The rows that a study writes."""
-
-    def run(study: str) -> list[dict[str, Any]]:
-        main([study, "--json", str(pictures / f"{study}.json"), "--out", str(pictures / "new" / "folder")])
-        return json.loads((pictures / f"{study}.json").read_text())["rows"]
-
-    return run
+def optimised(folder: Path) -> list[dict[str, Any]]:
+    """The rows that `optimise` writes."""
+    return _rows("optimise", folder)

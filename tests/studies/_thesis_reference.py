@@ -1,8 +1,8 @@
 """Reference figures of the actuators: hand-written equations, integrated to high accuracy without this library.
 
-LSODA at a relative tolerance of 1e-12 and an independent Radau run agree on the opening times to 3e-12 s. Parameters are
-those of Meloni, PhD thesis, Politecnico di Torino, 2012 (Tables 8.1 to 8.3), which are the defaults of the designs, and
-the assumptions stated there. SI units; derivatives are at a fixed opening of 12 mm, all other parameters held.
+LSODA at a relative tolerance of 1e-12 and an independent Radau run agree on the opening times to 3e-12 s. Parameters
+are those of Meloni, PhD thesis, Politecnico di Torino, 2012 (Tables 8.1 to 8.3), with the assumptions that the designs
+have as defaults. SI units; derivatives are at a fixed opening of 12 mm, all other parameters held.
 """
 
 import math
@@ -145,7 +145,7 @@ STATES = (
             (0.111721177288, 243.98477, 1.3873831e-08, 0.12974069, 0.009192067, 2.1124855, 89.763139, 2223670.9),
             (0.13965147161, 218.26142, 1.8839636e-08, 0.070529111, 0.012, 2.6407738, 91.000954, 2903341.5),
         ),
-    ),  # fmt: skip
+    ),
     (
         "ema_maxon",
         {},
@@ -162,7 +162,7 @@ STATES = (
             (0.0667631052936, 104.81418, 1.4922503e-08, 0.14612222, 0.0099679154, 2.2374233, 30.629949, 2409734.6),
             (0.0834538816169, 109.46487, 1.8604653e-08, 0.098764996, 0.012, 2.6405227, 30.050493, 2902338.6),
         ),
-    ),  # fmt: skip
+    ),
     (
         "ema_maxon",
         {"voltage": 9.45},
@@ -179,7 +179,7 @@ STATES = (
             (0.118950993559, 42.14861, 1.6493067e-08, 0.05561188, 0.010441166, 2.3190012, 25.330998, 2528107.9),
             (0.148688741949, 55.525579, 1.9073965e-08, 0.050092759, 0.012, 2.6410242, 23.664289, 2905782.8),
         ),
-    ),  # fmt: skip
+    ),
     (
         "ehs_maxon",
         {},
@@ -196,5 +196,5 @@ STATES = (
             (0.106208019721, 84.733713, 1.6150168e-08, 0.069898141, 0.010293969, 27.352605, 2492355.8),
             (0.132760024651, 71.424625, 1.8999479e-08, 0.05891927, 0.012, 28.357441, 2905598.5),
         ),
-    ),  # fmt: skip
+    ),
 )

@@ -1,0 +1,48 @@
+"""`python -m studies`."""
+
+import builtins
+import importlib.util
+from typing import Any
+
+import pytest
+
+from studies.__main__ import main
+from studies._output import print_table
+
+
+def test_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    assert ended.value.code == 0
+    text = capsys.readouterr().out
+    assert "validate" in text
+    assert "optimise" in text
+
+
+@pytest.mark.parametrize("study", ["validate", "optimise"])
+def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([study, "--help"])
+    text = capsys.readouterr().out
+    assert "--json FILE" in text
+    assert "--out DIR" in text
+
+
+@pytest.mark.parametrize("study", ["validate", "optimise"])
+def test_pictures_without_matplotlib(study: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match=r"acausal\[plot\]"):
+        main([study, "--out", str(tmp_path)])
+
+
+def test_table_without_rich(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    original = builtins.__import__
+
+    def without_rich(name: str, *arguments: Any) -> Any:
+        if name.startswith("rich"):
+            raise ImportError
+        return original(name, *arguments)
+
+    monkeypatch.setattr(builtins, "__import__", without_rich)
+    print_table("Title", ("a", "bb"), [("1", "2")])
+    assert capsys.readouterr().out == "Title\na  bb\n1  2\n"

@@ -1,0 +1,110 @@
+"""Opening times, states and derivatives against independent figures."""
+
+import inspect
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _designs import DESIGNS, forward, reverse
+from _thesis_reference import ELASTICITIES, OPENING_TIMES, STATES, TURNING_INERTIA
+
+from acausal import Result, simulate
+from studies import opening, opening_time
+
+
+@pytest.mark.parametrize(("design", "keywords", "time"), OPENING_TIMES)
+def test_opening_time(design: str, keywords: dict[str, float], time: float) -> None:
+    solution = opening(DESIGNS[design](**keywords))
+    assert solution.result == Result.stopped
+    assert solution.t1 == pytest.approx(time, rel=1e-8)
+
+
+@pytest.mark.parametrize(("design", "keywords", "names", "rows"), STATES)
+def test_states(design: str, keywords: dict[str, float], names: tuple[str, ...], rows: Any) -> None:
+    expected = np.array(rows)
+    solution = simulate(DESIGNS[design](**keywords), expected[-1, 0], save=expected[:, 0], rtol=1e-9)
+    for name, values in zip(names, expected[:, 1:].T, strict=True):
+        size = np.max(np.abs(values))
+        np.testing.assert_allclose(solution[name] / size, values / size, atol=1e-6, rtol=0.0, err_msg=name)
+
+
+def _numbers(design: str, changes: dict[str, float], names: dict[str, float]) -> dict[str, float]:
+    defaults = inspect.signature(DESIGNS[design]).parameters
+    return {name: float(changes.get(name, defaults[name].default)) for name in names}
+
+
+@pytest.mark.parametrize(("design", "changes", "elasticities"), ELASTICITIES)
+def test_elasticities(design: str, changes: dict[str, float], elasticities: dict[str, float]) -> None:
+    numbers = _numbers(design, {"voltage": 13.5} | changes, elasticities)
+    sizes = numbers | {"rotor_inertia": TURNING_INERTIA[design]}
+    time, gradient = reverse(DESIGNS[design], numbers)
+    for name, expected in elasticities.items():
+        tolerance = max(1e-6, 1e-5 * abs(expected))
+        assert sizes[name] / time * gradient[name] == pytest.approx(expected, abs=tolerance), name
+        time, slope = forward(DESIGNS[design], numbers, name)
+        assert sizes[name] / time * slope == pytest.approx(expected, abs=tolerance), name
+
+
+NEVER = (
+    {"voltage": 0.0},
+    {"voltage": 3.0},
+    {"resistance": 1e6},
+    {"ratio": 1.9},
+    {"ratio": 0.05},
+    {"ratio": 1e-9},
+    {"ratio": 1e9},
+    {"eccentricity": 4e-3},  # the cam lifts too little, and turns on and on
+)
+ALL = {"voltage": 13.5, "resistance": 0.309, "ratio": 4.3, "eccentricity": 5.5e-3}
+
+
+@pytest.mark.parametrize("changes", NEVER)
+def test_never_opens(changes: dict[str, float]) -> None:
+    numbers = {name: ALL[name] for name in ALL} | changes
+    solution = opening(DESIGNS["ema_maxon"](**numbers))
+    assert solution.t1 == math.inf
+    assert (solution.result == Result.never_stopped) | (solution.result == Result.too_many_steps)
+    time, gradient = reverse(DESIGNS["ema_maxon"], dict(numbers))
+    assert time == math.inf
+    assert all(value == 0.0 for value in gradient.values())
+    for name in numbers:
+        assert forward(DESIGNS["ema_maxon"], numbers, name) == (math.inf, 0.0)
+
+
+def test_settling_ends_within_the_steps() -> None:
+    for changes in NEVER[:4]:
+        assert opening(DESIGNS["ema_maxon"](**changes)).result == Result.never_stopped
+
+
+def test_a_bad_parameter_has_its_own_result() -> None:
+    solution = opening(DESIGNS["ema_maxon"](ratio=-4.3))
+    assert solution.t1 == math.inf
+    assert solution.result == Result.bad_parameter
+
+
+def test_stroke_and_longest_time_are_arguments() -> None:
+    model = DESIGNS["ema_maxon"]()
+    assert opening(model, stroke=6e-3).final.slave.rod.s == pytest.approx(6e-3, rel=1e-10)
+    assert opening(model, t_max=0.05).t1 == math.inf
+
+
+def test_rate_of_the_stroke_is_the_derivative_of_the_time() -> None:
+    model = DESIGNS["ema_maxon"]()
+    slope = jax.jvp(lambda stroke: opening_time(model, stroke=stroke), (12e-3,), (1.0,))[1]
+    assert slope == pytest.approx(1.0 / opening(model).final.piston.v, rel=1e-6)
+
+
+def test_tolerance() -> None:
+    time = OPENING_TIMES[3][2]
+    assert opening(DESIGNS["ema_maxon"](), rtol=1e-5).t1 == pytest.approx(time, rel=1e-4)
+
+
+def test_vmap() -> None:
+    ratios = jnp.array([1.9, 2.8, 4.3, 12.0])
+    times = jax.vmap(lambda ratio: opening(DESIGNS["ema_maxon"](ratio=ratio)).t1)(ratios)
+    alone = [opening(DESIGNS["ema_maxon"](ratio=float(ratio))).t1 for ratio in ratios]
+    np.testing.assert_allclose(times, alone, rtol=1e-9)
+    assert times[0] == math.inf

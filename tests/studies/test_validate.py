@@ -1,0 +1,84 @@
+"""The comparison with the thesis."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from _designs import DESIGNS
+from _thesis_reference import HOLDING, MODES, OPENING_TIMES
+
+from studies.validate import hold, mode_frequencies
+
+KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model"}
+UNITS = {
+    "opening_time": "s", "peak_current": "A", "holding_current": "A", "mode_frequency_1": "Hz", "mode_frequency_2": "Hz",
+}  # fmt: skip
+
+
+def test_rows(validated: list[dict[str, Any]]) -> None:
+    for row in validated:
+        assert set(row) == KEYS
+        assert row["unit"] == UNITS[row["quantity"]]
+        assert row["thesis"] is None or row["thesis"] > 0.0
+        assert row["model"] > 0.0
+    base = {(row["actuator"], row["quantity"]) for row in validated if row["condition"] == "base"}
+    assert base == {(design, quantity) for design in DESIGNS for quantity in UNITS}
+    stated = [(row["actuator"], row["quantity"], row["condition"], row["source"]) for row in validated]
+    assert len(stated) == len(set(stated))
+
+
+def _model(rows: list[dict[str, Any]], design: str, quantity: str, condition: str = "base") -> float:
+    return next(
+        row["model"]
+        for row in rows
+        if (row["actuator"], row["quantity"], row["condition"]) == (design, quantity, condition)
+    )
+
+
+def test_opening_times(validated: list[dict[str, Any]]) -> None:
+    for design, keywords, time in OPENING_TIMES:
+        if not keywords:
+            assert _model(validated, design, "opening_time") == pytest.approx(time, rel=1e-8)
+    assert _model(validated, "ema_maxon", "opening_time", "voltage=9.45") == pytest.approx(
+        OPENING_TIMES[4][2], rel=1e-8
+    )
+
+
+def test_currents(validated: list[dict[str, Any]]) -> None:
+    for design, current, _ in HOLDING:
+        assert _model(validated, design, "holding_current") == pytest.approx(current, rel=1e-10)
+    for design, resistance in (("ema_fise", 0.133), ("ema_maxon", 0.309), ("ehs_maxon", 0.4)):
+        assert _model(validated, design, "peak_current") == pytest.approx(13.5 / resistance, rel=1e-10)
+
+
+@pytest.mark.parametrize(("design", "keywords", "frequencies"), MODES)
+def test_modes(design: str, keywords: dict[str, float], frequencies: tuple[float, float]) -> None:
+    np.testing.assert_allclose(mode_frequencies(DESIGNS[design](**keywords), 6e-3), frequencies, rtol=1e-8)
+
+
+def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
+    """Against the two degrees of freedom written by hand: motor angle and stroke."""
+    model = DESIGNS["ema_fise"]()
+    rest = hold(model, 6e-3)
+    ratio, angle = 12.0, float(rest.angle) / 12.0
+
+    def lift(angle: float) -> float:
+        return -5.5e-3 * np.cos(angle) + np.sqrt(20e-3**2 - (5.5e-3 * np.sin(angle)) ** 2)
+
+    slope = (lift(angle + 1e-5) - lift(angle - 1e-5)) / 2e-5
+    curvature = (lift(angle + 1e-3) - 2 * lift(angle) + lift(angle - 1e-3)) / 1e-6
+    master, slave = 0.25 * np.pi * 19.05e-3**2, 0.25 * np.pi * 17.4625e-3**2
+    volumes = np.array([master * slope / ratio, -slave])  # per motor angle and stroke
+    stiffness = 149408526513837.7 * np.outer(volumes, volumes)
+    stiffness += np.diag([master * curvature * float(rest.pressure) / ratio**2, 58e3])
+    squares = np.linalg.eigvals(np.diag([1 / (61.5e-6 + 3.49e-5 / ratio**2), 1 / 0.3]) @ stiffness)
+    expected = np.sqrt(np.sort(squares)) / (2 * np.pi)
+    condition = "held against the spring"
+    assert _model(validated, "ema_fise", "mode_frequency_1", condition) == pytest.approx(expected[0], rel=1e-6)
+    assert _model(validated, "ema_fise", "mode_frequency_2", condition) == pytest.approx(expected[1], rel=1e-6)
+
+
+def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:
+    for name in ("validate", "validate_openings"):
+        assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
