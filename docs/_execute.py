@@ -1,7 +1,7 @@
 """Markdown pages that are run.
 
-A block that opens with ```` ```python ```` is executed, all blocks of a page in one namespace; a ```` ```text ```` block
-right after it is what it printed. Words after `python` say more:
+A block that opens with ```` ```python ```` is executed, all blocks of a page in one namespace; the ```` ```text ````
+block right after it is what it printed. Words after `python` say more:
 
 - `raises`: the block must end in an exception, whose type and message are its output;
 - `picture=NAME`: the current matplotlib figure is saved as `docs/pictures/NAME.png` when the pages are regenerated.

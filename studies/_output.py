@@ -64,7 +64,7 @@ def _print_plain(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
 
 
 def write_json(path: Path, rows: Iterable[Any]) -> None:
-    """Write dataclass instances as `{"rows": [...]}`; JSON has no infinity, so that a number that is not finite is null."""
+    """Write dataclass instances as `{"rows": [...]}`; null where not finite, as JSON has no infinity."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps({"rows": [_plain(row) for row in rows]}, indent=2, allow_nan=False) + "\n")
 
@@ -78,6 +78,14 @@ def require_matplotlib() -> None:
     """Exit, saying what to install, where pictures cannot be drawn."""
     if importlib.util.find_spec("matplotlib") is None:
         raise SystemExit('Pictures need matplotlib: pip install "acausal[plot]", or leave out --out.')
+
+
+def legend(figure: "Figure", columns: int) -> None:
+    """One legend below all panels, each entry once."""
+    entries = {
+        label: handle for panel in figure.axes for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def save(figure: "Figure", directory: Path, name: str) -> None:

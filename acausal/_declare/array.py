@@ -33,6 +33,17 @@ class Array(Component, Generic[C]):
         return self.n
 
 
+def deepened(tree: Any, by: int) -> Any:
+    """The arrays of components in a tree, for leaves that have got `by` more axes in front."""
+
+    def deepen(node: Any) -> Any:
+        if not isinstance(node, Array):
+            return node
+        return Array(item=deepened(node.item, by), n=node.n, axis=node.axis + by)
+
+    return jax.tree_util.tree_map(deepen, tree, is_leaf=lambda node: isinstance(node, Array))
+
+
 def repeat(part: C, n: int) -> Array[C]:
     """An array of `n` components like `part`.
 
@@ -40,7 +51,8 @@ def repeat(part: C, n: int) -> Array[C]:
     `repeat(Inertia(J=jnp.linspace(1.0, 2.0, 5)), 5)`.
     """
     structure = jax.tree_util.tree_structure(part)
-    return Array(item=structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part)]), n=n)
+    item = structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part)])
+    return Array(item=deepened(item, 1), n=n)
 
 
 def _stacked(leaf: Leaf, n: int) -> Any:
@@ -54,7 +66,7 @@ def stack(parts: Sequence[C]) -> Array[C]:
     """An array of the given components, which must be of one class and structure."""
     if len({jax.tree_util.tree_structure(part) for part in parts}) != 1:
         raise ModelError("stack(...) needs components of one class, with the same static fields and parts.")
-    return Array(item=jax.tree_util.tree_map(_stack_leaf, *parts), n=len(parts))
+    return Array(item=deepened(jax.tree_util.tree_map(_stack_leaf, *parts), 1), n=len(parts))
 
 
 def _stack_leaf(*values: Any) -> Any:

@@ -8,13 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._reduce.states import nominal_of
-from .blocks import row_scale, scaled_root
+from .blocks import NEWTON, row_scale, scaled_root
 from .plan import Plan, Store, group_residuals
 from .program import residual_programme
 from .system import Inputs, System
 
 # A start value that is given yields to the constraints only where no other one can.
-STIFFNESS = 1e12
+STIFFNESS = 1e20
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 
@@ -23,7 +23,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
 
     A start value of zero counts as not given. With constraints g(x) = 0 among the variables x below the highest
     derivatives, the start is x0 + D g_x(x0)^T m, with m such that g = 0: the nearest consistent point (to first order)
-    where D weighs given start values 1e12 times more than the others.
+    where D lets given start values move 1e20 times less than the others.
     """
     pairs = system.ordered.constrained
     if not pairs:
@@ -94,7 +94,7 @@ def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> 
         start, basis, rest = args
         return constraints(start + basis @ multipliers, rest)
 
-    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args), rows)
+    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args), rows, NEWTON)
     return scale * (start + basis @ multipliers)
 
 

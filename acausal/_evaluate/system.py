@@ -115,6 +115,12 @@ class System:
         residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
         return jnp.concatenate([self.plan.collect(store, rates), *residuals])
 
+    def all_finite(self, t: Any, y: Any, inputs: "Inputs") -> Any:
+        """Whether all unknowns are finite at a point, outputs that feed no state included."""
+        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
+        finite = [jnp.all(jnp.isfinite(segment)) for segment in store.segments.values()]
+        return jnp.all(jnp.stack(finite))
+
     def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
         store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
@@ -181,6 +187,7 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
         flat = flatten(model, split=True)
         merged = merge(flat)
         reduced = reduce_index(tabulate(flat, merged))
+    _check_all_determined(flat, merged, reduced)
     chosen = select_states(reduced, None if values is None else values(merged, reduced))
     ordered = sort(chosen)
     ordered.states.sort(key=_layout(ordered))
@@ -188,6 +195,19 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
     plan = _plan(ordered, torn, kinds, [])
     return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [])
+
+
+def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:
+    if reduced.incidence.n_rows == 0 and flat.n_nodes == 0:
+        raise StructureError("The model has no variables: give it components with equations.")
+    nodes = np.unique(merged.representative)
+    missing = np.setdiff1d(nodes[nodes >= 0], reduced.incidence.variables)
+    if len(missing):
+        names = ", ".join(flat.node_name(int(node)) for node in missing[:10])
+        raise StructureError(
+            f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port that the "
+            "variable belongs to, or remove the variable."
+        )
 
 
 def mass_matrix_form(system: System) -> System:

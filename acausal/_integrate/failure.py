@@ -3,6 +3,7 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -19,20 +20,21 @@ def report_failure(solution: Solution) -> Solution:
     result = solution.result
     fine = (result == Result.reached_end) | (result == Result.stopped)
     if is_traced(fine):
-        return eqx.tree_at(lambda s: s.t1, solution, _checked_at_run_time(solution, ~fine))
+        return _checked_at_run_time(solution, ~fine)
     if not np.all(fine):
         raise _error(solution)
     return solution
 
 
-def _checked_at_run_time(solution: Solution, failed: Any) -> Any:
-    """The end time, whose computation raises. Its parameter is named; other culprits are known to eager runs only."""
-    system, t1 = solution.system, solution.t1
-    bad = solution.result == Result.bad_parameter
+def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
+    """The solution, whose computation raises. A bad parameter is named; other culprits are known to eager runs only."""
+    system, result = solution.system, solution.result
+    bad = result == Result.bad_parameter
+    leaves, structure = jax.tree_util.tree_flatten(solution)
     if system.signed_leaves:
         texts = [_requirement(system, leaf) for leaf in system.signed_leaves]
-        t1 = eqx.branched_error_if(t1, bad, solution._culprit, texts)
-    return solution.result.error_if(t1, failed & ~bad)
+        leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
+    return structure.unflatten(result.error_if(leaves, failed & ~bad))
 
 
 def _requirement(system: System, leaf: int) -> str:

@@ -1,17 +1,20 @@
 """User functions of a model's variables, kept by what they compute so that an equal one is not compiled again."""
 
 import dataclasses
+import math
 import types
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 
 from .._errors import ModelError
 from .._reduce.flatten import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
+from .._tracing import is_traced
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,9 +63,32 @@ def _key_of(function: Callable[[Any], Any]) -> Hashable | None:
         return None
     cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
     named = tuple(function.__globals__[name] for name in code.co_names if name in function.__globals__)
-    if all(isinstance(value, int | float | types.ModuleType) for value in cells + named):
+    if all(isinstance(value, int | float) or value in _LIBRARIES for value in cells + named):
         return code, cells, named
     return None
+
+
+_LIBRARIES = (jax, jnp, np, math)  # modules that do not change
+
+
+def _fingerprint(closed: ClosedJaxpr | Jaxpr) -> str:
+    """The text of a jaxpr with the constants of functions that it calls, which the text alone leaves out."""
+    jaxpr = closed.jaxpr if isinstance(closed, ClosedJaxpr) else closed
+    constants = [_content(value) for value in getattr(closed, "consts", ())]
+    inner = [_fingerprint(part) for eqn in jaxpr.eqns for part in _inner(eqn.params.values())]
+    return "\n".join([str(jaxpr), *constants, *inner])
+
+
+def _content(value: Any) -> str:
+    return f"tracer {id(value)}" if is_traced(value) else f"{jnp.shape(value)} {np.asarray(value).tobytes().hex()}"
+
+
+def _inner(params: Iterable[Any]) -> Iterator[ClosedJaxpr | Jaxpr]:
+    for param in params:
+        if isinstance(param, ClosedJaxpr | Jaxpr):
+            yield param
+        elif isinstance(param, tuple | list):
+            yield from _inner(param)
 
 
 def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
@@ -71,6 +97,7 @@ def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[
     def of_leaves(*values: Any) -> list[Any]:
         results, tree = jax.tree_util.tree_flatten(function(flat.structure.unflatten(values)))
         trees.append(tree)
+        _check_real(results, what)
         return [jnp.asarray(value, float) for value in results]
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
@@ -85,7 +112,17 @@ def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[
     leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
     invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
     slim = ClosedJaxpr(assembled(invars, jaxpr.outvars, jaxpr.eqns), [])
-    return Quantity(str(slim), slim, leaves, trees[0]), constants
+    return Quantity(_fingerprint(slim), slim, leaves, trees[0]), constants
+
+
+def _check_real(results: list[Any], what: str) -> None:
+    for value in results:
+        if jnp.ndim(value) != 0:
+            raise ModelError(f"{what} must return real numbers, but returned an array of shape {jnp.shape(value)}.")
+        if jnp.issubdtype(jnp.result_type(value), jnp.bool_):
+            raise ModelError(
+                f"{what} returned a truth value: return a real function that crosses zero, as in s.x - 1.0."
+            )
 
 
 def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:

@@ -9,11 +9,11 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 
 from .._evaluate.initial import initial_state
 from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
+from .crossing import Crossing
 from .quantity import Quantity
 from .result import Result
 from .solution import Solution
@@ -37,6 +37,11 @@ class Settings:
     def n_integrals(self) -> int:
         """How many integrals follow the states in the vector that is integrated."""
         return 0 if self.integrand is None else self.integrand.n_outputs
+
+    @property
+    def n_extra(self) -> int:
+        """What follows the states: the integrals, or a constant where there would be nothing to integrate."""
+        return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
 
 
 @jax.tree_util.register_dataclass
@@ -68,7 +73,7 @@ def run(settings: Settings, numbers: Numbers) -> Solution:
         numbers.t0,
         numbers.t1,
         numbers.dt0,
-        jnp.concatenate([y0, jnp.zeros(settings.n_integrals)]),
+        jnp.concatenate([y0, jnp.zeros(settings.n_extra)]),
         inputs,
         saveat=_saves(settings, numbers),
         stepsize_controller=_controller(settings, numbers),
@@ -85,23 +90,25 @@ def _solver(settings: Settings) -> Any:
     mass = settings.system.mass
     if mass is None:
         return settings.solver
-    return dataclasses.replace(settings.solver, mass=np.concatenate([mass, np.ones(settings.n_integrals)]))
+    return dataclasses.replace(settings.solver, mass=np.concatenate([mass, np.ones(settings.n_extra)]))
 
 
 def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
-    sizes = np.concatenate([settings.system.nominals, np.ones(settings.n_integrals)])
-    smallest = 1e-14 * (numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
+    sizes = np.concatenate([settings.system.nominals, np.ones(settings.n_extra)])
+    smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
     return diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
 
 
 def _vector_field(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Inputs], Any]:
     system, integrand = settings.system, settings.integrand
-    if integrand is None:
+    if settings.n_extra == 0:
         return system.vector_field
 
     def extended(t: Any, y: Any, inputs: Inputs) -> Any:
         states = y[: len(system.nominals)]
+        if integrand is None or settings.n_integrals == 0:
+            return jnp.zeros_like(y)
         values = _read(system, integrand.leaves, numbers, t, states, inputs)
         rates = jnp.stack(integrand(numbers.rates, values))
         return jnp.concatenate([system.vector_field(t, states, inputs), rates])
@@ -126,7 +133,7 @@ def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
         return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: len(system.nominals)], args))[0]
 
-    return diffrax.Event(condition, optx.Newton(rtol=1e-13, atol=1e-15), settings.direction)
+    return diffrax.Event(condition, Crossing(), settings.direction)
 
 
 def _read(system: System, wanted: Sequence[int], numbers: Numbers, t: Any, y: Any, inputs: Inputs) -> list[Any]:
@@ -152,8 +159,8 @@ def _solution(
         _start=(jnp.asarray(numbers.t0, float), y0),
         _end=(t_end, y_end),
         _path=(raw.ts[path], raw.ys[path][:, :n]),
-        _end_integrals=raw.ys["end"][0, n:],
-        _path_integrals=raw.ys[path][:, n:],
+        _end_integrals=raw.ys["end"][0, n : n + settings.n_integrals],
+        _path_integrals=raw.ys[path][:, n : n + settings.n_integrals],
         _culprit=culprit,
         _params=numbers.params,
         _inputs=inputs,
@@ -169,7 +176,7 @@ def _outcome(
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system = settings.system
     bad_parameters = system.bad_parameters(numbers.params)
-    finite = jnp.all(jnp.isfinite(y)) & jnp.all(jnp.isfinite(system.vector_field(t, y, inputs)))
+    finite = jnp.all(jnp.isfinite(y)) & system.all_finite(t, y, inputs)
     rules = [
         (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
         (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),

@@ -12,6 +12,7 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import ModelError
 from .._evaluate.system import System, build
+from .._tracing import is_traced
 from .energy import powers
 from .failure import report_failure
 from .quantity import Quantity, trace
@@ -70,6 +71,10 @@ def simulate(
     _check_same_structure(model, system)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
+    if isinstance(save, str) and save not in ("steps", "end", "dense"):
+        raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
+    if direction not in _DIRECTIONS:
+        raise ModelError(f'direction={direction!r} is not known: use "up", "down" or None for either.')
     settings = Settings(
         system=system,
         stop=stop,
@@ -93,8 +98,19 @@ def simulate(
         stop=stop_constants,
         rates=rate_constants,
     )
+    _check_times(numbers)
     solution = run(settings, numbers)
     return report_failure(solution) if throw else solution
+
+
+def _check_times(numbers: Numbers) -> None:
+    """Save times lie within the run; where they are traced, that is left to the integrator."""
+    times, t0, t1 = numbers.times, numbers.t0, numbers.t1
+    if times is None or any(is_traced(value) for value in (times, t0, t1)) or jnp.ndim(t0) or jnp.ndim(t1):
+        return
+    low, high = min(float(t0), float(t1)), max(float(t0), float(t1))
+    if not np.all((np.asarray(times) >= low) & (np.asarray(times) <= high)):
+        raise ModelError(f"The times to save at must lie between t0 = {low:g} s and t1 = {high:g} s.")
 
 
 def _as_number(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 import difflib
 import functools as ft
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
@@ -10,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._declare.array import deepened
 from .._errors import ModelError
 from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
@@ -82,14 +84,20 @@ class Solution(eqx.Module):
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
         if self._dense is None:
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
-        evaluate = self._dense.evaluate
-        return self._view(t, evaluate(t) if jnp.ndim(t) == 0 else jax.vmap(evaluate)(t))
+        t = jnp.asarray(t, float)
+
+        def evaluate(dense: diffrax.DenseInterpolation) -> Any:
+            return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
+
+        ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
+        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), ys[..., : len(self.system.nominals)])
 
     def _view(self, ts: Any, ys: Any) -> Any:
-        variables = _trajectories(self.system, self.is_batched, ts, ys, self._inputs)
+        batch = jnp.ndim(self.t1)
+        variables = _trajectories(self.system, batch, ts, ys, self._inputs)
         numbers = dict(zip(self.system.flat.variable_leaves, variables, strict=True))
         leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self._params)]
-        return self.system.flat.structure.unflatten(leaves)
+        return deepened(self.system.flat.structure.unflatten(leaves), jnp.ndim(ts))
 
     @property
     def integrals(self) -> Any:
@@ -147,6 +155,10 @@ class Solution(eqx.Module):
 
     def to_numpy(self) -> dict[str, np.ndarray]:
         """Trajectories of all variables by name, and the time as "t"."""
+        if self.is_batched:
+            raise ModelError(
+                "The solution is a batch: take one run of it with jax.tree_util.tree_map(lambda x: x[i], sol)."
+            )
         names = [name for name, (leaf, _) in self._names.items() if leaf in self.system.variable_leaves]
         return {"t": np.asarray(self.ts)} | {name: np.asarray(self[name]) for name in names}
 
@@ -181,14 +193,19 @@ def _names(system: System) -> dict[str, tuple[int, int]]:
     return {leaf.name(i): (number, i) for number, leaf in enumerate(system.flat.leaves) for i in range(leaf.count)}
 
 
+def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., Any]:
+    """The function mapped over leading axes of all its arguments."""
+    return function if dimensions == 0 else jax.vmap(_over_batch(function, dimensions - 1))
+
+
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _trajectories(system: System, is_batched: bool, ts: Any, ys: Any, inputs: Inputs) -> list[Any]:
+def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> list[Any]:
     def at(t: Any, y: Any, inputs: Inputs) -> list[Any]:
         if jnp.ndim(t) > 0:
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
         return observe(system, t, y, inputs, system.flat.variable_leaves)
 
-    return (jax.vmap(at) if is_batched else at)(ts, ys, inputs)
+    return _over_batch(at, batch)(ts, ys, inputs)
 
 
 START_REMEDY = "leave out the start value (zero) of this variable or of those that it is connected to rigidly."

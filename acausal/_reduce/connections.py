@@ -33,7 +33,7 @@ class Joints:
         self.across: list[np.ndarray] = []
         self.flows: list[np.ndarray] = []
         self.joined_outside: list[np.ndarray] = []
-        self.need: list[tuple[str, int]] = []
+        self.need: list[int] = []
 
     def visit(self, node: Node, path: str, *, is_root: bool = False) -> None:
         parts = list(children(node, path))
@@ -49,9 +49,9 @@ class Joints:
                 self.visit(part, part_path)
 
     def _note_needs(self, parts: list[tuple[str, Any]]) -> None:
-        for path, part in parts:
+        for _, part in parts:
             if isinstance(part, Port) and type(part).needs_connection:
-                self.need.extend((path, int(node)) for node in np.ravel(_first_ids(part)))
+                self.need.extend(int(node) for node in np.ravel(_first_ids(part)))
 
     def _join(self, connection: Connection, own: set[int], where: str) -> None:
         ports = connection.ports
@@ -95,9 +95,10 @@ class Joints:
     def resolve(self, flow_nodes: np.ndarray, n_nodes: int) -> tuple[np.ndarray, list]:
         """Pairs of merged nodes, and the sets of signed flows that sum to zero."""
         connected = set(np.concatenate(self.joined_outside).tolist()) if self.joined_outside else set()
-        for path, node in self.need:
+        for node in self.need:
             if node not in connected:
-                raise ModelError(f"{path} is not connected: it needs a connection that determines its value.")
+                port = self._path(node).rpartition(".")[0]
+                raise ModelError(f"{port} is not connected: it needs a connection that determines its value.")
         across = np.concatenate(self.across) if self.across else np.zeros((0, 2), int)
         edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
         ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))

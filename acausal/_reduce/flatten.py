@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 import jax
@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Int
 
 from .._declare.annotations import Declaration
-from .._declare.array import Array
+from .._declare.array import Array, deepened
 from .._declare.component import Component
 from .._declare.node import Node, Port, dynamic_fields, join, parts_of
 from .._errors import ModelError
@@ -57,6 +57,11 @@ class Kind:
     cls: type[Component] = dataclasses.field(compare=False)
     declarations: tuple[Declaration, ...] = dataclasses.field(compare=False)
     names: tuple[str, ...] = dataclasses.field(compare=False)  # of the leaves, within the component
+    depth: int  # of arrays around it, where it holds arrays itself; else 0
+
+    def component(self, leaves: Sequence[Any]) -> Any:
+        """One component of this kind with the given leaves."""
+        return deepened(self.structure.unflatten(leaves), -self.depth)  # pyright: ignore[reportAttributeAccessIssue]
 
 
 @dataclasses.dataclass(eq=False)
@@ -209,6 +214,7 @@ class _Walker:
             type(node),
             tuple(leaf.declaration for leaf in own),
             tuple(leaf.path.removeprefix(f"{path}.") for leaf in own),
+            len(stack) if any(len(leaf.stack) > len(stack) for leaf in own) else 0,
         )
         found = self.instances.setdefault(kind, Instances(kind, [], [], []))
         found.paths.append(path)

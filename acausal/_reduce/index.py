@@ -160,7 +160,7 @@ def _check_redundant(table: Incidence) -> None:
     fixed = np.ones(table.n_rows, bool)
     fixed[table.row[(table.strength < 3) | (table.order > 0)]] = False
     for index, family in enumerate(table.families):
-        if family.template.form.has_rest or family.template.level:
+        if family.template.level:
             fixed[table.offsets[index] : table.offsets[index + 1]] = False
     if np.count_nonzero(fixed) < 2:
         return
@@ -187,7 +187,7 @@ def _eliminate(table: Incidence, equations: dict[int, dict[int, Fraction]]) -> N
                     del terms[variable]
         if not terms:
             raise StructureError(
-                "These equations depend on each other and leave the rest undetermined:\n  "
+                "These equations repeat or contradict each other, and leave the rest undetermined:\n  "
                 + _listed([table.row_name(item) for item in sorted(used)])
                 + "\n  Remedy: a circuit without a reference has one sum of flows too many; connect a Ground, Fixed or "
                 "Tank to it."

@@ -147,12 +147,15 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     names: list[str] = []
 
     def residuals(*values: Any) -> tuple[Any, ...]:
-        self = kind.structure.unflatten(values[: len(roles)])  # pyright: ignore[reportAttributeAccessIssue]
+        self = kind.component(values[: len(roles)])
         d_leaves: list[Any] = [_NoDerivative(kind.cls.__name__, name) for name in kind.names]
         for slot, value in zip(variables, values[len(roles) :], strict=True):
             d_leaves[slot] = value
-        d = kind.structure.unflatten(d_leaves)  # pyright: ignore[reportAttributeAccessIssue]
-        stated = _checked(self.equations(d), kind)
+        d = kind.component(d_leaves)
+        try:
+            stated = _checked(self.equations(d), kind)
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"{kind.cls.__name__}.equations: {error}") from error
         names.extend(stated)
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 

@@ -6,6 +6,7 @@ from typing import Any
 from .._declare.component import Component
 from .._evaluate.system import System
 from .._integrate.simulate import system_of
+from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
 
 
@@ -58,11 +59,12 @@ def structure(model: Component | System) -> Structure:
     system = model if isinstance(model, System) else system_of(model)
     flat, table = system.flat, system.reduced.incidence
     counts = system.reduced.differentiations
-    zeros = int((system.merged.representative == -2).sum())
+    zeros = int((system.merged.representative == ZERO).sum())
+    known = zeros + int((system.merged.representative == TIME).sum())
     return Structure(
         parameters=sum(leaf.count for leaf in flat.leaves if leaf.declaration.role == "param"),
         variables=flat.n_nodes,
-        aliases=flat.n_nodes - zeros - table.n_variables,
+        aliases=flat.n_nodes - known - table.n_variables,
         zeros=zeros,
         equations=table.n_rows,
         differentiated={table.row_name(row): int(counts[row]) for row in counts.nonzero()[0].tolist()},

@@ -50,7 +50,7 @@ def minimise(
         finite = [point for point in path if point.is_finite]
         here, target = finite[-1], finite[-1].log_x + _step(finite)
         low, high = _bounds(path, here)
-        if not low < target < high:
+        if not (path[-1].is_finite and low < target < high):
             target = 0.5 * (low + high)
         if abs(target - here.log_x) <= tolerance:
             return path
@@ -72,7 +72,7 @@ def _until_finite(evaluate: Callable[[float], tuple[float, float]], start: float
 def _step(finite: list[Point]) -> float:
     """The step of log(x) to where the slope should vanish."""
     last = finite[-1]
-    step = -last.log_slope / abs(last.value)  # as for a curvature of log(f) over log(x) of one
+    step = -last.log_slope / (abs(last.value) or 1.0)  # as for a curvature of log(f) over log(x) of one
     if len(finite) > 1:
         curvature = (last.log_slope - finite[-2].log_slope) / (last.log_x - finite[-2].log_x)
         step = -last.log_slope / curvature if curvature > 0.0 else math.copysign(math.inf, step)

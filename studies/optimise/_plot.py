@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from .._output import ACTUATOR_NAMES, COLORS
+from .._output import ACTUATOR_NAMES, COLORS, legend
 from ._main import Outcome
 
 NUMBERED = 5  # points of the path that carry their number; those after them lie too close
@@ -21,10 +21,7 @@ def plot_optima(outcomes: Sequence[Outcome]) -> Figure:
     panels = np.ravel(np.asarray(figure.subplots(1, len(outcomes))))
     for panel, outcome in zip(panels, outcomes, strict=True):
         _draw(panel, outcome)
-    handles = {
-        label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
+    legend(figure, 3)
     return figure
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from acausal import Solution
 
 from .._opening import STROKE
-from .._output import ACTUATOR_NAMES, COLORS
+from .._output import ACTUATOR_NAMES, COLORS, legend
 from ._rows import Row
 
 PANELS = (
@@ -32,10 +32,8 @@ def plot_comparison(rows: list[Row]) -> Figure:
     for panel, (quantity, label, scale) in zip(panels, PANELS, strict=True):
         _compare(panel, [row for row in rows if row.quantity.startswith(quantity)], label, scale)
     panels[-1].set_xscale("log")
-    handles = {
-        label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
-    }
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
+    panels[-1].set_xlim(0.3, 3e3)
+    legend(figure, 3)
     figure.suptitle("Clutch actuators: Meloni's thesis (2012) and the model")
     return figure
 
@@ -73,6 +71,7 @@ def plot_openings(runs: Mapping[str, Solution], rows: list[Row]) -> Figure:
             panel.plot(1e3 * run.ts, scale * run[signal], color=COLORS[actuator], label=ACTUATOR_NAMES[actuator])
         panel.set_ylabel(label)
         panel.grid(alpha=0.3)
+    panels[1].set_ylim(bottom=0.0)
     panels[0].axhline(1e3 * STROKE, color="black", linestyle=":", linewidth=1)
     for row in rows:
         if row.quantity == "opening_time" and row.condition == "base" and "measured" in row.source and row.thesis:

@@ -1,9 +1,11 @@
 """The designs by name, and their opening time from a dictionary of keywords, compiled once for each family."""
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 from studies import opening_time
 from studies.actuators import ehs_maxon, ema_fise, ema_maxon, sila
@@ -13,21 +15,32 @@ DESIGNS: dict[str, Callable[..., Any]] = {
     "sila": sila, "ema_fise": ema_fise, "ema_maxon": ema_maxon, "ehs_maxon": ehs_maxon,
 }  # fmt: skip
 
-_time_and_gradient = jax.jit(jax.value_and_grad(lambda model: opening_time(model)))
+
+def _compiled(build: Callable[..., Any]) -> Callable[[dict[str, Any]], tuple[Any, dict[str, Any]]]:
+    return jax.jit(jax.value_and_grad(lambda keywords: opening_time(build(**keywords))))
 
 
-def reverse(build: Callable[..., Any], keywords: dict[str, float]) -> tuple[float, dict[str, float]]:
-    """Opening time and its derivatives with respect to the keywords, by reverse mode."""
-    model, pull = jax.vjp(lambda keywords: build(**keywords), keywords)
-    time, gradient = _time_and_gradient(model)
-    return float(time), {name: float(value) for name, value in pull(gradient)[0].items()}
+_EMA = _compiled(ema_fise)  # with all keywords given, both electromechanical designs are this
+_REVERSE = {"ema_fise": _EMA, "ema_maxon": _EMA, "ehs_maxon": _compiled(ehs_maxon)}
 
 
-def forward(build: Callable[..., Any], keywords: dict[str, float], name: str) -> tuple[float, float]:
+def numbers(design: str, **changes: float) -> dict[str, float]:
+    """All keywords of a design."""
+    given = {name: parameter.default for name, parameter in inspect.signature(DESIGNS[design]).parameters.items()}
+    del given["inductance"]
+    return {name: float(value) for name, value in (given | changes).items()}
+
+
+def reverse(design: str, keywords: dict[str, float]) -> tuple[float, dict[str, float]]:
+    """Opening time and its derivatives with respect to all keywords, by reverse mode."""
+    time, gradient = _REVERSE[design](keywords)
+    return float(time), {name: float(value) for name, value in gradient.items()}
+
+
+def forward(design: str, keywords: dict[str, float], name: str) -> tuple[float, float]:
     """Opening time and its derivative with respect to one keyword, by forward mode."""
-
-    def model(value: float) -> Any:
-        return build(**(keywords | {name: value}))
-
-    time, slope = time_and_slope(*jax.jvp(model, (keywords[name],), (1.0,)), 1e-9)
+    # All keywords as arrays, whichever is looked at: else each would be compiled for on its own.
+    given = {key: jnp.asarray(value) for key, value in keywords.items()}
+    direction = {key: jnp.asarray(float(key == name)) for key in keywords}
+    time, slope = time_and_slope(*jax.jvp(lambda given: DESIGNS[design](**given), (given,), (direction,)), 1e-9)
     return float(time), float(slope)

@@ -1,14 +1,14 @@
 """Opening times, states and derivatives against independent figures."""
 
-import inspect
 import math
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _designs import DESIGNS, forward, reverse
+from _designs import DESIGNS, forward, numbers, reverse
 from _thesis_reference import ELASTICITIES, OPENING_TIMES, STATES, TURNING_INERTIA
 
 from acausal import Result, simulate
@@ -31,21 +31,15 @@ def test_states(design: str, keywords: dict[str, float], names: tuple[str, ...],
         np.testing.assert_allclose(solution[name] / size, values / size, atol=1e-6, rtol=0.0, err_msg=name)
 
 
-def _numbers(design: str, changes: dict[str, float], names: dict[str, float]) -> dict[str, float]:
-    defaults = inspect.signature(DESIGNS[design]).parameters
-    return {name: float(changes.get(name, defaults[name].default)) for name in names}
-
-
 @pytest.mark.parametrize(("design", "changes", "elasticities"), ELASTICITIES)
 def test_elasticities(design: str, changes: dict[str, float], elasticities: dict[str, float]) -> None:
-    numbers = _numbers(design, {"voltage": 13.5} | changes, elasticities)
-    sizes = numbers | {"rotor_inertia": TURNING_INERTIA[design]}
-    time, gradient = reverse(DESIGNS[design], numbers)
+    keywords = numbers(design, **changes)
+    sizes = keywords | {"rotor_inertia": TURNING_INERTIA[design]}
+    time, gradient = reverse(design, keywords)
     for name, expected in elasticities.items():
         tolerance = max(1e-6, 1e-5 * abs(expected))
         assert sizes[name] / time * gradient[name] == pytest.approx(expected, abs=tolerance), name
-        time, slope = forward(DESIGNS[design], numbers, name)
-        assert sizes[name] / time * slope == pytest.approx(expected, abs=tolerance), name
+        assert sizes[name] / time * forward(design, keywords, name)[1] == pytest.approx(expected, abs=tolerance), name
 
 
 NEVER = (
@@ -53,25 +47,23 @@ NEVER = (
     {"voltage": 3.0},
     {"resistance": 1e6},
     {"ratio": 1.9},
-    {"ratio": 0.05},
-    {"ratio": 1e-9},
     {"ratio": 1e9},
+    {"spring_rate": 1e9},
     {"eccentricity": 4e-3},  # the cam lifts too little, and turns on and on
 )
-ALL = {"voltage": 13.5, "resistance": 0.309, "ratio": 4.3, "eccentricity": 5.5e-3}
 
 
 @pytest.mark.parametrize("changes", NEVER)
 def test_never_opens(changes: dict[str, float]) -> None:
-    numbers = {name: ALL[name] for name in ALL} | changes
-    solution = opening(DESIGNS["ema_maxon"](**numbers))
+    keywords = numbers("ema_maxon", **changes)
+    solution = opening(DESIGNS["ema_maxon"](**keywords))
     assert solution.t1 == math.inf
     assert (solution.result == Result.never_stopped) | (solution.result == Result.too_many_steps)
-    time, gradient = reverse(DESIGNS["ema_maxon"], dict(numbers))
+    time, gradient = reverse("ema_maxon", keywords)
     assert time == math.inf
     assert all(value == 0.0 for value in gradient.values())
-    for name in numbers:
-        assert forward(DESIGNS["ema_maxon"], numbers, name) == (math.inf, 0.0)
+    for name in ("voltage", "ratio"):
+        assert forward("ema_maxon", keywords, name) == (math.inf, 0.0)
 
 
 def test_settling_ends_within_the_steps() -> None:
@@ -80,7 +72,7 @@ def test_settling_ends_within_the_steps() -> None:
 
 
 def test_a_bad_parameter_has_its_own_result() -> None:
-    solution = opening(DESIGNS["ema_maxon"](ratio=-4.3))
+    solution = opening(eqx.tree_at(lambda model: model.piston.m, DESIGNS["ema_maxon"](), -0.3))
     assert solution.t1 == math.inf
     assert solution.result == Result.bad_parameter
 

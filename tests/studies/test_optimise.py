@@ -59,7 +59,7 @@ def _walled(low: float, high: float) -> Any:
 
 
 @pytest.mark.parametrize("start", [0.05, 0.3, 0.93, 1.0, 1.4, 3.0, 40.0])
-@pytest.mark.parametrize("walls", [(0.0, math.inf), (0.9, math.inf), (0.0, 1.1), (0.9, 1.5)])
+@pytest.mark.parametrize("walls", [(0.0, math.inf), (0.9, math.inf), (0.0, 1.1), (0.9, 2.5)])
 def test_minimise_with_walls(start: float, walls: tuple[float, float]) -> None:
     path = minimise(_walled(*walls), start)
     assert path[-1].x == pytest.approx(1.0, rel=1e-6)

@@ -12,7 +12,8 @@ from studies.validate import hold, mode_frequencies
 
 KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model"}
 UNITS = {
-    "opening_time": "s", "peak_current": "A", "holding_current": "A", "mode_frequency_1": "Hz", "mode_frequency_2": "Hz",
+    "opening_time": "s", "peak_current": "A", "holding_current": "A",
+    "mode_frequency_1": "Hz", "mode_frequency_2": "Hz",
 }  # fmt: skip
 
 

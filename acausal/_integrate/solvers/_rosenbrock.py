@@ -130,8 +130,11 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         # Members of a batch that have ended are stepped on with h = 0, where the matrix of a DAE is singular.
         h = jnp.maximum(t1 - t0, jnp.sqrt(jnp.finfo(y0.dtype).tiny))
 
+        # Diffrax integrates backwards by turning time round, which only the control of a term tells.
+        direction = jnp.where(terms.contr(t0, t1) < 0, -1.0, 1.0)
+
         def f(t: Scalar, y: State) -> State:
-            return terms.vf(t, y, args)
+            return direction * terms.vf(t, y, args)
 
         f0, f_t, jacobian = linearise(f, t0, y0)
         solve = linear_solver(self._mass_matrix(len(y0)) / tableau.gamma - h * jacobian, self.nominal)

@@ -1,0 +1,32 @@
+"""The notebooks run, and their committed outputs are those of their code."""
+
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+
+from docs._compare import first_difference
+from docs._execute import DOCS
+from docs._notebook import executed
+
+NOTEBOOKS = sorted(DOCS.glob("*.ipynb"))
+
+
+def printed(notebook: Any) -> str:
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    return "".join(output.text for output in outputs if output.output_type == "stream")
+
+
+def pictures(notebook: Any) -> list[str]:
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    return [output.data["image/png"] for output in outputs if "image/png" in output.get("data", {})]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
+def test_notebook(path: Path) -> None:
+    committed = nbformat.read(path, as_version=4)
+    fresh = executed(path)
+    difference = first_difference(printed(committed), printed(fresh))
+    assert difference is None, f"{path.name} is out of date, run `python -m docs {path.name}`.\n{difference}"
+    assert len(pictures(committed)) == len(pictures(fresh)) > 0

@@ -1,0 +1,54 @@
+"""The pages: their code runs, and what they show is what it gives."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import jax
+import pytest
+
+from docs._compare import first_difference
+from docs._execute import PAGES, ROOT, refreshed
+
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _compile_fast() -> Iterator[None]:
+    """The pages compile much and compute little."""
+    before = jax.config.read("jax_disable_most_optimizations")
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", before)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_page_shows_what_its_code_prints(page: Path) -> None:
+    difference = first_difference(page.read_text(), refreshed(page))
+    assert difference is None, f"{page.name} is out of date, run `python -m docs {page.name}`.\n{difference}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links(page: Path) -> None:
+    for target in LINK.findall(page.read_text()):
+        path, _, anchor = target.partition("#")
+        file = page.parent / path if path else page
+        assert file.exists(), f"{page.name} links to {path}, which does not exist"
+        assert not anchor or anchor in _anchors(file), f"{page.name} links to {target}, which has no such heading"
+
+
+def _anchors(page: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_index_lists_every_page() -> None:
+    listed = set(LINK.findall((ROOT / "docs" / "index.md").read_text()))
+    there = {path.name for path in (ROOT / "docs").glob("*") if path.suffix in (".md", ".ipynb")}
+    assert there - {"index.md"} <= listed
+
+
+def test_readme_shows_the_shared_model() -> None:
+    """The model in the README is the one of the other pages."""
+    source = (ROOT / "docs" / "drive.py").read_text()
+    assert source[source.index("class Drive") :].strip() in (ROOT / "README.md").read_text()
