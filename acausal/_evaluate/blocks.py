@@ -13,11 +13,12 @@ from .affine import Affine, evaluate, scale, solved_for
 from .program import Arg, Program, Step
 
 ITERATIONS = 100
-# Both methods converge quadratically: within 1e-9 before the last step is within rounding after it.
+HUGE = 1e100
+# Both methods converge quadratically: a last step this small leaves an error near rounding. A trust region stalls where
+# rounding hides the progress of a step, so its tolerance stays well above.
 NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
 # Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
-DOGLEG = optx.Dogleg(rtol=1e-9, atol=1e-9)
-UNROLLED = 6  # linear systems up to this size are eliminated in the traced program, larger ones by LAPACK
+DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
 
 
 class Known:
@@ -177,7 +178,9 @@ def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scal
 
     def scaled(x: Any, args: Any) -> Any:
         scale, args = args
-        return residual(x, args) / scale
+        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
+        value = residual(x, args) / scale
+        return jnp.where(jnp.isfinite(value), value, HUGE)
 
     solution = optx.root_find(scaled, solver, start, (scale, args), max_steps=ITERATIONS, throw=False)
     return jnp.where(solution.result == optx.RESULTS.successful, solution.value, jnp.nan)

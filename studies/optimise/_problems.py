@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -38,7 +39,7 @@ class Problem:
 
     def evaluate(self, value: float, rtol: float = 1e-9) -> tuple[float, float]:
         """Opening time in s and its derivative with respect to the parameter."""
-        model, direction = jax.jvp(self.model, (value,), (1.0,))
+        model, direction = jax.jvp(self.model, (jnp.asarray(value, float),), (jnp.ones(()),))
         time, slope = time_and_slope(model, direction, rtol)
         return float(time), float(slope)
 

@@ -5,11 +5,12 @@ table ties the slower one to 70 % of the full voltage.
 """
 
 import dataclasses
+from collections.abc import Mapping
 from types import MappingProxyType
 
 QUANTITIES = ("opening_time", "peak_current", "holding_current", "mode_frequency_1", "mode_frequency_2")
 WITH_CAM = ("ema_fise", "ema_maxon")  # a cam that is not linear: the load changes the modes
-UNITS = MappingProxyType(dict(zip(QUANTITIES, ("s", "A", "A", "Hz", "Hz"), strict=True)))
+UNITS: Mapping[str, str] = MappingProxyType(dict(zip(QUANTITIES, ("s", "A", "A", "Hz", "Hz"), strict=True)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,9 +66,7 @@ def statements(actuator: str) -> list[Statement]:
     for quantity in QUANTITIES:
         found = [item for item in stated if item.quantity == quantity and item.condition == "base"]
         base += found or [Statement(actuator, quantity, None, "")]
-    loaded = (
-        [Statement(actuator, f"mode_frequency_{i}", None, "", loaded=True) for i in (1, 2)]
-        if actuator in WITH_CAM
-        else []
-    )
+    loaded: list[Statement] = []
+    if actuator in WITH_CAM:
+        loaded = [Statement(actuator, f"mode_frequency_{i}", None, "", loaded=True) for i in (1, 2)]
     return base + [item for item in stated if item.condition != "base"] + loaded

@@ -42,5 +42,6 @@ def forward(design: str, keywords: dict[str, float], name: str) -> tuple[float, 
     # All keywords as arrays, whichever is looked at: else each would be compiled for on its own.
     given = {key: jnp.asarray(value) for key, value in keywords.items()}
     direction = {key: jnp.asarray(float(key == name)) for key in keywords}
-    time, slope = time_and_slope(*jax.jvp(lambda given: DESIGNS[design](**given), (given,), (direction,)), 1e-9)
+    model, change = jax.jvp(lambda given: DESIGNS[design](**given), (given,), (direction,))
+    time, slope = time_and_slope(model, change, 1e-9)
     return float(time), float(slope)

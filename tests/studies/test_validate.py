@@ -30,20 +30,16 @@ def test_rows(validated: list[dict[str, Any]]) -> None:
 
 
 def _model(rows: list[dict[str, Any]], design: str, quantity: str, condition: str = "base") -> float:
-    return next(
-        row["model"]
-        for row in rows
-        if (row["actuator"], row["quantity"], row["condition"]) == (design, quantity, condition)
-    )
+    values = {(row["actuator"], row["quantity"], row["condition"]): row["model"] for row in rows}
+    return values[design, quantity, condition]
 
 
 def test_opening_times(validated: list[dict[str, Any]]) -> None:
     for design, keywords, time in OPENING_TIMES:
         if not keywords:
             assert _model(validated, design, "opening_time") == pytest.approx(time, rel=1e-8)
-    assert _model(validated, "ema_maxon", "opening_time", "voltage=9.45") == pytest.approx(
-        OPENING_TIMES[4][2], rel=1e-8
-    )
+    slower = _model(validated, "ema_maxon", "opening_time", "voltage=9.45")
+    assert slower == pytest.approx(OPENING_TIMES[4][2], rel=1e-8)
 
 
 def test_currents(validated: list[dict[str, Any]]) -> None:
