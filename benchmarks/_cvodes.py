@@ -15,9 +15,7 @@ class Run:
     neither it nor this library otherwise does. The arguments lie in buffers, so that a call does nothing but integrate.
     """
 
-    def __init__(
-        self, p: Mapping[str, float], rtol: float, atol: float, t1: float = handwritten.OPENING_TIME
-    ) -> None:
+    def __init__(self, p: Mapping[str, float], rtol: float, atol: float, t1: float = handwritten.OPENING_TIME) -> None:
         scaled = casadi.SX.sym("y", 5)  # pyright: ignore[reportAttributeAccessIssue]
         names = list(p)
         symbols = casadi.SX.sym("p", len(names))  # pyright: ignore[reportAttributeAccessIssue]
@@ -41,4 +39,3 @@ class Run:
     def state(self) -> np.ndarray:
         """The state at the end of the last call."""
         return self._y1 * handwritten.NOMINALS
-

@@ -3,6 +3,7 @@
 import concurrent.futures
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -24,7 +25,7 @@ RATIOS = (3.0, 8.0)
 CHUNKS = (8, 32, 128)
 
 
-def run(effort: Effort) -> list[Row]:
+def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Time per design of all ways to run a batch; the limit holds for the fastest of them."""
     ratios = jnp.linspace(*RATIOS, effort.designs)
     threads = os.cpu_count() or 1

@@ -1,5 +1,6 @@
 """What a derivative of the opening time costs, over what the opening time itself costs."""
 
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -17,7 +18,7 @@ RTOL = 1e-6
 LIMIT = 3.0
 
 
-def run(effort: Effort) -> list[Row]:
+def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Forward mode for the ratio, reverse mode for all parameters at once."""
     model = jax.tree_util.tree_map(jnp.asarray, ema_maxon())
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 from ._effort import Effort
 from ._rows import Row
@@ -15,7 +16,7 @@ _PROGRAMS = {
 }
 
 
-def run(effort: Effort) -> list[Row]:
+def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The least of several fresh processes each."""
     rows = []
     for name, program in _PROGRAMS.items():

@@ -1,6 +1,7 @@
 """The generated vector field against a hand-written one: alone, and in a whole simulation."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -19,7 +20,7 @@ from ._timing import fastest
 LIMIT = 1.1
 
 
-def run(effort: Effort) -> list[Row]:
+def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Both fields with the numbers of the model as traced inputs."""
     return [*_alone(effort), *_simulated(effort)]
 

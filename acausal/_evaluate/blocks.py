@@ -19,6 +19,7 @@ HUGE = 1e100
 NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
 # Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
 DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
+UNROLLED = 6  # linear systems up to this size are eliminated in the traced program, larger ones by LAPACK
 
 
 class Known:
