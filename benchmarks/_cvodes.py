@@ -28,9 +28,9 @@ class Run:
         self._buffer, self._integrate = function.buffer()
         self._y0, self._y1 = np.zeros(5), np.zeros(5)
         self._p = np.array([float(value) for value in p.values()])
-        self._buffer.set_arg(function.index_in("x0"), memoryview(self._y0))
-        self._buffer.set_arg(function.index_in("p"), memoryview(self._p))
-        self._buffer.set_res(function.index_out("xf"), memoryview(self._y1))
+        self._buffer.set_arg(function.index_in("x0"), self._y0.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_arg(function.index_in("p"), self._p.data)  # pyright: ignore[reportCallIssue]
+        self._buffer.set_res(function.index_out("xf"), self._y1.data)  # pyright: ignore[reportCallIssue]
 
     def __call__(self) -> None:
         self._integrate()

@@ -19,6 +19,7 @@ import numpy as np
 import optimistix as optx
 
 from acausal import Rodas5P
+from components.rotational import EccentricDisc
 from studies.actuators import ElectromechanicalActuator
 
 STATES = ("line.V", "slave.rod.s", "piston.v", "gearbox.carrier.phi", "cam.w")
@@ -30,6 +31,8 @@ OPENING_TIME = 0.08345388161694349  # s, of two other integrators that agree to 
 
 def parameters(m: ElectromechanicalActuator) -> dict[str, Any]:
     """The parameters of the equations, from those of a model."""
+    assert m.motor.bearing is not None
+    assert isinstance(m.cam.profile, EccentricDisc)
     return {
         "Vs": m.supply.V, "K": m.motor.emf.k, "R": m.motor.resistor.R, "C": m.motor.bearing.C, "Jm": m.motor.rotor.J,
         "N": m.gearbox.ratio, "Jg": m.gearbox.J_sun, "Jc": m.cam.J, "e": m.cam.profile.eccentricity,
@@ -68,7 +71,8 @@ def opening_time(p: Mapping[str, Any], rtol: Any) -> Any:
         event=diffrax.Event(lambda t, y, args, **_: y[1] - STROKE, optx.Newton(rtol=1e-13, atol=1e-15)),
     )  # fmt: skip
     assert solution.ts is not None
-    return jnp.where(solution.event_mask, solution.ts[0], jnp.inf)
+    assert solution.event_mask is not None
+    return jnp.where(jnp.asarray(solution.event_mask), solution.ts[0], jnp.inf)
 
 
 def device_parameters(model: ElectromechanicalActuator) -> dict[str, Any]:

@@ -49,9 +49,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     if out is not None:
         from ._figures import scaling
 
-        lines = {
-            f"{column}, {name}": [row[column] for row in rows] for name, rows in times.items() for column in COLUMNS
-        }
+        lines = {f"{c}, {name}": [row[c] for row in rows] for name, rows in times.items() for c in COLUMNS}
         scaling(effort.lengths, lines, out / "chain.png")
     return [
         _row(f"chain of {n}, {name}: {column}", row[column], LIMITS.get(column), n == max(effort.lengths))

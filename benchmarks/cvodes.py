@@ -57,7 +57,7 @@ def _library(rtols: np.ndarray, effort: Effort) -> list[Curve]:
 
 
 def _cvodes(rtols: np.ndarray, factor: float, effort: Effort) -> Curve:
-    """Its error of travel at the fixed time, over the speed there, is the error of the time that an event would have."""
+    """The error of travel at the fixed time, over the speed there, is the error of the time of an event."""
     model = ema_maxon()
     p = {name: float(value) for name, value in handwritten.parameters(model).items()}
     speed = float(opening(model, rtol=1e-9, save="end").final.piston.v)

@@ -14,8 +14,9 @@ from .._reduce.index import Reduced
 from .._reduce.jaxpr import as_function
 from .._reduce.template import Template
 from .._tracing import is_traced
+from .building import build, mass_matrix_form
 from .starts import Starts
-from .system import System, build, mass_matrix_form
+from .system import System
 
 
 def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:

@@ -11,7 +11,8 @@ import numpy as np
 
 from .._declare.component import Component
 from .._errors import ModelError
-from .._evaluate.system import System, build
+from .._evaluate.building import build
+from .._evaluate.system import System
 from .._tracing import is_traced
 from .energy import powers
 from .failure import report_failure

@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from acausal import Scalar
 
@@ -50,7 +50,7 @@ class Problem:
     def sweep(self, points: int = 64, rtol: float = 1e-9) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         """Values of the parameter, evenly spaced by their logarithm, and the opening times; one run under `vmap`."""
         values = np.geomspace(self.low, self.high, points)
-        return values, np.asarray(_times(jax.vmap(self.model)(values), rtol))
+        return values, np.asarray(_times(jax.vmap(self.model)(jnp.asarray(values)), rtol))
 
 
 @jax.jit
@@ -59,7 +59,7 @@ def time_and_slope(model: ClutchActuator, direction: ClutchActuator, rtol: Scala
 
 
 @jax.jit
-def _times(models: Any, rtol: Scalar) -> Float[Array, " n"]:
+def _times(models: Any, rtol: Scalar) -> Any:
     return jax.vmap(lambda model: opening_time(model, rtol=rtol))(models)
 
 

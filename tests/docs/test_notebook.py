@@ -26,7 +26,7 @@ def pictures(notebook: Any) -> list[str]:
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
 def test_notebook(path: Path) -> None:
     committed = nbformat.read(path, as_version=4)
-    fresh = executed(path)
+    fresh = executed(path, compile_fast=True)
     difference = first_difference(printed(committed), printed(fresh))
     assert difference is None, f"{path.name} is out of date, run `python -m docs {path.name}`.\n{difference}"
     assert len(pictures(committed)) == len(pictures(fresh)) > 0

@@ -1,0 +1,92 @@
+"""`build`: all structural passes, from a model to its system."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._declare.component import Component
+from .._errors import StructureError
+from .._reduce.aliases import Merged, merge
+from .._reduce.flatten import FlatModel, flatten
+from .._reduce.incidence import tabulate
+from .._reduce.index import Reduced, reduce_index
+from .._reduce.sort import Sorted, sort
+from .._reduce.states import select_states
+from .._reduce.tear import Torn, tear
+from .plan import Pair, Plan
+from .program import programme
+from .system import System
+
+
+def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
+    """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
+    flat, merged, reduced = _reduced(model)
+    _check_all_determined(flat, merged, reduced)
+    chosen = select_states(reduced, None if values is None else values(merged, reduced))
+    ordered = sort(chosen)
+    ordered.states.sort(key=_layout(ordered))
+    torn = [tear(ordered, block) for block in ordered.blocks]
+    kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
+    plan = _plan(ordered, torn, kinds, [])
+    return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [])
+
+
+def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
+    """Arrays are kept whole, unless the model determines one of them piece by piece."""
+    flat = flatten(model)
+    try:
+        merged = merge(flat)
+        return flat, merged, reduce_index(tabulate(flat, merged))
+    except StructureError:
+        if not any(leaf.sizes and leaf.declaration.role != "param" for leaf in flat.leaves):
+            raise
+    flat = flatten(model, split=True)
+    merged = merge(flat)
+    return flat, merged, reduce_index(tabulate(flat, merged))
+
+
+def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:
+    if reduced.incidence.n_rows == 0 and flat.n_nodes == 0:
+        raise StructureError("The model has no variables: give it components with equations.")
+    nodes = np.unique(merged.representative)
+    missing = np.setdiff1d(nodes[nodes >= 0], reduced.incidence.variables)
+    if len(missing):
+        names = ", ".join(flat.node_name(int(node)) for node in missing[:10])
+        raise StructureError(
+            f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port that the "
+            "variable belongs to, or remove the variable."
+        )
+
+
+def mass_matrix_form(system: System) -> System:
+    """The same system with the tearing variables of its simultaneous blocks as algebraic unknowns of the integrator."""
+    algebraic = [system.ordered.unknowns[unknown] for torn in system.torn for unknown in torn.tears]
+    explicit = [Torn(torn.steps, [], [], "explicit", torn.level) for torn in system.torn if torn.steps]
+    plan = _plan(system.ordered, explicit, system.kind_index, algebraic)
+    return dataclasses.replace(system, plan=plan, algebraic=algebraic, solved=system)
+
+
+def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: list[Pair]) -> Plan:
+    table = ordered.table
+    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    shapes = [table.flat.leaves[leaf].sizes for leaf in table.flat.leaf_of_node[table.variables]]
+    return Plan(uses, [*ordered.states, *algebraic], shapes)
+
+
+def _layout(ordered: Sorted) -> Any:
+    """States of like components side by side, so that what is computed for all of them reads one slice."""
+    flat = ordered.table.flat
+    group = np.full(flat.n_nodes, -1)
+    for index, instances in enumerate(flat.instances):
+        nodes = flat.nodes(instances)
+        for slot in range(nodes.shape[1]):
+            members = nodes[nodes[:, slot] >= 0, slot]
+            group[members] = index * 1000 + slot
+
+    def key(pair: Pair) -> tuple[int, int, int]:
+        node = int(ordered.table.variables[pair[0]])
+        return int(group[node]), pair[1], node
+
+    return key
