@@ -9,12 +9,15 @@ from ._declare.annotations import Var as Var
 from ._declare.annotations import Vector as Vector
 from ._declare.annotations import avoid as avoid
 from ._declare.annotations import nonnegative as nonnegative
+from ._declare.annotations import nonzero as nonzero
 from ._declare.annotations import positive as positive
 from ._declare.annotations import prefer as prefer
 from ._declare.annotations import shape as shape
 from ._declare.array import Array as Array
 from ._declare.array import repeat as repeat
 from ._declare.array import stack as stack
+from ._declare.by_name import parameters as parameters
+from ._declare.by_name import replace as replace
 from ._declare.component import Component as Component
 from ._declare.component import Connections as Connections
 from ._declare.component import Energy as Energy

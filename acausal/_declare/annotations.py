@@ -17,18 +17,24 @@ Role = Literal["param", "var", "flow", "time"]
 
 @dataclasses.dataclass(frozen=True)
 class Sign:
-    """The range a parameter is declared to lie in; `lowest` is the bound, `open` whether the bound is excluded."""
+    """The range a parameter is declared to lie in."""
 
-    name: str
-    open: bool
+    name: Literal["positive", "nonnegative", "nonzero"]
 
     def admits(self, value: Any) -> Any:
         """Whether each element of `value` lies in the range; NaN does not."""
-        return value > 0 if self.open else value >= 0
+        match self.name:
+            case "positive":
+                return value > 0
+            case "nonnegative":
+                return value >= 0
+            case "nonzero":
+                return (value < 0) | (value > 0)
 
 
-positive = Sign("positive", open=True)
-nonnegative = Sign("nonnegative", open=False)
+positive = Sign("positive")
+nonnegative = Sign("nonnegative")
+nonzero = Sign("nonzero")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,7 +103,7 @@ def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: 
                 fields["sizes"] = option.sizes
             case _:
                 raise TypeError(
-                    f"Unknown option {option!r} in an annotation. Use positive, nonnegative, prefer, avoid, "
+                    f"Unknown option {option!r} in an annotation. Use positive, nonnegative, nonzero, prefer, avoid, "
                     "Nominal(...) or shape(...)."
                 )
     return Declaration(role, unit, **fields)

@@ -16,34 +16,62 @@ from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shap
 
 
 @dataclasses.dataclass(frozen=True)
+class Minus:
+    """The negative of an array, not computed before it has to be: most signs cancel on the way."""
+
+    array: Any
+
+
+@dataclasses.dataclass(frozen=True)
 class Affine:
-    """base + sum_j terms[j] x symbol j; a base of None is zero, and terms may be python floats."""
+    """base + sum_j terms[j] x symbol j; a base of None is zero. Values are arrays, `Minus` arrays or python floats."""
 
     base: Any = None
     terms: dict[int, Any] = dataclasses.field(default_factory=dict)
 
     def value(self) -> Any:
-        return 0.0 if self.base is None else self.base
+        return 0.0 if self.base is None else computed(self.base)
+
+
+def computed(value: Any) -> Any:
+    """A value as something to calculate with."""
+    return -value.array if isinstance(value, Minus) else value
+
+
+def negated(value: Any) -> Any:
+    return -value if isinstance(value, float) else value.array if isinstance(value, Minus) else Minus(value)
 
 
 def times(a: Any, b: Any) -> Any:
-    if isinstance(a, float) and isinstance(b, float):
-        return a * b
     for x, y in ((a, b), (b, a)):
         if isinstance(x, float) and x in (1.0, -1.0):
-            return y if x > 0 else -y
+            return y if x > 0 else negated(y)
+        if isinstance(x, Minus):
+            return negated(times(x.array, y))
     return a * b
 
 
-def _plus(a: Any, b: Any) -> Any:
-    return b if a is None else a if b is None else a + b
+def over(a: Any, b: Any) -> Any:
+    for x in (a, b):
+        if isinstance(x, Minus):
+            return negated(over(x.array, b) if x is a else over(a, x.array))
+    return times(a, 1.0 / b) if isinstance(b, float) else a / b
+
+
+def plus(a: Any, b: Any) -> Any:
+    """The sum of two values, None being zero."""
+    if a is None or b is None:
+        return b if a is None else a
+    if isinstance(a, Minus):
+        return Minus(a.array + b.array) if isinstance(b, Minus) else b - a.array
+    return a - b.array if isinstance(b, Minus) else a + b
 
 
 def add(a: Affine, b: Affine) -> Affine:
     terms = dict(a.terms)
     for symbol, value in b.terms.items():
-        terms[symbol] = _plus(terms.get(symbol), value)
-    return Affine(_plus(a.base, b.base), terms)
+        terms[symbol] = plus(terms.get(symbol), value)
+    return Affine(plus(a.base, b.base), terms)
 
 
 def scale(a: Affine, factor: Any) -> Affine:
@@ -52,19 +80,14 @@ def scale(a: Affine, factor: Any) -> Affine:
 
 
 def divide(a: Affine, divisor: Any) -> Affine:
-    if isinstance(divisor, float):
-        return scale(a, 1.0 / divisor)
-    base = None if a.base is None else a.base / divisor
-    return Affine(base, {symbol: value / divisor for symbol, value in a.terms.items()})
+    base = None if a.base is None else over(a.base, divisor)
+    return Affine(base, {symbol: over(value, divisor) for symbol, value in a.terms.items()})
 
 
 def solved_for(residual: Affine, symbol: int) -> Affine:
     """The symbol as an affine function of the others, from residual = 0."""
     rest = Affine(residual.base, {j: value for j, value in residual.terms.items() if j != symbol})
-    factor = residual.terms[symbol]
-    if isinstance(factor, float):
-        return scale(rest, -1.0 / factor)
-    return divide(scale(rest, -1.0), factor)
+    return scale(divide(rest, residual.terms[symbol]), -1.0)
 
 
 def _product(a: Affine, b: Affine) -> Affine:
@@ -79,7 +102,7 @@ def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     shape = shape_of(eqn.invars[0])
 
     def apply(value: Any) -> Any:
-        return bind(eqn, [jnp.broadcast_to(jnp.asarray(value, float), shape), *others])[0]
+        return bind(eqn, [jnp.broadcast_to(jnp.asarray(computed(value), float), shape), *others])[0]
 
     base = None if args[0].base is None else apply(args[0].base)
     return Affine(base, {symbol: apply(value) for symbol, value in args[0].terms.items()})
@@ -126,7 +149,7 @@ def _filled(arg: Affine, atom: Any) -> Any:
     """A value that can be bound: zeros and python floats as arrays."""
     if arg.base is None or isinstance(arg.base, float):
         return jnp.full(shape_of(atom), arg.value(), atom.aval.dtype)
-    return arg.base
+    return arg.value()
 
 
 def evaluate(closed: ClosedJaxpr, inputs: Sequence[Affine]) -> list[Affine]:

@@ -9,7 +9,7 @@ import numpy as np
 import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
-from .affine import Affine, evaluate, scale, solved_for
+from .affine import Affine, computed, evaluate, negated, over, plus, scale, solved_for, times
 from .program import Arg, Program, Step
 
 ITERATIONS = 100
@@ -97,18 +97,21 @@ def _linear(program: Program, known: Known) -> list[Any]:
 
 
 def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
-    total = value.value()
+    total = value.base
     for symbol, factor in value.terms.items():
-        total = total + factor * tears[symbol]
-    return total
+        total = plus(total, times(factor, tears[symbol]))
+    return 0.0 if total is None else computed(total)
 
 
 def _eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
     """Solve A x + b = 0, entry by entry, with partial pivoting; None stands for a structural zero."""
     n = len(matrix)
     if n == 1:
-        return [0.0 if constant[0] is None else -constant[0] / matrix[0][0]]
-    rows = [[0.0 if value is None else value for value in (*row, b)] for row, b in zip(matrix, constant, strict=True)]
+        return [0.0 if constant[0] is None else computed(negated(over(constant[0], matrix[0][0])))]
+    rows = [
+        [0.0 if value is None else computed(value) for value in (*row, b)]
+        for row, b in zip(matrix, constant, strict=True)
+    ]
     for k in range(n):
         for other in range(k + 1, n):
             swap = jnp.abs(rows[other][k]) > jnp.abs(rows[k][k])

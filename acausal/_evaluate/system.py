@@ -23,7 +23,7 @@ from .program import residual_programme
 from .starts import Starts
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, repr=False)
 class System:
     """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
 
@@ -42,6 +42,14 @@ class System:
     kind_index: dict[int, int]
     algebraic: list[Pair]
     solved: "System | None" = None
+
+    @property
+    def name(self) -> str:
+        """The class of the model."""
+        return self.flat.name
+
+    def __repr__(self) -> str:
+        return f"<System of {self.name}: {len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups>"
 
     @property
     def states(self) -> list[Pair]:

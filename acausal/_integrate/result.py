@@ -8,7 +8,7 @@ import equinox as eqx
 class Result(eqx.Enumeration):
     """The outcome of a run; each member is a sentence with its remedy."""
 
-    reached_end = ""
+    reached_end = "The end time was reached."
     stopped = "The stop condition was met."
     never_stopped = (
         "The stop condition was never met before the end time. Simulate longer, check that the design can reach it, or "
@@ -25,5 +25,5 @@ class Result(eqx.Enumeration):
 
 
 def sentence(result: Any) -> str:
-    """What a result says; empty for a run that went as asked."""
+    """What a result says."""
     return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]

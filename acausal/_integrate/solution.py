@@ -17,6 +17,7 @@ from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
 from .._tracing import is_traced
 from .energy import EnergyAccount, stored
+from .result import sentence
 
 
 class UnknownNameError(ModelError, KeyError, AttributeError):
@@ -149,6 +150,16 @@ class Solution(eqx.Module):
         close = difflib.get_close_matches(name, self.system.root_fields, n=3, cutoff=0.4)
         hint = f" Did you mean {' or '.join(close)}?" if close else ""
         raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
+
+    def __repr__(self) -> str:
+        runs = "" if not self.is_batched else f"{int(np.prod(jnp.shape(self.t1)))} runs, "
+        rows = jnp.shape(self._path[0])[-1] if self.is_batched or is_traced(self._path[0]) else len(self.ts)
+        return f"<Solution of {self.system.name}: {runs}{rows} saved times, {self._outcome()}>"
+
+    def _outcome(self) -> str:
+        if self.is_batched or is_traced(self.t1):
+            return "see sol.result"
+        return f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.system.root_fields]

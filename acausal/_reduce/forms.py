@@ -20,6 +20,7 @@ Signs = frozenset[int]
 ANY: Signs = frozenset((-1, 0, 1))
 POSITIVE: Signs = frozenset((1,))
 NONNEGATIVE: Signs = frozenset((0, 1))
+NONZERO: Signs = frozenset((-1, 1))
 
 
 def _sign_sum(a: Signs, b: Signs) -> Signs:

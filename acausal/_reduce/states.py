@@ -1,6 +1,7 @@
 """Choice of states by dummy derivatives."""
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -93,9 +94,55 @@ def _pick(
         entries.setdefault(group, []).append(entry)
     picked: list[int] = []
     for group, members in groups.items():
-        chosen = entries.get(group, [])
-        picked += _eliminate(reduced, members, rows[chosen], variables[chosen], numbers[chosen])
+        chosen = np.array(entries.get(group, []), dtype=int)
+        own = _Entries(rows[chosen], variables[chosen], numbers[chosen])
+        peeled = _peel(reduced, members, own)
+        rest = [row for row in members if row not in peeled]
+        left = own.without(peeled)
+        picked += [*peeled.values(), *_eliminate(reduced, rest, left.rows, left.variables, left.numbers)]
     return picked
+
+
+class _Entries(NamedTuple):
+    """Coefficients of constraints: one number for each (row, variable)."""
+
+    rows: np.ndarray
+    variables: np.ndarray
+    numbers: np.ndarray
+
+    def without(self, peeled: dict[int, int]) -> "_Entries":
+        kept = ~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values())))
+        return _Entries(self.rows[kept], self.variables[kept], self.numbers[kept])
+
+
+def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, int]:
+    """Constraints that have a variable to themselves, liked least of theirs as a state and safe to divide by.
+
+    Taking them out needs no elimination, so that a long chain of constraints costs no more than its length.
+    """
+    of_row: dict[int, dict[int, float]] = {row: {} for row in members}
+    users: dict[int, set[int]] = {}
+    for row, variable, number in zip(*(part.tolist() for part in entries), strict=True):
+        of_row[row][variable] = of_row[row].get(variable, 0.0) + number
+        users.setdefault(variable, set()).add(row)
+    peeled: dict[int, int] = {}
+    queue = [variable for variable in users if len(users[variable]) == 1]
+    while queue:
+        variable = queue.pop(0)
+        if len(users[variable]) != 1:
+            continue
+        (row,) = users[variable]
+        row_entries = of_row[row]
+        largest = max(abs(number) for number in row_entries.values())
+        least = min(_reluctance(reduced, other) for other in row_entries)
+        if _reluctance(reduced, variable) > least or abs(row_entries[variable]) <= SAFE * largest:
+            continue
+        peeled[row] = variable
+        for other in row_entries:
+            users[other].discard(row)
+            if len(users[other]) == 1:
+                queue.append(other)
+    return peeled
 
 
 def _eliminate(

@@ -13,7 +13,7 @@ from jax.extend.core import ClosedJaxpr
 from .._declare.component import Equation
 from .._errors import ModelError
 from .flatten import Kind
-from .forms import ANY, NONNEGATIVE, POSITIVE, Coefficient, Form, interpret, parameter, variable
+from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE, Coefficient, Form, interpret, parameter, variable
 from .jaxpr import as_function, slice_output, structs
 from .scalarise import element_values, elements_of, objects
 
@@ -128,7 +128,7 @@ class _NoDerivative:
     __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
 
 
-_SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE}
+_SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 
 
 @ft.cache

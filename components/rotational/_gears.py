@@ -4,7 +4,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, nonzero, positive, prefer
 
 from .._checks import check
 from ._interfaces import Flange
@@ -13,7 +13,7 @@ from ._interfaces import Flange
 class IdealGear(Component):
     """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without play (MSL `IdealGear`)."""
 
-    ratio: Param[Scalar, "1"]  # turns of a for one turn of b; negative where the sense changes
+    ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b; negative where the sense changes
     a: Flange = Flange()
     b: Flange = Flange()
 

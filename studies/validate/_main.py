@@ -5,7 +5,7 @@ from pathlib import Path
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
 from ._rows import ACTUATORS, Row, compare, run
-from ._thesis import statements
+from ._thesis import NOTES, statements
 
 HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation")
 
@@ -17,6 +17,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     wanted = [statement for actuator in ACTUATORS for statement in statements(actuator)]
     rows = [compare(statement, rtol) for statement in progress(wanted, "simulating")]
     print_table("Thesis and model", HEADS, _cells(rows))
+    print(*NOTES, sep="\n")
     if json is not None:
         write_json(json, rows)
     if out is not None:

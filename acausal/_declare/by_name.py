@@ -1,0 +1,34 @@
+"""Parameters of a model by name."""
+
+import difflib
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import jax
+
+from .._errors import ModelError
+from .component import Component
+from .node import leaves_of
+
+M = TypeVar("M", bound=Component)
+
+
+def parameters(model: Component) -> dict[str, Any]:
+    """The parameters of a model by their path; of a gradient with respect to a model, the sensitivities."""
+    return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.declaration.role == "param"}
+
+
+def replace(model: M, values: Mapping[str, Any]) -> M:
+    """The model with other values of parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
+
+    Raises `ModelError` for a name that the model does not have.
+    """
+    leaves, structure = jax.tree_util.tree_flatten(model)
+    places = {leaf.path: i for i, leaf in enumerate(leaves_of(model))}
+    for name, value in values.items():
+        if name not in places:
+            close = difflib.get_close_matches(name, places, n=3, cutoff=0.4)
+            hint = f" Did you mean {' or '.join(close)}?" if close else ""
+            raise ModelError(f"The model has no parameter or start value {name!r}.{hint}")
+        leaves[places[name]] = value
+    return structure.unflatten(leaves)
