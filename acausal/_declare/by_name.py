@@ -8,7 +8,7 @@ import jax
 
 from .._errors import ModelError
 from .component import Component
-from .node import leaves_of
+from .node import as_parameter, as_start, leaves_of
 
 M = TypeVar("M", bound=Component)
 
@@ -24,11 +24,13 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
     Raises `ModelError` for a name that the model does not have.
     """
     leaves, structure = jax.tree_util.tree_flatten(model)
-    places = {leaf.path: i for i, leaf in enumerate(leaves_of(model))}
+    declared = list(leaves_of(model))
+    places = {leaf.path: i for i, leaf in enumerate(declared)}
     for name, value in values.items():
         if name not in places:
             close = difflib.get_close_matches(name, places, n=3, cutoff=0.4)
             hint = f" Did you mean {' or '.join(close)}?" if close else ""
             raise ModelError(f"The model has no parameter or start value {name!r}.{hint}")
-        leaves[places[name]] = value
+        index = places[name]
+        leaves[index] = as_parameter(value) if declared[index].declaration.role == "param" else as_start(value)
     return structure.unflatten(leaves)

@@ -18,19 +18,19 @@ from .._tracing import is_traced
 from .annotations import Declaration, declared
 
 
-def _as_parameter(value: Any) -> Any:
+def as_parameter(value: Any) -> Any:
     """A float array; an integer would break differentiation."""
     if isinstance(value, jax.Array) and jnp.issubdtype(value.dtype, jnp.floating):
         return value
     return jnp.asarray(value, dtype=float)
 
 
-def _as_start(value: Any) -> Any:
+def as_start(value: Any) -> Any:
     """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
-    return float(value) if isinstance(value, bool | int | float) else _as_parameter(value)
+    return float(value) if isinstance(value, bool | int | float) else as_parameter(value)
 
 
-_CONVERTERS = {"param": _as_parameter, "var": _as_start, "flow": _as_start, "time": _as_start}
+_CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start}
 
 
 def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:

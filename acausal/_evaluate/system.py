@@ -49,7 +49,8 @@ class System:
         return self.flat.name
 
     def __repr__(self) -> str:
-        return f"<System of {self.name}: {len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups>"
+        size = f"{len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups"
+        return f"<System of {self.name}: {size}>"
 
     @property
     def states(self) -> list[Pair]:

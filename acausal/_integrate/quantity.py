@@ -135,7 +135,7 @@ def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
         if not isinstance(atom, Literal) or not is_floating(atom):
             return atom
         variables.append(Var(atom.aval))
-        constants.append(jnp.asarray(atom.val, float))
+        constants.append(np.asarray(atom.val, float))
         return variables[-1]
 
     eqns = [eqn.replace(invars=[lift(atom) for atom in eqn.invars]) for eqn in jaxpr.eqns]

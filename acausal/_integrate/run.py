@@ -131,6 +131,8 @@ def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
         return None
 
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
+        # A run that has become infinite does not stop here, and reverse mode must not meet its NaN.
+        y = jnp.where(jnp.all(jnp.isfinite(y)), y, jnp.zeros_like(y))
         return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: len(system.nominals)], args))[0]
 
     return diffrax.Event(condition, Crossing(), settings.direction)

@@ -72,6 +72,8 @@ def simulate(
     _check_same_structure(model, system)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
+    if not is_traced(rtol) and np.any(np.asarray(rtol) <= 0):
+        raise ModelError(f"rtol={rtol} is not a tolerance: give a positive number such as 1e-6.")
     if isinstance(save, str) and save not in ("steps", "end", "dense"):
         raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
     if direction not in _DIRECTIONS:
@@ -88,13 +90,13 @@ def simulate(
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
     numbers = Numbers(
-        params=[None if i in system.variable_leaves else leaf for i, leaf in enumerate(leaves)],
+        params=[None if i in system.variable_leaves else _strong(leaf) for i, leaf in enumerate(leaves)],
         starts=system.starts.pack(leaves),
-        t0=_as_number(t0),
-        t1=_as_number(t1),
-        dt0=None if dt0 is None else _as_number(dt0),
-        dtmin=None if dtmin is None else _as_number(dtmin),
-        rtol=_as_number(rtol),
+        t0=_strong(_as_number(t0)),
+        t1=_strong(_as_number(t1)),
+        dt0=None if dt0 is None else _strong(_as_number(dt0)),
+        dtmin=None if dtmin is None else _strong(_as_number(dtmin)),
+        rtol=_strong(_as_number(rtol)),
         times=None if isinstance(save, str) else jnp.asarray(save, float),
         stop=stop_constants,
         rates=rate_constants,
@@ -121,6 +123,11 @@ def _as_number(value: Any) -> Any:
     if isinstance(value, jax.Array | np.ndarray) and jnp.issubdtype(value.dtype, jnp.floating):
         return value
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
+
+
+def _strong(value: Any) -> Any:
+    """A python float, which jax would compile for separately, as an array."""
+    return np.asarray(value) if isinstance(value, float) else value
 
 
 def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[Quantity | None, list[Any]]:

@@ -74,7 +74,15 @@ class Solution(eqx.Module):
     @property
     def values(self) -> Any:
         """The model with trajectories in place of its variables."""
-        return self._view(self.ts, self.ys)
+        ts, ys = self.ts, self.ys
+        if self.is_batched or is_traced(ts) or len(ts) == 0:
+            return self._view(ts, ys)
+        # Rounded up to a power of two, so that runs of different length share one compilation.
+        more = (1 << max(6, (len(ts) - 1).bit_length())) - len(ts)
+        padded = self._view(np.pad(ts, (0, more), mode="edge"), np.pad(ys, ((0, more), (0, 0)), mode="edge"))
+        roles = [leaf.declaration.role for leaf in self.system.flat.leaves]
+        leaves, structure = jax.tree_util.tree_flatten(padded)
+        return structure.unflatten([x if r == "param" else x[: len(ts)] for x, r in zip(leaves, roles, strict=True)])
 
     @property
     def final(self) -> Any:
@@ -152,14 +160,10 @@ class Solution(eqx.Module):
         raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
 
     def __repr__(self) -> str:
-        runs = "" if not self.is_batched else f"{int(np.prod(jnp.shape(self.t1)))} runs, "
-        rows = jnp.shape(self._path[0])[-1] if self.is_batched or is_traced(self._path[0]) else len(self.ts)
-        return f"<Solution of {self.system.name}: {runs}{rows} saved times, {self._outcome()}>"
-
-    def _outcome(self) -> str:
         if self.is_batched or is_traced(self.t1):
-            return "see sol.result"
-        return f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
+            return f"<Solution of {self.system.name}: t1 of shape {jnp.shape(self.t1)}>"
+        ends = f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
+        return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}>"
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.system.root_fields]

@@ -106,6 +106,7 @@ class FlatModel:
     instances: list[Instances]
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
+    name: str  # the class of the model
     split: bool = False  # whether the elements of array variables are nodes of their own
 
     @ft.cached_property
@@ -158,9 +159,8 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     joined = Joints(walker.node_path)
     joined.visit(view, "", is_root=True)
     across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
-    return FlatModel(
-        structure, walker.leaves, walker.n_nodes, list(walker.instances.values()), across, flow_sets, split
-    )
+    instances, name = list(walker.instances.values()), type(model).__name__
+    return FlatModel(structure, walker.leaves, walker.n_nodes, instances, across, flow_sets, name, split)
 
 
 class _Walker:

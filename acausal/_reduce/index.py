@@ -117,10 +117,11 @@ def _explanation(
     table: Incidence, rows: np.ndarray, variables: np.ndarray, mate: np.ndarray, partner: np.ndarray,
     spare_rows: list[int], spare_variables: list[int],
 ) -> str:  # fmt: skip
-    lines = [f"The model has {table.n_rows} equations for {table.n_variables} variables and cannot be solved."]
+    counts = f"{_count(table.n_rows, 'equation')} for {_count(table.n_variables, 'variable')}"
+    lines = [f"The model has {counts} and cannot be solved."]
     if spare_rows:
         over, touched = reach(spare_rows, neighbours(rows, variables, table.n_rows), partner)
-        lines.append(f"Too many equations: {len(over)} of them determine only {len(touched)} variables.")
+        lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
         lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(over)]))
         lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(touched)]))
         lines.append(
@@ -129,7 +130,9 @@ def _explanation(
         )
     if spare_variables:
         under, touched = reach(spare_variables, neighbours(variables, rows, table.n_variables), mate)
-        lines.append(f"Too few equations: only {len(touched)} of them are there for {len(under)} variables.")
+        lines.append(
+            f"Too few equations: only {_count(len(touched), 'equation')} for {_count(len(under), 'variable')}."
+        )
         lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(under)]))
         lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(touched)]))
         lines.append(
@@ -145,6 +148,10 @@ def _hint(table: Incidence, under: set[int]) -> str:
     if all(leaf.in_port and leaf.declaration.role == "var" for leaf in leaves):
         return ": nothing fixes their level, so connect a reference such as Ground, Fixed or Tank."
     return "."
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
 def _listed(names: list[str], most: int = 12) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .._errors import ModelError
 from .._evaluate.system import System
+from .._reduce.sort import Sorted
 
 _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
 
@@ -65,10 +66,21 @@ def plot_structure(system: System, ax: Any) -> Any:
     ax.set_aspect("equal")
     if len(rows) <= 60:
         ax.set_xticks(range(len(rows)), [ordered.unknown_name(u) for u in unknowns], rotation=90, fontsize=6)
-        ax.set_yticks(range(len(rows)), [ordered.table.row_name(row)[:48] for row in rows], fontsize=6)
+        ax.set_yticks(range(len(rows)), [_short(equation_name(ordered, row)) for row in rows], fontsize=6)
     ax.set_xlabel("unknowns")
     ax.set_ylabel("equations")
     return ax
+
+
+def equation_name(ordered: Sorted, row: int) -> str:
+    """The name of an equation, with how often it was differentiated."""
+    level, name = ordered.table.place(row)[0].template.level, ordered.table.row_name(row)
+    return name if level == 0 else f"d/dt {name}" if level == 1 else f"d{level}/dt{level} {name}"
+
+
+def _short(name: str) -> str:
+    """A label: of the ports at a connection the first one only."""
+    return name.replace("sum of flows at the connection of ", "flows at ").partition(",")[0]
 
 
 def _outline(system: System, ax: Any) -> None:

@@ -8,6 +8,7 @@ from .._evaluate.system import System
 from .._integrate.simulate import system_of
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
+from .plot import equation_name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,17 +89,13 @@ def _dummies(system: System) -> list[str]:
 
 def _block(system: System, torn: Torn) -> BlockReport:
     ordered = system.ordered
-    names = [_derivative(ordered.table.row_name(row), ordered.table.place(row)[0].template.level) for row in torn.rows]
+    names = [equation_name(ordered, row) for row in torn.rows]
     return BlockReport(
         torn.kind,
         tuple(names),
         tuple(ordered.unknown_name(unknown) for unknown in torn.unknowns),
         tuple(ordered.unknown_name(unknown) for unknown in torn.tears),
     )
-
-
-def _derivative(name: str, level: int) -> str:
-    return name if level == 0 else f"d/dt {name}" if level == 1 else f"d{level}/dt{level} {name}"
 
 
 def _lines(report: Structure) -> list[str]:
@@ -120,10 +117,10 @@ def _lines(report: Structure) -> list[str]:
         else f"{len(report.blocks)} blocks in {report.groups} groups, none of them simultaneous"
     )
     for block in simultaneous:
-        lines.append(
-            f"  {block.kind}, {len(block.equations)} equations torn by {', '.join(block.tearing) or 'nothing'}"
-        )
-        lines += [
-            f"    {equation}  ->  {unknown}" for equation, unknown in zip(block.equations, block.unknowns, strict=True)
-        ]
+        if len(block.equations) == 1:
+            lines.append(f"  one {block.kind} equation: {block.equations[0]}  ->  {block.unknowns[0]}")
+            continue
+        lines.append(f"  {block.kind}, {len(block.equations)} equations torn by {', '.join(block.tearing)}")
+        pairs = zip(block.equations, block.unknowns, strict=True)
+        lines += [f"    {equation}  ->  {unknown}" for equation, unknown in pairs]
     return lines

@@ -1,0 +1,86 @@
+"""Variables that are equal up to the sign."""
+
+from typing import Any, Self
+
+import pytest
+
+from acausal import Component, Equations, Nominal, Scalar, StructureError, Var, eq, prefer
+from acausal._reduce.aliases import ZERO, merge
+from acausal._reduce.flatten import flatten
+
+
+class Web(Component):
+    """Four variables between which the named equations hold."""
+
+    law: str
+    a: Var[Scalar, "m"] = 0.0
+    b: Var[Scalar, "m"] = 0.0
+    c: Var[Scalar, "m", prefer] = 0.0
+    e: Var[Scalar, "m", Nominal(2.0)] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return LAWS[self.law](self)
+
+
+LAWS: dict[str, Any] = {
+    "equal": lambda s: dict(one=eq(s.a, s.b)),
+    "opposite": lambda s: dict(one=eq(s.a, -s.b)),
+    "sum": lambda s: dict(one=eq(s.a + s.b)),
+    "scaled": lambda s: dict(one=eq(3.0 * s.a, 3.0 * s.b)),
+    "chain": lambda s: dict(one=eq(s.a, -s.b), two=eq(s.b, -s.c), three=eq(s.e, -s.c)),
+    "self": lambda s: dict(one=eq(s.a, -s.a)),
+    "own opposite": lambda s: dict(one=eq(s.a, s.b), two=eq(s.b, -s.a)),
+    "odd loop": lambda s: dict(one=eq(s.a, s.b), two=eq(s.b, s.c), three=eq(s.c, -s.a)),
+    "zero": lambda s: dict(one=eq(s.b), two=eq(s.b, s.c)),
+    "unequal": lambda s: dict(one=eq(s.a, 2.0 * s.b)),
+    "shifted": lambda s: dict(one=eq(s.a, s.b + 1.0)),
+    "of three": lambda s: dict(one=eq(s.a + s.b, s.c)),
+    "even loop": lambda s: dict(one=eq(s.a, s.b), two=eq(s.b, s.c), three=eq(s.c, s.a)),
+    "twice": lambda s: dict(one=eq(s.a, -s.b), two=eq(s.a + s.b)),
+    "zero twice": lambda s: dict(one=eq(s.a), two=eq(s.b), three=eq(s.a, s.b)),
+}
+
+
+def merged(law: str) -> tuple[dict[str, tuple[str, int]], int]:
+    """What each variable is replaced by, with which sign, if by another one; and how many equations are left."""
+    flat = flatten(Web(law=law))
+    result = merge(flat)
+    found = {}
+    for node in range(flat.n_nodes):
+        representative = int(result.representative[node])
+        if representative == ZERO:
+            found[flat.node_name(node)] = ("0", 0)
+        elif representative != node:
+            found[flat.node_name(node)] = (flat.node_name(representative), int(result.sign[node]))
+        else:
+            assert result.sign[node] == 1
+    return found, sum(len(family.members) for family in result.families)
+
+
+@pytest.mark.parametrize(("law", "sign"), [("equal", 1), ("opposite", -1), ("sum", -1), ("scaled", 1)])
+def test_pair(law: str, sign: int) -> None:
+    found, left = merged(law)
+    assert found in ({"b": ("a", sign)}, {"a": ("b", sign)})
+    assert left == 0
+
+
+def test_chain_is_replaced_by_the_preferred_variable() -> None:
+    assert merged("chain") == ({"a": ("c", 1), "b": ("c", -1), "e": ("c", -1)}, 0)
+
+
+@pytest.mark.parametrize(
+    ("law", "names"), [("self", "a"), ("own opposite", "ab"), ("odd loop", "abc"), ("zero", "bc")]
+)
+def test_what_equals_its_opposite_vanishes(law: str, names: str) -> None:
+    assert merged(law) == ({name: ("0", 0) for name in names}, 0)
+
+
+@pytest.mark.parametrize("law", ["unequal", "shifted", "of three"])
+def test_other_equations_stay(law: str) -> None:
+    assert merged(law) == ({}, 1)
+
+
+@pytest.mark.parametrize(("law", "culprit"), [("even loop", "three"), ("twice", "two"), ("zero twice", "three")])
+def test_repeated_equation(law: str, culprit: str) -> None:
+    with pytest.raises(StructureError, match=rf"(?s)equation {culprit} only repeats.*Ground, Fixed or Tank"):
+        merged(law)
