@@ -1,0 +1,116 @@
+"""Which variables are integrated."""
+
+from typing import Any
+
+import equinox as eqx
+import pytest
+from _mechanisms import Pendulum
+from _models import gear_train, oscillator, rc, rectifier
+
+from acausal import (
+    Component,
+    Connections,
+    Equations,
+    Param,
+    Scalar,
+    StructureError,
+    Var,
+    avoid,
+    compile,
+    connect,
+    eq,
+    prefer,
+    simulate,
+)
+from acausal._evaluate.building import build
+from acausal._integrate.simulate import system_of
+from components.rotational import Flange, IdealGear
+
+
+class Rotor(Component, partial=True):
+    J: Param[Scalar, "kg.m2"] = 1.0
+    w: Var[Scalar, "rad/s"] = 0.0
+    a: Flange = Flange()
+
+    def equations(self, d: Any) -> Equations:
+        return dict(speed=eq(self.w, d.a.phi), newton=eq(self.J * d.w, self.a.tau))
+
+
+class Plain(Rotor):
+    pass
+
+
+class Preferred(Rotor):
+    w: Var[Scalar, "rad/s", prefer] = 0.0
+
+
+class Avoided(Rotor):
+    w: Var[Scalar, "rad/s", avoid] = 0.0
+
+
+class Geared(Component):
+    left: Plain | Preferred | Avoided
+    right: Plain | Preferred | Avoided
+    gear: IdealGear
+
+    def connections(self) -> Connections:
+        return connect(self.left.a, self.gear.a), connect(self.gear.b, self.right.a)
+
+
+def speed_states(left: type[Any], right: type[Any]) -> list[str]:
+    model = Geared(left=left(), right=right(), gear=IdealGear(ratio=2.0))
+    return [name for name in system_of(model).state_names if name.endswith(".w")]
+
+
+@pytest.mark.parametrize("better", [Preferred, Plain])
+@pytest.mark.parametrize("worse", [Plain, Avoided])
+def test_the_better_liked_speed_is_the_state(better: type[Any], worse: type[Any]) -> None:
+    if better is worse:
+        return
+    assert speed_states(better, worse) == ["left.w"]
+    assert speed_states(worse, better) == ["right.w"]
+
+
+def test_the_choice_does_not_depend_on_what_was_compiled_before() -> None:
+    model = gear_train(2.0)
+    before = build(model)
+    for other in (rc(), oscillator(), rectifier(5.0), Pendulum(x=1.0)):
+        build(other)
+    after = build(model)
+    assert before is not after
+    assert before.state_names == after.state_names
+    assert [block.unknowns for block in before.ordered.blocks] == [block.unknowns for block in after.ordered.blocks]
+    assert [torn.tears for torn in before.torn] == [torn.tears for torn in after.torn]
+
+
+def test_the_choice_does_not_depend_on_the_numbers() -> None:
+    assert system_of(gear_train(2.0)) is system_of(gear_train(-1e-6, w1=3.0))
+
+
+def test_the_choice_is_the_same_under_jit() -> None:
+    systems = []
+
+    @eqx.filter_jit
+    def run(model: Any) -> Any:
+        sol = simulate(model, 0.1, save="end")
+        systems.append(sol.system)
+        return sol.t1
+
+    run(gear_train(2.0))
+    assert systems == [system_of(gear_train(5.0))]
+
+
+@pytest.mark.parametrize(("start", "states"), [({"x": 1.0}, {"y", "v"}), ({"y": -1.0}, {"x", "u"})])
+def test_compile_pivots_on_the_numbers(start: dict[str, float], states: set[str]) -> None:
+    """The coordinate along which the pendulum cannot move does not become a state."""
+    assert set(compile(Pendulum(**start)).state_names) in (states, {"der(" + min(states) + ")", min(states)})
+
+
+def test_compile_in_a_singular_position() -> None:
+    with pytest.raises(StructureError, match=r"No states can be chosen.*rod.*change the start values"):
+        compile(Pendulum())
+
+
+def test_compile_needs_numbers() -> None:
+    with pytest.raises(Exception, match=r"compile\(model\) needs concrete numbers"):
+        eqx.filter_jit(compile)(rc())
