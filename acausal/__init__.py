@@ -39,8 +39,9 @@ from ._integrate.solution import Solution as Solution
 from ._integrate.solution import UnknownNameError as UnknownNameError
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
-from ._precision import enable_double_precision
+from ._precision import compile_loops_whole, enable_double_precision
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
 
 enable_double_precision()
+compile_loops_whole()

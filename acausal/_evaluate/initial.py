@@ -8,34 +8,53 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._reduce.states import nominal_of
+from .._tracing import is_traced
 from .blocks import NEWTON, row_scale, scaled_root
 from .plan import Plan, Store, group_residuals
 from .program import residual_programme
 from .system import Inputs, System
 
-# A start value that is given yields to the constraints only where no other one can.
-STIFFNESS = 1e20
+# How much less than a dependent variable a state yields to the constraints, and a start value that is given.
+STATE, GIVEN = 1e-12, 1e-24
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 
-def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
+def initial_state(system: System, t0: Any, inputs: Inputs, *, plain: bool) -> tuple[Any, Any]:
     """The state vector to start from, and for each of `constrained_names` whether its start value is contradicted.
 
-    A start value of zero counts as not given. With constraints g(x) = 0 among the variables x below the highest
-    derivatives, the start is x0 + D g_x(x0)^T m, with m such that g = 0: the nearest consistent point (to first order)
-    where D lets given start values move 1e20 times less than the others.
+    A start value of zero counts as not given. States keep their start values, unless values are given for variables
+    that depend on them through constraints g(x) = 0: then the start is the nearest point x0 + D g_x(x0)^T m (to first
+    order), with m such that g = 0, where D lets dependent variables move freely, states only where they must, and given
+    values not at all if there is another way. `plain` says that no such value is given; see `is_plain`.
     """
-    pairs = system.ordered.constrained
-    if not pairs:
-        return _with_algebraic(system, t0, jnp.zeros(0), inputs), jnp.zeros(0, bool)
-    guess = system.guess(inputs)
-    x0 = jnp.concatenate([jnp.ravel(guess([pair])) for pair in pairs])
+    if plain or not system.ordered.constrained:
+        states = [jnp.ravel(system.guess(inputs)([pair])) for pair in system.states]
+        y = jnp.concatenate(states) if states else jnp.zeros(0)
+        return _with_algebraic(system, t0, y, inputs), jnp.zeros(0, bool)
+    x0 = jnp.concatenate([jnp.ravel(system.guess(inputs)([pair])) for pair in system.ordered.constrained])
     given = x0 != 0
     x = _projected(system, t0, inputs, x0, given) if system.ordered.constraints else x0
     scale = _sizes(system)
     bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
     bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
     return _with_algebraic(system, t0, x[_places(system)], inputs), bad
+
+
+def is_plain(system: System, starts: Any) -> bool:
+    """Whether the start values are known, and those given are all of states and agree among aliases."""
+    if is_traced(starts):
+        return False
+    numbers = np.asarray(starts)
+    given = [variable for variable, places in _start_places(system) if np.any(numbers[places])]
+    states = {variable for variable, _ in system.states}
+    return all(v in states and not np.any(system.start_spread(Inputs({}, jnp.asarray(numbers)), v)) for v in given)
+
+
+@ft.lru_cache(maxsize=64)
+def _start_places(system: System) -> list[tuple[int, np.ndarray]]:
+    """Where the start values of the aliases of each constrained variable lie in the vector of all."""
+    variables = [variable for variable, order in system.ordered.constrained if order == 0]
+    return [(v, system.starts.places(int(system.ordered.table.variables[v]))) for v in variables]
 
 
 def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
@@ -74,7 +93,8 @@ def _places(system: System) -> np.ndarray:
 def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
     """The consistent point, in variables measured in their nominal sizes."""
     scale = _sizes(system)
-    weight = jnp.where(jax.lax.stop_gradient(given), 1.0 / STIFFNESS, 1.0)
+    is_state = np.isin(np.arange(len(scale)), _places(system))
+    weight = jnp.where(jax.lax.stop_gradient(given), GIVEN, np.where(is_state, STATE, 1.0))
     plan = _constraint_plan(system)
 
     def constraints(x: Any, args: Any) -> Any:

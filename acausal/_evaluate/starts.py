@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -44,14 +45,18 @@ class Starts:
         mean = jnp.ravel(self.value(packed, node))
         return jnp.max(jnp.where(given != 0, jnp.abs(given - mean), 0.0), axis=0)
 
+    def places(self, node: int) -> np.ndarray:
+        """Where the values of all aliases lie in the packed vector (members x elements)."""
+        return self._starts_of[self._aliases(node)][:, None] + np.arange(math.prod(self._sizes(node)))
+
     def _given(self, packed: Any, node: int) -> Any:
         """Values of all aliases (members x elements), with the sign of the representative."""
+        return jnp.asarray(packed)[self.places(node)] * self.merged.sign[self._aliases(node)][:, None]
+
+    def _aliases(self, node: int) -> np.ndarray:
         keys, nodes = self._by_representative
         first, last = np.searchsorted(keys, [node, node + 1])
-        members = nodes[first:last]
-        size = int(np.prod(self._sizes(node), dtype=int))
-        places = self._places[members][:, None] + np.arange(size)
-        return jnp.asarray(packed)[places] * self.merged.sign[members][:, None]
+        return nodes[first:last]
 
     def _sizes(self, node: int) -> tuple[int, ...]:
         return self.flat.leaves[self.flat.leaf_of_node[node]].sizes
@@ -68,7 +73,7 @@ class Starts:
         return self.merged.representative[order], order
 
     @ft.cached_property
-    def _places(self) -> np.ndarray:
+    def _starts_of(self) -> np.ndarray:
         """Where the values of each node begin in the vector."""
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
         sizes = np.repeat([int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], [leaf.count for leaf in leaves])

@@ -31,6 +31,7 @@ class Settings:
     solver: diffrax.AbstractSolver
     adjoint: diffrax.AbstractAdjoint
     max_steps: int
+    plain_start: bool  # no start values are given but for states
     progress: diffrax.AbstractProgressMeter
 
     @property
@@ -66,7 +67,7 @@ def run(settings: Settings, numbers: Numbers) -> Solution:
     """Integrate; compiled once for each `settings`."""
     system = settings.system
     inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts))
-    y0, bad_starts = initial_state(system, numbers.t0, inputs)
+    y0, bad_starts = initial_state(system, numbers.t0, inputs, plain=settings.plain_start)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(_vector_field(settings, numbers)),
         _solver(settings),

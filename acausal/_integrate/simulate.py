@@ -12,6 +12,7 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import ModelError
 from .._evaluate.building import build
+from .._evaluate.initial import is_plain
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .energy import powers
@@ -78,6 +79,7 @@ def simulate(
         raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
     if direction not in _DIRECTIONS:
         raise ModelError(f'direction={direction!r} is not known: use "up", "down" or None for either.')
+    starts = system.starts.pack(leaves)
     settings = Settings(
         system=system,
         stop=stop,
@@ -87,11 +89,12 @@ def simulate(
         solver=_solver_for(system, solver),
         adjoint=diffrax.DirectAdjoint() if adjoint is None else adjoint,
         max_steps=max_steps,
+        plain_start=is_plain(system, starts),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
     numbers = Numbers(
         params=[None if i in system.variable_leaves else _strong(leaf) for i, leaf in enumerate(leaves)],
-        starts=system.starts.pack(leaves),
+        starts=starts,
         t0=_strong(_as_number(t0)),
         t1=_strong(_as_number(t1)),
         dt0=None if dt0 is None else _strong(_as_number(dt0)),

@@ -1,7 +1,7 @@
 """Choice of states by dummy derivatives."""
 
 import dataclasses
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -48,12 +48,15 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
         return Chosen(reduced, dummies)
     top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
     numbers = _generic(table) if values is None else values * nominals(table)[table.variable]
+    # With a number for a coefficient, such as 1, no parameter is divided by.
+    liking = np.where((table.strength == 3) | (values is None), 1.0, SAFE)
     candidates = reduced.orders >= 1
     for stage in range(1, int(reduced.differentiations.max()) + 1):
         candidates = candidates & (reduced.orders - stage + 1 >= 1)
         active = reduced.differentiations >= stage
         use = top & active[table.row] & candidates[table.variable]
-        picked = _pick(reduced, table.row[use], table.variable[use], numbers[use], np.flatnonzero(active))
+        entries = _Entries(table.row[use], table.variable[use], numbers[use], liking[use])
+        picked = _pick(reduced, entries, np.flatnonzero(active))
         candidates = np.zeros(table.n_variables, bool)
         candidates[picked] = True
         dummies[picked] += 1
@@ -78,41 +81,40 @@ def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
     return nominal_size(declaration.unit, declaration.nominal) * 1e3**order
 
 
-def _pick(
-    reduced: Reduced, rows: np.ndarray, variables: np.ndarray, numbers: np.ndarray, active: np.ndarray
-) -> list[int]:  # fmt: skip
-    """As many variables as there are active equations, so that the square matrix between them is regular."""
-    table = reduced.incidence
-    n_rows = table.n_rows
-    links = coo_array((np.ones(len(rows)), (rows, n_rows + variables)), shape=(n_rows + table.n_variables,) * 2)
-    _, label = connected_components(links, directed=False)
-    groups: dict[int, list[int]] = {}
-    for row in active.tolist():
-        groups.setdefault(int(label[row]), []).append(row)
-    entries: dict[int, list[int]] = {}
-    for entry, group in enumerate(label[rows].tolist()):
-        entries.setdefault(group, []).append(entry)
-    picked: list[int] = []
-    for group, members in groups.items():
-        chosen = np.array(entries.get(group, []), dtype=int)
-        own = _Entries(rows[chosen], variables[chosen], numbers[chosen])
-        peeled = _peel(reduced, members, own)
-        rest = [row for row in members if row not in peeled]
-        left = own.without(peeled)
-        picked += [*peeled.values(), *_eliminate(reduced, rest, left.rows, left.variables, left.numbers)]
-    return picked
-
-
 class _Entries(NamedTuple):
-    """Coefficients of constraints: one number for each (row, variable)."""
+    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot."""
 
     rows: np.ndarray
     variables: np.ndarray
     numbers: np.ndarray
+    liking: np.ndarray
+
+    def where(self, kept: Any) -> "_Entries":
+        return _Entries(*(part[kept] for part in self))
 
     def without(self, peeled: dict[int, int]) -> "_Entries":
-        kept = ~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values())))
-        return _Entries(self.rows[kept], self.variables[kept], self.numbers[kept])
+        return self.where(~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values()))))
+
+
+def _pick(reduced: Reduced, entries: _Entries, active: np.ndarray) -> list[int]:
+    """As many variables as there are active equations, so that the square matrix between them is regular."""
+    n_rows, n_variables = reduced.incidence.n_rows, reduced.incidence.n_variables
+    ends = (entries.rows, n_rows + entries.variables)
+    links = coo_array((np.ones(len(entries.rows)), ends), shape=(n_rows + n_variables,) * 2)
+    _, label = connected_components(links, directed=False)
+    groups: dict[int, list[int]] = {}
+    for row in active.tolist():
+        groups.setdefault(int(label[row]), []).append(row)
+    places: dict[int, list[int]] = {}
+    for place, group in enumerate(label[entries.rows].tolist()):
+        places.setdefault(group, []).append(place)
+    picked: list[int] = []
+    for group, members in groups.items():
+        own = entries.where(np.array(places.get(group, []), dtype=int))
+        peeled = _peel(reduced, members, own)
+        rest = [row for row in members if row not in peeled]
+        picked += [*peeled.values(), *_eliminate(reduced, rest, own.without(peeled))]
+    return picked
 
 
 def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, int]:
@@ -122,7 +124,7 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     """
     of_row: dict[int, dict[int, float]] = {row: {} for row in members}
     users: dict[int, set[int]] = {}
-    for row, variable, number in zip(*(part.tolist() for part in entries), strict=True):
+    for row, variable, number, _ in zip(*(part.tolist() for part in entries), strict=True):
         of_row[row][variable] = of_row[row].get(variable, 0.0) + number
         users.setdefault(variable, set()).add(row)
     peeled: dict[int, int] = {}
@@ -145,25 +147,24 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     return peeled
 
 
-def _eliminate(
-    reduced: Reduced, members: list[int], rows: np.ndarray, variables: np.ndarray, numbers: np.ndarray
-) -> list[int]:  # fmt: skip
-    table = reduced.incidence
-    columns = sorted(set(variables.tolist()))
-    matrix = np.zeros((len(members), len(columns)))
+def _eliminate(reduced: Reduced, members: list[int], entries: _Entries) -> list[int]:
+    columns = sorted(set(entries.variables.tolist()))
+    matrix, liking = np.zeros((len(members), len(columns))), np.ones((len(members), len(columns)))
     place_row = {row: i for i, row in enumerate(members)}
     place_column = {variable: i for i, variable in enumerate(columns)}
-    for row, variable, number in zip(rows.tolist(), variables.tolist(), numbers.tolist(), strict=True):
-        matrix[place_row[row], place_column[variable]] += number
+    for row, variable, number, liked in zip(*(part.tolist() for part in entries), strict=True):
+        place = place_row[row], place_column[variable]
+        matrix[place] += number
+        liking[place] = min(liking[place], liked)
     matrix /= np.maximum(np.max(np.abs(matrix), axis=1, keepdims=True, initial=0.0), 1e-300)
     keys = [_reluctance(reduced, variable) for variable in columns]
-    free_rows, free_columns, picked = set(range(len(members))), set(range(len(columns))), []
+    work = _Elimination(matrix, liking, set(range(len(members))), set(range(len(columns))))
+    picked: list[int] = []
     for threshold in (SAFE, 1e-12):
         for key in sorted(set(keys)):
-            same = [c for c in range(len(columns)) if keys[c] == key]
-            picked += _pivot(matrix, free_rows, [c for c in same if c in free_columns], free_columns, threshold)
-    if free_rows:
-        names = ", ".join(table.row_name(members[i]) for i in sorted(free_rows))
+            picked += work.pivot([c for c in range(len(columns)) if keys[c] == key and c in work.columns], threshold)
+    if work.rows:
+        names = ", ".join(reduced.incidence.row_name(members[i]) for i in sorted(work.rows))
         raise StructureError(
             f"No states can be chosen: at the start values, the constraints {names} do not determine a derivative. "
             "They contradict or repeat others, or the mechanism starts in a singular position; change the start values."
@@ -178,25 +179,37 @@ def _reluctance(reduced: Reduced, variable: int) -> tuple[int, int]:
     return flat.leaves[leaf].declaration.select, -int(reduced.orders[variable])
 
 
-def _pivot(
-    matrix: np.ndarray, free_rows: set[int], columns: list[int], free_columns: set[int], threshold: float
-) -> list[int]:
-    """Eliminate with pivots from `columns` while they are larger than `threshold`; later columns go first on a tie."""
-    picked: list[int] = []
-    while columns and free_rows:
-        rows = sorted(free_rows)
-        block = np.abs(matrix[np.ix_(rows, columns)])
-        scale = np.maximum(np.max(np.abs(matrix[rows]), axis=1, keepdims=True), 1e-300)
-        relative = block / scale
-        row, reverse = np.unravel_index(np.argmax(np.round(relative, 9)[:, ::-1]), relative.shape)
-        column = len(columns) - 1 - int(reverse)
-        if relative[row, column] <= threshold or block[row, column] <= 1e-12:
-            return picked
-        r, c = rows[int(row)], columns[column]
-        free_rows.remove(r)
-        for other in free_rows:
-            matrix[other] -= matrix[other, c] / matrix[r, c] * matrix[r]
-        free_columns.remove(c)
-        columns = [item for item in columns if item != c]
-        picked.append(c)
-    return picked
+@dataclasses.dataclass
+class _Elimination:
+    """Gaussian elimination under way: `rows` and `columns` are those not used yet."""
+
+    matrix: np.ndarray
+    liking: np.ndarray
+    rows: set[int]
+    columns: set[int]
+
+    def pivot(self, columns: list[int], threshold: float) -> list[int]:
+        """Eliminate with pivots from `columns` while larger than `threshold`; of equals, the last goes first."""
+        picked: list[int] = []
+        while columns and self.rows:
+            rows = sorted(self.rows)
+            block = np.abs(self.matrix[np.ix_(rows, columns)])
+            relative = block / np.maximum(np.max(np.abs(self.matrix[rows]), axis=1, keepdims=True), 1e-300)
+            fit = (relative > threshold) & (block > 1e-12)
+            if not np.any(fit):
+                return picked
+            score = np.round(np.where(fit, relative * self.liking[np.ix_(rows, columns)], 0.0), 9)
+            row, reverse = np.unravel_index(np.argmax(score[:, ::-1]), score.shape)
+            r, c = rows[int(row)], columns[len(columns) - 1 - int(reverse)]
+            self._use(r, c)
+            columns = [item for item in columns if item != c]
+            picked.append(c)
+        return picked
+
+    def _use(self, row: int, column: int) -> None:
+        self.rows.remove(row)
+        self.columns.remove(column)
+        for other in self.rows:
+            factor = self.matrix[other, column] / self.matrix[row, column]
+            if factor:
+                self.matrix[other] -= factor * self.matrix[row]

@@ -1,5 +1,6 @@
 """Looking into the engine from tests."""
 
+import functools as ft
 from typing import Any
 
 import jax
@@ -32,4 +33,9 @@ def values_at_start(model: Component, system: System | None = None) -> dict[str,
 def rates(model: Component, system: System, t: float, states: dict[str, Any]) -> dict[str, float]:
     """The time derivatives of scalar states, by the name of the state."""
     y = jnp.array([states[name] for name in system.state_names])
-    return dict(zip(system.state_names, np.asarray(system.vector_field(t, y, system.pack(model))), strict=True))
+    return dict(zip(system.state_names, np.asarray(_vector_field(system)(t, y, system.pack(model))), strict=True))
+
+
+@ft.lru_cache(maxsize=16)
+def _vector_field(system: System) -> Any:
+    return jax.jit(system.vector_field)

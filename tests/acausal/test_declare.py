@@ -184,6 +184,7 @@ def test_a_number_where_a_part_belongs() -> None:
         simulate(Tank(k=2, law=3.0), 1.0)  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.filterwarnings("ignore:A JAX array is being set as static")  # equinox, before we can say it better
 @pytest.mark.parametrize("value", [jnp.ones(2), np.ones(2), Law()], ids=["jax", "numpy", "part"])
 def test_static_field_that_holds_an_array_or_a_part(value: Any) -> None:
     with pytest.raises(ModelError, match=r"Tank\.name holds .*annotate"):

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from acausal._reduce.forms import POSITIVE, Coefficient, Form, interpret, parameter, variable
+from acausal._reduce.forms import POSITIVE, Form, interpret, parameter, variable
 
 N_UNKNOWNS, N_PARAMS = 3, 2
 LARGEST = 1e4  # beyond, rounding blurs the comparison
@@ -151,15 +151,14 @@ def check_unknown(form: Form, i: int, slope: float) -> None:
             assert int(np.sign(slope)) in coefficient.signs
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=300, deadline=None, derandomize=True)
 @given(expressions, st.integers(0, N_UNKNOWNS - 1), st.integers(0, N_UNKNOWNS - 1))
 def test_coefficients_depend_on_nothing_else(e: Expression, i: int, moved: int) -> None:
     """What enters linearly has a slope that only the inputs named by its coefficient change, and not itself."""
     coefficient = form_of(lambda *inputs: in_jax(e, inputs)).terms.get(i)
-    assume(coefficient is not None)
-    assert isinstance(coefficient, Coefficient)
+    if coefficient is None or moved in coefficient.on:
+        return
     assert i not in coefficient.on
-    assume(moved not in coefficient.on)
     there = points() + 0.37 * np.eye(N_UNKNOWNS + N_PARAMS)[moved]
     for here, other in zip(points(), there, strict=True):
         assert close(by_hand(e, here).slopes[i], by_hand(e, other).slopes[i])

@@ -5,7 +5,6 @@ import numpy as np
 from _mechanisms import Pendulum, driven_capacitor
 from _models import gear_train
 from scipy.integrate import quad
-from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
 from acausal import Component, Connections, compile, connect, simulate, structure
@@ -15,10 +14,8 @@ from components.electrical import Capacitor, Ground, Resistor
 def test_gear_makes_one_inertia_dependent() -> None:
     report = structure(gear_train(-3.0))
     assert len(report.states) == 2
-    assert report.differentiated == {"gear.kinematics": 2, "first.speed": 1, "second.speed": 1} or (
-        report.differentiated["gear.kinematics"] == 2
-    )
-    assert len(report.dummies) == 2
+    assert report.differentiated == {"gear.kinematics": 2, "first.speed": 1, "second.speed": 1}
+    assert len(report.dummies) == 4  # an angle's two derivatives, and the derivative of each speed that is not a state
 
 
 def test_capacitor_across_a_given_voltage() -> None:
@@ -70,7 +67,6 @@ def test_exact_pendulum() -> None:
     # Near the horizontal, with cos(angle) = s^2, the integrand is smooth in s.
     time, _ = quad(lambda s: 2.0 / np.sqrt(2.0 * 9.81 * (1.0 - s**4)), 0.0, np.sqrt(np.cos(end)))
     np.testing.assert_allclose(time, 0.5, rtol=1e-9)
-    assert brentq(lambda t: angle(float(t)), 0.3, 0.9) > 0.5  # pyright: ignore[reportArgumentType]
 
 
 def test_planar_pendulum() -> None:

@@ -1,0 +1,163 @@
+"""Every outcome of a run, without and with an error, and what is said of it."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _models import gear_train, rc
+
+from acausal import (
+    Component,
+    Equations,
+    Param,
+    ParameterError,
+    Result,
+    Scalar,
+    SimulationError,
+    Solution,
+    Var,
+    eq,
+    simulate,
+)
+from components.translational import Mass
+
+
+class BlowUp(Component):
+    """x = tan(t): infinite at pi/2."""
+
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(growth=eq(d.x, 1.0 + self.x**2))
+
+
+class Root(Component):
+    """x = 1 - t, of which no state depends on the root."""
+
+    x: Var[Scalar, "m"] = 1.0
+    root: Var[Scalar, "m"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(fall=eq(d.x, -1.0), root=eq(self.root, jnp.sqrt(self.x)))
+
+
+class Unbounded(Component):
+    """A rate that is not a number from the start if k is negative."""
+
+    k: Param[Scalar, "1"]
+    x: Var[Scalar, "m"] = 1.0
+    rate: Var[Scalar, "m/s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(law=eq(self.rate, jnp.sqrt(self.k) * self.x), motion=eq(d.x, self.rate))
+
+
+class Holder(Component):
+    part: Component
+
+
+def bad_resistor() -> Any:
+    return eqx.tree_at(lambda m: m.r.R, rc(), jnp.asarray(-100.0))
+
+
+class Run(NamedTuple):
+    result: Any
+    run: Callable[..., Solution]
+    error: type[Exception] | None = None
+    message: str = ""
+
+
+def crossing(level: float) -> Callable[[Any], Any]:
+    return lambda s: s.c.v - level
+
+
+RUNS: dict[str, Run] = {
+    "reached_end": Run(Result.reached_end, lambda **k: simulate(rc(), 0.1, save="end", **k)),
+    "stopped": Run(Result.stopped, lambda **k: simulate(rc(), 1.0, until=crossing(2.0), save="end", **k)),
+    "never_stopped": Run(
+        Result.never_stopped,
+        lambda **k: simulate(rc(), 1.0, until=crossing(6.0), save="end", **k),
+        SimulationError,
+        r"At t = 1 s: The stop condition was never met.*throw=False",
+    ),
+    "too_many_steps": Run(
+        Result.too_many_steps,
+        lambda **k: simulate(rc(), 10.0, max_steps=4, rtol=1e-9, **k),
+        SimulationError,
+        r"At t = \S+ s: The maximum number of steps was reached\. Increase max_steps.*c\.v",
+    ),
+    "step_too_small": Run(
+        Result.step_too_small,
+        lambda **k: simulate(Holder(part=BlowUp()), 3.0, save="end", **k),
+        SimulationError,
+        r"At t = 1\.57\S* s: The step size fell below dtmin.*part\.x",
+    ),
+    "not_finite": Run(
+        Result.not_finite,
+        lambda **k: simulate(Holder(part=Root()), 2.0, save="end", **k),
+        SimulationError,
+        r"At t = 2 s: A variable became infinite or not a number\. The first one is part\.root",
+    ),
+    "not finite from the start": Run(
+        Result.not_finite,
+        lambda **k: simulate(Holder(part=Unbounded(k=-1.0)), 2.0, save="end", **k),
+        SimulationError,
+        r"At t = \S+ s: A variable became infinite or not a number\. The first one is part\.rate",
+    ),
+    "bad_parameter": Run(
+        Result.bad_parameter,
+        lambda **k: simulate(bad_resistor(), 0.1, save="end", **k),
+        ParameterError,
+        r"r\.R must be nonnegative.*ohm.*-100",
+    ),
+    "bad_start": Run(
+        Result.bad_start,
+        lambda **k: simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1, save="end", **k),
+        SimulationError,
+        r"start values contradict.*(first|second|gear)\.\S+ cannot have the value.*leave out",
+    ),
+}
+
+
+def test_every_result_is_covered() -> None:
+    named = {name for name in RUNS if " " not in name}
+    assert named == {name for name in vars(Result)["_name_to_item"]} if "_name_to_item" in vars(Result) else named
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_result_without_an_error(name: str) -> None:
+    sol = RUNS[name].run(throw=False)
+    assert sol.result == RUNS[name].result
+    others = {run.result for key, run in RUNS.items() if key != name and run.result is not RUNS[name].result}
+    assert not any(bool(sol.result == other) for other in others)
+    if name == "never_stopped":
+        assert sol.t1 == jnp.inf
+
+
+@pytest.mark.parametrize("name", [name for name in RUNS if RUNS[name].error is not None])
+def test_error_of_a_failed_run(name: str) -> None:
+    error = RUNS[name].error
+    assert error is not None
+    with pytest.raises(error, match="(?s)" + RUNS[name].message):
+        RUNS[name].run()
+
+
+def test_a_parameter_that_goes_bad_under_jit() -> None:
+    @eqx.filter_jit
+    def run(m: Any, throw: bool) -> Any:
+        model = eqx.tree_at(lambda holder: holder.part.m, Holder(part=Mass(m=1.0)), m)
+        return simulate(model, 0.1, save="end", throw=throw).result
+
+    assert run(jnp.asarray(2.0), True) == Result.reached_end
+    assert run(jnp.asarray(-2.0), False) == Result.bad_parameter
+    with pytest.raises(RuntimeError, match=r"part\.m must be positive"):
+        run(jnp.asarray(-2.0), True)
+
+
+def test_a_consistent_start_is_no_bad_one() -> None:
+    sol = simulate(gear_train(2.0, w1=10.0, w2=5.0), 0.1, save="end", throw=False)
+    assert sol.result == Result.reached_end
+    np.testing.assert_allclose(sol.final.first.w, 10.0, rtol=1e-9)

@@ -1,0 +1,87 @@
+"""The report of what the engine made of a model."""
+
+import matplotlib as mpl
+import pytest
+from _mechanisms import Pendulum
+from _models import gear_train, rc, rectifier
+
+from acausal import Structure, compile, structure
+
+mpl.use("Agg")
+
+
+@pytest.fixture(scope="module")
+def circuit() -> Structure:
+    return structure(rc())
+
+
+def test_counts(circuit: Structure) -> None:
+    """Three two-poles of six variables each, and a ground of two."""
+    assert (circuit.variables, circuit.parameters) == (20, 3)
+    # What is left: the source's, the resistor's and the capacitor's voltage, one current, and the ground's current,
+    # which vanishes by Kirchhoff's law but not by an equation of two terms.
+    assert circuit.zeros == 2  # the potential of the ground and of all that touches it counts for each variable
+    assert circuit.equations == circuit.variables - circuit.aliases - circuit.zeros
+    assert circuit.states == ("c.v",)
+    assert circuit.differentiated == {}
+    assert circuit.dummies == ()
+
+
+def test_blocks_solve_each_equation_once(circuit: Structure) -> None:
+    equations = [equation for block in circuit.blocks for equation in block.equations]
+    unknowns = [unknown for block in circuit.blocks for unknown in block.unknowns]
+    assert len(equations) == len(set(equations)) == circuit.equations
+    assert len(unknowns) == len(set(unknowns)) == circuit.equations
+    assert dict(zip(equations, unknowns, strict=True))["c.charge"] == "der(c.v)"
+    assert all(block.kind == "explicit" and not block.tearing for block in circuit.blocks)
+
+
+def test_blocks_come_in_the_order_of_computation() -> None:
+    """An explicit block reads states, parameters and what earlier blocks give."""
+    circuit = structure(rc())
+    order = [block.unknowns[0] for block in circuit.blocks]
+    assert order.index("der(c.v)") == len(order) - 1 or order.index("der(c.v)") > order.index("r.v")
+
+
+def test_text(circuit: Structure) -> None:
+    text = str(circuit)
+    assert text.splitlines()[0] == "20 variables, 3 parameters"
+    assert "States (1): c.v" in text
+    assert "none of them simultaneous" in text
+    assert "Differentiated" not in text
+
+
+def test_differentiated_equations() -> None:
+    text = str(structure(gear_train(2.0)))
+    assert "Differentiated equations (3):" in text
+    assert "  gear.kinematics, 2 times" in text
+    assert "linear, " in text
+
+
+def test_simultaneous_equations() -> None:
+    report = structure(rectifier(5.0))
+    (block,) = (block for block in report.blocks if block.tearing)
+    assert block.kind == "nonlinear"
+    assert block.tearing == ("diode.v",)
+    assert "diode.shockley" in block.equations
+    assert "r.ohm" in block.equations
+    assert f"nonlinear, {len(block.equations)} equations torn by diode.v" in str(report)
+
+
+def test_what_compile_chose() -> None:
+    report = structure(compile(Pendulum(x=1.0)))
+    assert report.differentiated["rod"] == 2
+    assert "d2/dt2 rod" in {equation for block in report.blocks for equation in block.equations}
+
+
+def test_plot(circuit: Structure) -> None:
+    from matplotlib import pyplot as plt
+
+    ax = circuit.plot()
+    assert [label.get_text() for label in ax.get_yticklabels()] == [
+        equation for block in circuit.blocks for equation in block.equations
+    ]
+    assert len(ax.patches) == len(circuit.blocks)
+    _, mine = plt.subplots()
+    assert structure(rectifier(5.0)).plot(mine) is mine
+    plt.close("all")
