@@ -128,7 +128,7 @@ def _apply(eqn: JaxprEqn, args: list[Affine]) -> list[Affine]:
     symbolic = any(arg.terms for arg in args)
     if symbolic and (body := differentiable_call(eqn)) is not None:
         return evaluate(body, args)
-    if symbolic or any(arg.base is None for arg in args):
+    if symbolic or eqn.primitive.name == "neg" or any(arg.base is None or isinstance(arg.base, Minus) for arg in args):
         rule = _RULES.get(eqn.primitive.name) if _is_plain(eqn) else None
         if rule is not None and (symbolic or eqn.primitive.name != "integer_pow"):
             return [rule(*args)]

@@ -9,7 +9,7 @@ import numpy as np
 import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
-from .affine import Affine, computed, evaluate, negated, over, plus, scale, solved_for, times
+from .affine import Affine, Minus, computed, evaluate, negated, over, plus, scale, solved_for, times
 from .program import Arg, Program, Step
 
 ITERATIONS = 100
@@ -43,9 +43,12 @@ class Known:
 
 
 def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
-    """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve."""
+    """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve.
+
+    They may be `Minus` arrays, whose sign is left to whoever reads them.
+    """
     if program.kind == "explicit":
-        return [value.value() for value in _substitute(program, known, {})]
+        return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
     if program.kind == "linear" and program.is_elementwise and program.n_tears <= UNROLLED:
         return _linear(program, known)
     tears = _dense(program, known) if program.kind == "linear" else _nonlinear(program, known, guesses)
@@ -79,6 +82,8 @@ def _substitute(program: Program, known: Known, tears: dict[int, Affine]) -> lis
 def _shaped(value: Affine, shape: tuple[int, ...]) -> Affine:
     if value.base is None and (value.terms or not shape):
         return value
+    if isinstance(value.base, Minus) and value.base.array.shape == shape:
+        return value
     base = jnp.broadcast_to(jnp.asarray(value.value(), float), shape)
     return Affine(base, value.terms)
 
@@ -100,14 +105,14 @@ def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
     total = value.base
     for symbol, factor in value.terms.items():
         total = plus(total, times(factor, tears[symbol]))
-    return 0.0 if total is None else computed(total)
+    return 0.0 if total is None else total
 
 
 def _eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
     """Solve A x + b = 0, entry by entry, with partial pivoting; None stands for a structural zero."""
     n = len(matrix)
     if n == 1:
-        return [0.0 if constant[0] is None else computed(negated(over(constant[0], matrix[0][0])))]
+        return [0.0 if constant[0] is None else negated(over(constant[0], matrix[0][0]))]
     rows = [
         [0.0 if value is None else computed(value) for value in (*row, b)]
         for row, b in zip(matrix, constant, strict=True)
@@ -165,7 +170,8 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
         params, values, time = args
         return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
 
-    args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), list(known.values), known.time))
+    values = [computed(value) for value in known.values]
+    args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
     slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
     root = scaled_root(residual, start / sizes, args, row_scale(slopes), DOGLEG)
     return unravel(sizes * root)

@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from .affine import computed, times
 from .plan import Pair
 from .system import Inputs, System
 
@@ -30,7 +31,7 @@ def _leaf_value(system: System, store: Any, leaf: int, t: Any) -> Any:
     known = [pair for pair, _ in pairs if pair is not None]
     values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
     if values is not None:
-        return pairs[0][1] * values
+        return computed(times(values, float(pairs[0][1])))
     stacked = jnp.zeros((len(pairs), *flat_leaf.sizes))
     if known:
         where = np.array([i for i, (pair, _) in enumerate(pairs) if pair is not None])

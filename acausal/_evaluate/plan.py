@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .affine import Minus, computed
 from .blocks import Known, residuals, run
 from .program import Program, Use
 
@@ -54,11 +55,23 @@ class Store:
 
     def __init__(self, y: Any, time: Any) -> None:
         self.time = time
-        self.segments: dict[int, Any] = {0: y}
+        self._segments: dict[int, Any] = {0: y}
+
+    def add(self, segment: int, value: Any) -> None:
+        """Keep a segment; it may be a `Minus` array."""
+        self._segments[segment] = value
+
+    def flat(self, segment: int) -> Any:
+        """A segment as a flat array."""
+        return jnp.ravel(computed(self._segments[segment]))
+
+    def all(self) -> list[Any]:
+        """All segments computed so far."""
+        return [self.flat(segment) for segment in self._segments]
 
     def gather(self, read: Read) -> Any:
         """The values of all members, stacked in front."""
-        parts = [jnp.ravel(self.segments[segment]) for segment in read.segments]
+        parts = [self.flat(segment) for segment in read.segments]
         source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
         index = np.ravel(read.elements)
         if len(index) and np.all(np.diff(index) == 1):
@@ -68,8 +81,9 @@ class Store:
         return picked.reshape(len(read.elements), *read.shape)
 
     def single(self, read: Read) -> Any:
-        segment = self.segments[read.segments[0]]
-        if np.shape(segment) == read.shape and len(np.ravel(read.elements)) == np.size(segment):
+        segment = self._segments[read.segments[0]]
+        bare = segment.array if isinstance(segment, Minus) else segment
+        if np.shape(bare) == read.shape and np.size(read.elements) == np.size(bare):
             return segment
         return self.gather(read)[0]
 
@@ -163,7 +177,7 @@ class Plan:
         for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
             outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, packed, guess)
             for i, value in enumerate(outputs):
-                store.segments[group.first_segment + i] = value
+                store.add(group.first_segment + i, value)
         return store
 
     def collect(self, store: Store, pairs: Sequence[Pair]) -> Any:
@@ -178,7 +192,7 @@ class Plan:
                 runs.append([segment, start, start + size])
         if len(runs) > MANY_RUNS:
             return self._gathered(store, pairs)
-        parts = [jnp.ravel(store.segments[segment])[start:stop] for segment, start, stop in runs]
+        parts = [store.flat(segment)[start:stop] for segment, start, stop in runs]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def _gathered(self, store: Store, pairs: Sequence[Pair]) -> Any:
@@ -188,7 +202,7 @@ class Plan:
         index = np.concatenate(
             [start + np.arange(self.size(pair[0])) for start, pair in zip(starts, pairs, strict=True)]
         )
-        return jnp.concatenate([jnp.ravel(store.segments[segment]) for segment in segments])[index]
+        return jnp.concatenate([store.flat(segment) for segment in segments])[index]
 
 
 def _guesses(group: Group, guess: Guess) -> list[Any]:
@@ -208,7 +222,7 @@ def _run_single(group: Group, store: Store, packed: Packed, guess: Guess) -> lis
 
 def _run_mapped(group: Group, store: Store, packed: Packed, guess: Guess) -> list[Any]:
     def one(known: Known, guesses: list[Any]) -> list[Any]:
-        return [jnp.asarray(value, float) for value in run(group.program, known, guesses)]
+        return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
     return _over_members(group, store, packed, one, _guesses(group, guess))
 

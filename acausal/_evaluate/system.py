@@ -125,14 +125,14 @@ class System:
     def all_finite(self, t: Any, y: Any, inputs: "Inputs") -> Any:
         """Whether all unknowns are finite at a point, outputs that feed no state included."""
         store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
-        finite = [jnp.all(jnp.isfinite(segment)) for segment in store.segments.values()]
+        finite = [jnp.all(jnp.isfinite(segment)) for segment in store.all()]
         return jnp.all(jnp.stack(finite))
 
     def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
         store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
         for pair, place in self.plan.places.items():
-            value = jnp.ravel(store.segments[place.segment])[place.start : place.start + self.plan.size(pair[0])]
+            value = store.flat(place.segment)[place.start : place.start + self.plan.size(pair[0])]
             if not np.all(np.isfinite(np.asarray(value))):
                 return self.ordered.table.variable_name(*pair)
         return None

@@ -213,3 +213,8 @@ class _Elimination:
             factor = self.matrix[other, column] / self.matrix[row, column]
             if factor:
                 self.matrix[other] -= factor * self.matrix[row]
+                # What an elimination with a parameter leaves behind holds that parameter.
+                least = min(self.liking[other, column], self.liking[row, column])
+                touched = self.matrix[row] != 0
+                mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
+                self.liking[other] = np.where(touched, mixed, self.liking[other])

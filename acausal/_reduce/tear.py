@@ -37,7 +37,8 @@ def tear(ordered: Sorted, block: Block) -> Torn:
 
     Only a coefficient that cannot vanish is divided by; an equation without one is left to the residuals. Among equals
     the unknown that enters most equations non-linearly is chosen, because Newton's method does well where the function
-    is evaluated in its natural direction: a diode's current from its voltage.
+    is evaluated in its natural direction: a diode's current from its voltage. Then the one that needs the fewest
+    divisions by parameters.
     """
     if len(block.rows) == 1:
         return _single(ordered, block)
@@ -66,11 +67,11 @@ def _single(ordered: Sorted, block: Block) -> Torn:
     return Torn([], [unknown], [row], kind, block.level)
 
 
-def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, bool]:
-    """The block's unknowns in an equation, and whether it may be solved for each."""
+def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, int]:
+    """The block's unknowns in an equation: 1 where it may be solved for one, 2 without a division, else 0."""
     table = ordered.table
     return {
-        int(ordered.column[e]): bool(table.strength[e] >= 2 and table.matchable[e])
+        int(ordered.column[e]): max(int(table.strength[e]) - 1, 0) if table.matchable[e] else 0
         for e in ordered.entries_of_row[row]
         if int(ordered.column[e]) in inside
     }
@@ -89,7 +90,7 @@ def _nonlinear(ordered: Sorted, rows: list[int]) -> dict[int, int]:
 
 @dataclasses.dataclass
 class _State:
-    entries: dict[int, dict[int, bool]]
+    entries: dict[int, dict[int, int]]
     open: dict[int, set[int]]  # the unknowns of each row that are not known yet
     steps: list[tuple[int, int]]
     tears: list[int]
@@ -135,13 +136,14 @@ class _State:
         candidates = sorted(frequency, key=lambda u: (-frequency[u], u))
         if len(self.entries) > EXHAUSTIVE:
             return candidates[0]
-        return max(candidates, key=lambda u: (self._gain(u), self.nonlinear.get(u, 0), frequency[u], -u))
+        return max(candidates, key=lambda u: self._merit(u, frequency[u]))
 
-    def _gain(self, unknown: int) -> int:
+    def _merit(self, unknown: int, frequency: int) -> tuple[int, int, int, int, int]:
         trial = self.copy()
         trial.take(unknown)
         trial.propagate()
-        return len(trial.steps)
+        divisions = sum(self.entries[row][solved] == 1 for row, solved in trial.steps)
+        return len(trial.steps), self.nonlinear.get(unknown, 0), -divisions, frequency, -unknown
 
 
 def _is_linear(ordered: Sorted, rows: list[int], inside: set[int]) -> bool:

@@ -113,7 +113,7 @@ class PlanetaryGearbox(Component):
             speed_sun=eq(self.w_sun, d.sun.phi),
             speed_carrier=eq(self.w_carrier, d.carrier.phi),
             newton_sun=eq(self.J_sun * d.w_sun, self.sun.tau - self.tau_mesh),
-            newton_carrier=eq(self.J_carrier * d.w_carrier, self.carrier.tau + self.tau_mesh + self.ring.tau),
+            newton_carrier=eq(self.J_carrier * d.w_carrier, self.carrier.tau + (self.tau_mesh + self.ring.tau)),
             mesh=eq((self.ratio - 1.0) * self.tau_mesh, self.ring.tau * self._factor()),
         )
 

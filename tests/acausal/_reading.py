@@ -8,22 +8,18 @@ import jax.numpy as jnp
 import numpy as np
 
 from acausal import Component, System
-from acausal._evaluate.initial import initial_state
 from acausal._evaluate.observe import observe
 from acausal._integrate.simulate import system_of
 
 
-def values_at_start(model: Component, system: System | None = None) -> dict[str, np.ndarray]:
-    """All variables of a model at its consistent start, by name."""
-    system = system_of(model) if system is None else system
-
-    @jax.jit
-    def at_start(inputs: Any) -> list[Any]:
-        y, _ = initial_state(system, jnp.asarray(0.0), inputs)
-        return observe(system, jnp.asarray(0.0), y, inputs, system.flat.variable_leaves)
-
+def values_without_states(model: Component) -> dict[str, np.ndarray]:
+    """All variables of a model without states at time zero, by name."""
+    system = system_of(model)
+    assert len(system.nominals) == 0
+    leaves = system.flat.variable_leaves
+    values = jax.jit(lambda inputs: observe(system, jnp.asarray(0.0), jnp.zeros(0), inputs, leaves))(system.pack(model))
     found: dict[str, np.ndarray] = {}
-    for number, value in zip(system.flat.variable_leaves, at_start(system.pack(model)), strict=True):
+    for number, value in zip(leaves, values, strict=True):
         leaf = system.flat.leaves[number]
         members = np.asarray(value).reshape(-1, *leaf.sizes)
         found |= {leaf.name(i): member for i, member in enumerate(members)}

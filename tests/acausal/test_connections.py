@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from _reading import values_at_start
+from _reading import values_without_states
 
 from acausal import Array as Parts
 from acausal import Component, Connections, ModelError, connect, repeat, simulate
@@ -98,7 +98,7 @@ def test_a_port_counts_with_opposite_signs_from_inside_and_outside() -> None:
 
 
 def test_currents_through_nested_composites() -> None:
-    values = values_at_start(nested())
+    values = values_without_states(nested())
     for name in ("load.p.i", "load.upper.p.i", "load.lower.inner.i"):
         np.testing.assert_allclose(values[name], 2.0, rtol=1e-14)
     np.testing.assert_allclose(values["load.n.i"], -2.0, rtol=1e-14)
@@ -147,7 +147,7 @@ class FanOut(Component):
 def test_one_output_to_many_inputs() -> None:
     model = FanOut(source=Constant(k=3.0), gains=(Gain(k=2.0), Gain(k=-5.0)))
     assert flow_sets(flatten(model)) == set()
-    values = values_at_start(model)
+    values = values_without_states(model)
     assert [float(values[name]) for name in ("gains[0].u.value", "gains[0].y.value", "y.value")] == [3.0, 6.0, -15.0]
 
 

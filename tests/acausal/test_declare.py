@@ -85,7 +85,14 @@ def test_roles_of_leaves() -> None:
 
 
 def test_a_missing_part_has_no_leaves() -> None:
-    assert {leaf.path.partition(".")[0] for leaf in leaves_of(Tank(k=2))} == {"k", "weights", "t", "x", "profile", "lid"}
+    assert {leaf.path.partition(".")[0] for leaf in leaves_of(Tank(k=2))} == {
+        "k",
+        "weights",
+        "t",
+        "x",
+        "profile",
+        "lid",
+    }
 
 
 def test_parameters_become_float_arrays() -> None:

@@ -9,15 +9,20 @@ from _models import oscillator, rc
 
 from acausal import (
     Component,
+    Connections,
     Equations,
     ModelError,
+    Param,
     Scalar,
+    SimulationError,
     StructureError,
     Var,
     compile,
+    connect,
     eq,
     simulate,
 )
+from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor, TwoPin
 
 
 class Loose(Component):
@@ -91,3 +96,96 @@ def test_condition_of_wrong_shape() -> None:
 def test_condition_that_is_a_truth_value() -> None:
     with pytest.raises(ModelError, match="until"):
         simulate(rc(), 1.0, until=lambda s: s.c.v > 1.0)
+
+
+class Circuit(Component):
+    """Two-poles side by side, all from one node to another; with `grounded`, one of the nodes is the reference."""
+
+    members: tuple[TwoPin, ...]
+    ground: Ground | None = None
+
+    def connections(self) -> Connections:
+        low = [member.n for member in self.members]
+        grounds = [] if self.ground is None else [self.ground.p]
+        return connect(*(member.p for member in self.members)), connect(*low, *grounds)
+
+
+class Ring(Component):
+    """Three two-poles one after the other in a ring, none of them grounded."""
+
+    members: tuple[TwoPin, TwoPin, TwoPin]
+
+    def connections(self) -> Connections:
+        a, b, c = self.members
+        return connect(a.n, b.p), connect(b.n, c.p), connect(c.n, a.p)
+
+
+def test_loop_of_two_without_ground() -> None:
+    model = Circuit(members=(ConstantVoltage(V=5.0), Resistor(R=1.0)))
+    with pytest.raises(StructureError, match=r"(?s)members\[\d\].*Ground"):
+        simulate(model, 1.0)
+
+
+def test_loop_of_three_without_ground() -> None:
+    model = Ring(members=(ConstantVoltage(V=5.0), Resistor(R=1.0), Capacitor(C=1.0)))
+    with pytest.raises(StructureError, match=r"(?s)members\[\d\].*Ground"):
+        simulate(model, 1.0)
+
+
+def test_node_of_three_without_ground() -> None:
+    model = Circuit(members=(ConstantVoltage(V=5.0), Resistor(R=1.0), Resistor(R=1.0)))
+    with pytest.raises(StructureError, match=r"(?s)members\[\d\].*Ground"):
+        simulate(model, 1.0)
+
+
+def test_ideal_sources_in_parallel() -> None:
+    model = Circuit(members=(ConstantVoltage(V=5.0), ConstantVoltage(V=6.0), Resistor(R=1.0)), ground=Ground())
+    with pytest.raises(
+        StructureError, match=r"(?s)Too many equations.*members\[0\].*members\[1\].*sources in parallel"
+    ):
+        simulate(model, 1.0)
+
+
+class Twice(Component):
+    """A variable that two equations determine."""
+
+    x: Var[Scalar, "m"] = 1.0
+    y: Var[Scalar, "m"] = 1.0
+    k: Param[Scalar, "1"] = 2.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(law=eq(d.x, -self.x), level=eq(self.y, self.k), again=eq(self.y, self.k * self.k))
+
+
+class Outer(Component):
+    part: Twice
+
+
+def test_too_many_equations_are_named_and_others_are_not() -> None:
+    with pytest.raises(StructureError, match=r"3 equations for 2 variables") as info:
+        simulate(Outer(part=Twice()), 1.0)
+    (line,) = (line for line in str(info.value).splitlines() if line.startswith("  equations:"))
+    assert set(line.partition("equations:")[2].replace(" ", "").split(",")) == {"part.level", "part.again"}
+    assert "Remedy: remove one" in str(info.value)
+
+
+def test_start_value_against_a_source() -> None:
+    """A capacitor straight across 5 V cannot start at 2 V."""
+    model = Circuit(members=(ConstantVoltage(V=5.0), Capacitor(C=1.0, v=2.0)), ground=Ground())
+    with pytest.raises(SimulationError, match=r"members\[1\]\.v cannot have the value.*leave out the start value"):
+        simulate(model, 1.0)
+
+
+def test_start_value_that_agrees_with_a_source() -> None:
+    model = Circuit(members=(ConstantVoltage(V=5.0), Capacitor(C=1.0, v=5.0)), ground=Ground())
+    assert float(simulate(model, 1.0, save="end").final.members[1].v) == pytest.approx(5.0, rel=1e-12)
+
+
+def test_unknown_name_in_a_condition() -> None:
+    with pytest.raises(ModelError, match=r"until: .*voltage.*shape of the model"):
+        simulate(rc(), 1.0, until=lambda s: s.c.voltage)
+
+
+def test_times_outside_the_run() -> None:
+    with pytest.raises(ModelError, match=r"between t0 = 0 s and t1 = 1 s"):
+        simulate(rc(), 1.0, save=jnp.array([0.5, 1.5]))
