@@ -1,6 +1,7 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
 import functools as ft
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -10,7 +11,7 @@ import numpy as np
 from .._reduce.states import nominal_of
 from .._tracing import is_traced
 from .blocks import NEWTON, row_scale, scaled_root
-from .plan import Plan, Store, group_residuals
+from .plan import Pair, Plan, Store, group_residuals
 from .program import residual_programme
 from .system import Inputs, System
 
@@ -28,16 +29,22 @@ def initial_state(system: System, t0: Any, inputs: Inputs, *, plain: bool) -> tu
     values not at all if there is another way. `plain` says that no such value is given; see `is_plain`.
     """
     if plain or not system.ordered.constrained:
-        states = [jnp.ravel(system.guess(inputs)([pair])) for pair in system.states]
-        y = jnp.concatenate(states) if states else jnp.zeros(0)
-        return _with_algebraic(system, t0, y, inputs), jnp.zeros(0, bool)
-    x0 = jnp.concatenate([jnp.ravel(system.guess(inputs)([pair])) for pair in system.ordered.constrained])
-    given = x0 != 0
-    x = _projected(system, t0, inputs, x0, given) if system.ordered.constraints else x0
-    scale = _sizes(system)
+        return _with_algebraic(system, t0, _starts_of(system, inputs, system.states), inputs), jnp.zeros(0, bool)
+    x0 = _starts_of(system, inputs, system.ordered.constrained)
+    given, scale, places = x0 != 0, _sizes(system), _places(system)
+    x = x0
+    if system.ordered.constraints:
+        dependent = np.setdiff1d(np.arange(len(scale)), places)
+        needed = jnp.any(given[dependent]) | jnp.any(~jnp.isfinite(x0))
+        x = jax.lax.cond(needed, lambda: _projected(system, t0, inputs, x0, given), lambda: x0)
     bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
     bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
-    return _with_algebraic(system, t0, x[_places(system)], inputs), bad
+    return _with_algebraic(system, t0, x[places], inputs), bad
+
+
+def _starts_of(system: System, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
+    parts = [jnp.ravel(system.guess(inputs)([pair])) for pair in pairs]
+    return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
 
 def is_plain(system: System, starts: Any) -> bool:

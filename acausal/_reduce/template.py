@@ -88,7 +88,7 @@ class Template:
                     tangents.append(values[position[item.raised]])
                 else:
                     tangents.append((jnp.ones_like if item.source == "time" else jnp.zeros_like)(value))
-            return jax.jvp(residual, values[: len(self.inputs)], tuple(tangents))[1]
+            return _rate(residual, values[: len(self.inputs)], tangents, self._only_nonlinear)
 
         shapes = {
             (item.slot, item.element): aval.shape for item, aval in zip(self.inputs, self.jaxpr.in_avals, strict=True)
@@ -98,8 +98,29 @@ class Template:
         signs = [known.get(item, ANY) for item in inputs]
         return _sliced(self.name, self.owner, closed, 0, inputs, signs, self.level + 1)
 
+    @property
+    def _only_nonlinear(self) -> int | None:
+        """The position of the one scalar that enters non-linearly, where no coefficient depends on a variable."""
+        if len(self.form.nonlinear) != 1 or any(coefficient.on for coefficient in self.form.terms.values()):
+            return None
+        (position,) = self.form.nonlinear
+        return position if self.jaxpr.in_avals[position].shape == () else None
+
     def differentiated(self, times: int) -> "Template":
         return self if times == 0 else self.derivative.differentiated(times - 1)
+
+
+def _rate(residual: Any, point: tuple[Any, ...], tangents: list[Any], alone: int | None) -> Any:
+    """The derivative of a residual in the direction of `tangents`.
+
+    The slope by an input that is `alone` in entering non-linearly is taken by itself: it is likely to stand elsewhere
+    too, as that of a cam's lift does in its torque, and need not be computed twice.
+    """
+    if alone is None:
+        return jax.jvp(residual, point, tuple(tangents))[1]
+    unit = tuple(jnp.full_like(value, float(i == alone)) for i, value in enumerate(point))
+    others = tuple(jnp.zeros_like(t) if i == alone else t for i, t in enumerate(tangents))
+    return jax.jvp(residual, point, unit)[1] * tangents[alone] + jax.jvp(residual, point, others)[1]
 
 
 def _sliced(

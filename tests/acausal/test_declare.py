@@ -50,7 +50,7 @@ class Tank(Component):
     unit: ClassVar[str] = "litre"
 
     k: Param[Scalar, "1/s", positive]
-    weights: Param[Vector, "1", nonnegative] = (1, 2)
+    weights: Param[Vector, "1", nonnegative] = (1, 2)  # pyright: ignore[reportAssignmentType]
     t: Time[Scalar, "s"] = 0.0
     x: Var[Scalar, "m"] = 1
     profile: Var[Vector, "m", shape("n", 2)] = 0.0  # pyright: ignore[reportAssignmentType]

@@ -81,9 +81,9 @@ def by_hand(e: Expression, inputs: np.ndarray) -> Dual:
     """Value and slopes in forward mode; the example is dropped where they are too large to be compared."""
     match e:
         case ("unknown", i):
-            return Dual(inputs[i], np.eye(N_UNKNOWNS)[i])
+            return Dual(float(inputs[i]), np.eye(N_UNKNOWNS)[i])
         case ("param", i):
-            return Dual(inputs[N_UNKNOWNS + i], np.zeros(N_UNKNOWNS))
+            return Dual(float(inputs[N_UNKNOWNS + i]), np.zeros(N_UNKNOWNS))
         case ("constant", c):
             return Dual(c, np.zeros(N_UNKNOWNS))
         case ("pow", a, n):
