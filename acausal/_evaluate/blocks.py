@@ -158,7 +158,7 @@ def _dense(program: Program, known: Known) -> list[Any]:
 
 
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
-    """Powell's dogleg method from the guesses, differentiated by the implicit function theorem; NaN where it fails.
+    """Newton's method from the guesses, or Powell's where it fails, differentiated by the implicit function theorem.
 
     Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
     guess, so that one tolerance fits pascals and cubic millimetres.
@@ -173,7 +173,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
     slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
-    root = scaled_root(residual, start / sizes, args, row_scale(slopes), DOGLEG)
+    root = scaled_root(residual, start / sizes, args, row_scale(slopes), NEWTON, DOGLEG)
     return unravel(sizes * root)
 
 
@@ -183,8 +183,11 @@ def row_scale(slopes: Any) -> Any:
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
 
 
-def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, solver: Any) -> Any:
-    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where `solver` finds none."""
+def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, *methods: Any) -> Any:
+    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
+
+    The `methods` are tried in turn until one succeeds.
+    """
 
     def scaled(x: Any, args: Any) -> Any:
         scale, args = args
@@ -192,5 +195,12 @@ def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scal
         value = residual(x, args) / scale
         return jnp.where(jnp.isfinite(value), value, HUGE)
 
-    solution = optx.root_find(scaled, solver, start, (scale, args), max_steps=ITERATIONS, throw=False)
-    return jnp.where(solution.result == optx.RESULTS.successful, solution.value, jnp.nan)
+    return _first_root(scaled, start, (scale, args), methods)
+
+
+def _first_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, methods: Sequence[Any]) -> Any:
+    if not methods:
+        return jnp.full_like(start, jnp.nan)
+    found = optx.root_find(residual, methods[0], start, args, max_steps=ITERATIONS, throw=False)
+    succeeded = (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
+    return jax.lax.cond(succeeded, lambda: found.value, lambda: _first_root(residual, start, args, methods[1:]))

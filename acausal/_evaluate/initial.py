@@ -16,7 +16,7 @@ from .program import residual_programme
 from .system import Inputs, System
 
 # How much less than a dependent variable a state yields to the constraints, and a start value that is given.
-STATE, GIVEN = 1e-12, 1e-24
+STATE, GIVEN = 1e-6, 1e-12
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 
@@ -36,9 +36,10 @@ def initial_state(system: System, t0: Any, inputs: Inputs, *, plain: bool) -> tu
     if system.ordered.constraints:
         dependent = np.setdiff1d(np.arange(len(scale)), places)
         needed = jnp.any(given[dependent]) | jnp.any(~jnp.isfinite(x0))
-        x = jax.lax.cond(needed, lambda: _projected(system, t0, inputs, x0, given), lambda: x0)
-    bad = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
-    bad = bad | ~jnp.isfinite(x) | (_disagreement(system, inputs) > TOLERANCE * scale)
+        x = jax.lax.cond(needed, lambda: _consistent(system, t0, inputs, x0, given), lambda: x0)
+    moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
+    torn = _disagreement(system, inputs) > TOLERANCE * scale
+    bad = jnp.where(jnp.any(moved), moved, torn | ~jnp.isfinite(x))
     return _with_algebraic(system, t0, x[places], inputs), bad
 
 
@@ -95,6 +96,15 @@ def _places(system: System) -> np.ndarray:
     first = dict(zip(pairs, starts.tolist(), strict=False))
     places = [first[state] + np.arange(system.plan.size(state[0])) for state in system.states]
     return np.concatenate(places) if places else np.zeros(0, int)
+
+
+def _consistent(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
+    """Two projections: from the result of the first, given values put back, the second moves them no further."""
+
+    def project(x: Any, _: None) -> tuple[Any, None]:
+        return _projected(system, t0, inputs, jnp.where(given, x0, x), given), None
+
+    return jax.lax.scan(project, x0, None, length=2)[0]
 
 
 def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:

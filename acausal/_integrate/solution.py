@@ -80,9 +80,9 @@ class Solution(eqx.Module):
         # Rounded up to a power of two, so that runs of different length share one compilation.
         more = (1 << max(6, (len(ts) - 1).bit_length())) - len(ts)
         padded = self._view(np.pad(ts, (0, more), mode="edge"), np.pad(ys, ((0, more), (0, 0)), mode="edge"))
-        roles = [leaf.declaration.role for leaf in self.system.flat.leaves]
         leaves, structure = jax.tree_util.tree_flatten(padded)
-        return structure.unflatten([x if r == "param" else x[: len(ts)] for x, r in zip(leaves, roles, strict=True)])
+        cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.leaves]
+        return structure.unflatten([x[: len(ts)] if c else x for x, c in zip(leaves, cut, strict=True)])
 
     @property
     def final(self) -> Any:
@@ -106,6 +106,10 @@ class Solution(eqx.Module):
         variables = _trajectories(self.system, batch, ts, ys, self._inputs)
         numbers = dict(zip(self.system.flat.variable_leaves, variables, strict=True))
         leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self._params)]
+        # Indexing an array of components must find the time axis in all of its leaves.
+        for i, flat_leaf in enumerate(self.system.flat.leaves):
+            if i not in numbers and flat_leaf.stack and not self.is_batched:
+                leaves[i] = jnp.broadcast_to(leaves[i], jnp.shape(ts) + jnp.shape(leaves[i]))
         return deepened(self.system.flat.structure.unflatten(leaves), jnp.ndim(ts))
 
     @property
