@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -43,8 +44,10 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
 
 def _library(rtols: np.ndarray, effort: Effort) -> list[Curve]:
     of_ratio = jax.jit(lambda ratio, rtol: opening_time(ema_maxon(ratio=ratio), rtol=rtol))
-    of_model = jax.jit(lambda model, rtol: opening_time(model, rtol=rtol))
-    ratio, model = jnp.asarray(4.3), jax.tree_util.tree_map(jnp.asarray, ema_maxon())
+    # As under `eqx.filter_jit`: parameters are traced, start values are python floats and known.
+    model, rest = eqx.partition(ema_maxon(), eqx.is_array)
+    of_model = jax.jit(lambda model, rtol: opening_time(eqx.combine(model, rest), rtol=rtol))
+    ratio = jnp.asarray(4.3)
     tolerances = [jnp.asarray(rtol) for rtol in rtols]
     curves = []
     for name, function, argument in (("of the ratio", of_ratio, ratio), ("of the model", of_model, model)):

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,13 +21,13 @@ LIMIT = 3.0
 
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Forward mode for the ratio, reverse mode for all parameters at once."""
-    model = jax.tree_util.tree_map(jnp.asarray, ema_maxon())
+    model, rest = eqx.partition(ema_maxon(), eqx.is_array)
 
     def of_ratio(ratio: Any) -> Any:
         return opening_time(ema_maxon(ratio=ratio), rtol=RTOL)
 
     def of_model(model: Any) -> Any:
-        return opening_time(model, rtol=RTOL)
+        return opening_time(eqx.combine(model, rest), rtol=RTOL)
 
     ratio = jnp.asarray(4.3)
     primal = {"forward": jax.jit(of_ratio), "reverse": jax.jit(of_model)}
