@@ -19,7 +19,6 @@ lint: $(READY)
 	$(BIN)/basedpyright
 
 bench: $(READY)  ## measure; see benchmarks/
-	$(BIN)/pip install --quiet --editable ".[bench]"
 	$(BIN)/python -m benchmarks --json output/benchmarks.json --out output
 
 docs: $(READY)  ## regenerate the pages with computed results
