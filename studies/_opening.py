@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import jax.numpy as jnp
-
 from acausal import Scalar, Solution, simulate
 
 from .actuators import ClutchActuator
@@ -19,13 +17,15 @@ def opening(
     rtol: Scalar = 1e-9,
     t_max: Scalar = LONGEST,
     save: Any = "steps",
+    energy: bool = False,
 ) -> Solution:
     """The run from rest until the slave has travelled `stroke` in m, of `t_max` in s at most.
 
     Nothing is raised for a design that does not get there: `t1` of the solution is infinite and `result` says why.
     """
-    travel = jnp.asarray(stroke, float)
-    return simulate(model, t_max, until=lambda s: s.slave.rod.s - travel, save=save, rtol=rtol, throw=False)
+    return simulate(
+        model, t_max, until=lambda s: s.slave.rod.s - stroke, save=save, rtol=rtol, energy=energy, throw=False
+    )
 
 
 def opening_time(
