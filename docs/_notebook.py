@@ -15,7 +15,9 @@ def executed(path: Path, timeout: float = 300.0, *, compile_fast: bool = False) 
     notebook = nbformat.read(path, as_version=4)
     # A kernel is another process: it finds the packages as this one does.
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    env = os.environ | {"PYTHONPATH": paths} | ({"JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} if compile_fast else {})
+    # The kernel shows pictures in its own way, whichever backend this process draws with.
+    inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
+    env = inherited | {"PYTHONPATH": paths} | ({"JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} if compile_fast else {})
     where = {"metadata": {"path": ROOT}}
     return NotebookClient(notebook, timeout=timeout, kernel_name="python3", resources=where).execute(env=env)
 
