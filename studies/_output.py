@@ -53,7 +53,9 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
         table.add_column(head, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    # Where no terminal sets the width, as in a file, rows need not be folded.
+    (console if console.is_terminal else Console(width=160)).print(table)
 
 
 def _print_plain(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
