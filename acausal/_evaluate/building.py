@@ -1,7 +1,9 @@
 """`build`: all structural passes, from a model to its system."""
 
+import contextlib
 import dataclasses
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,19 @@ from .program import programme
 from .system import System
 
 
+@contextlib.contextmanager
+def _without_garbage_collection() -> Iterator[None]:
+    """The passes allocate many small objects that stay, and the collector would walk them again and again."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@_without_garbage_collection()
 def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
     """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
     flat, merged, reduced = _reduced(model)
