@@ -1,5 +1,8 @@
 """The exceptions of the library: each message names the component's path and the remedy."""
 
+import difflib
+from collections.abc import Iterable
+
 
 class ModelError(Exception):
     """A model that is declared or connected wrongly; raised before any number is computed."""
@@ -15,3 +18,9 @@ class ParameterError(ModelError, ValueError):
 
 class SimulationError(RuntimeError):
     """A run that failed numerically, or never met its stop condition."""
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """A sentence that offers names like a misspelt one; empty where there are none."""
+    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.4)
+    return f" Did you mean {' or '.join(close)}?" if close else ""

@@ -1,12 +1,11 @@
 """Parameters of a model by name."""
 
-import difflib
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import jax
 
-from .._errors import ModelError
+from .._errors import ModelError, suggestion
 from .component import Component
 from .node import as_parameter, as_start, leaves_of
 
@@ -28,9 +27,7 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
     places = {leaf.path: i for i, leaf in enumerate(declared)}
     for name, value in values.items():
         if name not in places:
-            close = difflib.get_close_matches(name, places, n=3, cutoff=0.4)
-            hint = f" Did you mean {' or '.join(close)}?" if close else ""
-            raise ModelError(f"The model has no parameter or start value {name!r}.{hint}")
+            raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, places)}")
         index = places[name]
         leaves[index] = as_parameter(value) if declared[index].declaration.role == "param" else as_start(value)
     return structure.unflatten(leaves)

@@ -1,6 +1,5 @@
 """The solution of a simulation, read by the names of the model."""
 
-import difflib
 import functools as ft
 from collections.abc import Callable
 from typing import Any
@@ -12,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import deepened
-from .._errors import ModelError
+from .._errors import ModelError, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
 from .._tracing import is_traced
@@ -139,8 +138,7 @@ class Solution(eqx.Module):
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
         where = self._names.get(name)
         if where is None:
-            close = difflib.get_close_matches(name, self._names, n=3, cutoff=0.4)
-            hint = f" Did you mean {' or '.join(close)}?" if close else ""
+            hint = suggestion(name, self._names)
             raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
         leaf, index = where
         value = jax.tree_util.tree_leaves(self.values)[leaf]
@@ -159,8 +157,7 @@ class Solution(eqx.Module):
             raise AttributeError(name)
         if name in self.system.root_fields:
             return getattr(self.values, name)
-        close = difflib.get_close_matches(name, self.system.root_fields, n=3, cutoff=0.4)
-        hint = f" Did you mean {' or '.join(close)}?" if close else ""
+        hint = suggestion(name, self.system.root_fields)
         raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
 
     def __repr__(self) -> str:
