@@ -8,6 +8,7 @@ from ._declare.annotations import Time as Time
 from ._declare.annotations import Var as Var
 from ._declare.annotations import Vector as Vector
 from ._declare.annotations import avoid as avoid
+from ._declare.annotations import never as never
 from ._declare.annotations import nonnegative as nonnegative
 from ._declare.annotations import nonzero as nonzero
 from ._declare.annotations import positive as positive
@@ -31,7 +32,7 @@ from ._errors import ParameterError as ParameterError
 from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
 from ._evaluate.compiling import compile as compile
-from ._evaluate.system import Inputs as Inputs
+from ._evaluate.starts import Inputs as Inputs
 from ._evaluate.system import System as System
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate

@@ -47,6 +47,7 @@ class Select:
 
 prefer = Select("prefer", 1)
 avoid = Select("avoid", -1)
+never = Select("never", -2)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,8 +76,8 @@ Option = Sign | Select | Nominal | Shape
 class Declaration:
     """What a class says of one leaf.
 
-    `sign` applies to parameters; `select` and `nominal` to variables; `sizes` is empty for a scalar, and None for a
-    parameter that takes the shape of the value it is given.
+    `sign` applies to parameters; `select`, `nominal` and `start`, the value to start from where a model gives none, to
+    variables; `sizes` is empty for a scalar, and None for a parameter that takes the shape of the value it is given.
     """
 
     role: Role
@@ -85,6 +86,7 @@ class Declaration:
     select: int = 0
     nominal: float | None = None
     sizes: tuple[int | str, ...] | None = ()
+    start: float = 0.0
 
 
 def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: bool) -> Declaration:
@@ -104,7 +106,7 @@ def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: 
             case _:
                 raise TypeError(
                     f"Unknown option {option!r} in an annotation. Use positive, nonnegative, nonzero, prefer, avoid, "
-                    "Nominal(...) or shape(...)."
+                    "never, Nominal(...) or shape(...)."
                 )
     return Declaration(role, unit, **fields)
 

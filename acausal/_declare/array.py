@@ -9,7 +9,7 @@ import numpy as np
 
 from .._errors import ModelError
 from .component import Component
-from .node import Leaf, leaves_of
+from .node import Leaf, leaves_of, rebuilt
 
 C = TypeVar("C", bound=Component)
 
@@ -51,7 +51,7 @@ def repeat(part: C, n: int) -> Array[C]:
     `repeat(Inertia(J=jnp.linspace(1.0, 2.0, 5)), 5)`.
     """
     structure = jax.tree_util.tree_structure(part)
-    item = structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part)])
+    item = structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part) if leaf.value is not None])
     return Array(item=deepened(item, 1), n=n)
 
 
@@ -63,7 +63,12 @@ def _stacked(leaf: Leaf, n: int) -> Any:
 
 
 def stack(parts: Sequence[C]) -> Array[C]:
-    """An array of the given components, which must be of one class and structure."""
+    """An array of the given components, which must be of one class and structure.
+
+    Where only some of them give a start value, the others give that of their class.
+    """
+    if len({jax.tree_util.tree_structure(part) for part in parts}) > 1:
+        parts = [rebuilt(part, lambda _, declared, value: declared.start if value is None else value) for part in parts]
     if len({jax.tree_util.tree_structure(part) for part in parts}) != 1:
         raise ModelError("stack(...) needs components of one class, with the same static fields and parts.")
     return Array(item=deepened(jax.tree_util.tree_map(_stack_leaf, *parts), 1), n=len(parts))

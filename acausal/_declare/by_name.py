@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-import jax
-
 from .._errors import ModelError, suggestion
+from .annotations import Declaration
 from .component import Component
-from .node import as_parameter, as_start, leaves_of
+from .node import as_parameter, as_start, leaves_of, rebuilt
 
 M = TypeVar("M", bound=Component)
 
@@ -20,14 +19,18 @@ def parameters(model: Component) -> dict[str, Any]:
 def replace(model: M, values: Mapping[str, Any]) -> M:
     """The model with other values of parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
 
+    None takes a start value back, so that it counts as not given.
+
     Raises `ModelError` for a name that the model does not have.
     """
-    leaves, structure = jax.tree_util.tree_flatten(model)
-    declared = list(leaves_of(model))
-    places = {leaf.path: i for i, leaf in enumerate(declared)}
-    for name, value in values.items():
-        if name not in places:
-            raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, places)}")
-        index = places[name]
-        leaves[index] = as_parameter(value) if declared[index].declaration.role == "param" else as_start(value)
-    return structure.unflatten(leaves)
+    known = {leaf.path for leaf in leaves_of(model)}
+    for name in values:
+        if name not in known:
+            raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, known)}")
+
+    def new(path: str, declaration: Declaration, value: Any) -> Any:
+        if path not in values:
+            return value
+        return (as_parameter if declaration.role == "param" else as_start)(values[path])
+
+    return rebuilt(model, new)

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
+from .._declare.node import complete_leaves
 from .._errors import ModelError
 from .._reduce.aliases import Family, Merged
 from .._reduce.index import Reduced
@@ -15,7 +16,7 @@ from .._reduce.jaxpr import as_function
 from .._reduce.template import Template
 from .._tracing import is_traced
 from .building import build, mass_matrix_form
-from .starts import Starts
+from .starts import Inputs, Starts
 from .system import System
 
 
@@ -28,7 +29,7 @@ def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "sol
     `algebraic`: simultaneous blocks are solved within the vector field ("solve"), or their tearing variables become
     algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
     """
-    leaves = jax.tree_util.tree_leaves(model)
+    leaves, _ = complete_leaves(model)
     if any(is_traced(leaf) for leaf in leaves):
         raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
     system = build(model, ft.partial(_coefficients, leaves))
@@ -39,22 +40,23 @@ def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.nda
     """The derivative of the equation of each table entry by its variable, for equations that get differentiated."""
     table = reduced.incidence
     starts = Starts(table.flat, merged)
-    packed = starts.pack(leaves)
+    given = frozenset(i for i in table.flat.variable_leaves if leaves[i] is not None)
+    inputs = Inputs({}, starts.pack(leaves), given)
     keys = (table.row * table.n_variables + table.variable) * 16 + table.order
     result = np.zeros(len(keys))
     for index, family in enumerate(table.families):
         first = int(table.offsets[index])
         for row in np.flatnonzero(reduced.differentiations[first : first + len(family.members)]).tolist():
-            for position, slope in _slopes(family, row, leaves, starts, packed):
+            for position, slope in _slopes(family, row, leaves, starts, inputs):
                 variable = table.number_of_node[int(family.nodes[row, position])]
                 key = ((first + row) * table.n_variables + variable) * 16 + family.template.inputs[position].order
                 result[np.searchsorted(keys, key)] += slope
     return result
 
 
-def _slopes(family: Family, row: int, leaves: list[Any], starts: Starts, packed: Any) -> list[tuple[int, float]]:
+def _slopes(family: Family, row: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> list[tuple[int, float]]:
     template = family.template
-    values = [_input(family, row, i, leaves, starts, packed) for i in range(len(template.inputs))]
+    values = [_input(family, row, i, leaves, starts, inputs) for i in range(len(template.inputs))]
     live = [i for i in template.unknowns if int(family.nodes[row, i]) >= 0]
     slopes = _jacobian(template)(*values)
     return [(i, float(np.mean(slopes[i])) * int(family.signs[row, i])) for i in live]
@@ -68,7 +70,7 @@ def _jacobian(template: Template) -> Any:
     return jax.jit(jax.grad(lambda *values: jnp.sum(residual(*values)), argnums=positions))
 
 
-def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, packed: Any) -> Any:
+def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> Any:
     item, shape = family.template.inputs[position], family.template.jaxpr.in_avals[position].shape
     if item.source == "param":
         assert family.instances is not None
@@ -76,7 +78,7 @@ def _input(family: Family, row: int, position: int, leaves: list[Any], starts: S
     node = int(family.nodes[row, position])
     if item.source == "time" or item.order > 0 or node < 0:
         return jnp.zeros(shape)
-    return int(family.signs[row, position]) * starts.value(packed, node)
+    return int(family.signs[row, position]) * starts.value(inputs, node)
 
 
 def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Any:

@@ -1,46 +1,41 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
-import functools as ft
 from collections.abc import Sequence
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._reduce.states import nominal_of
-from .._tracing import is_traced
-from .blocks import NEWTON, row_scale, scaled_root
-from .plan import Pair, Plan, Store, group_residuals
-from .program import residual_programme
-from .system import Inputs, System
+from .constraints import STATE
+from .plan import Pair
+from .starts import Inputs
+from .system import System
 
-# How much less than a dependent variable a state yields to the constraints, and a start value that is given.
-STATE, GIVEN = 1e-6, 1e-12
+GIVEN = 1e-12  # how much less than a dependent variable a start value that is given yields to the constraints
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 
-def initial_state(system: System, t0: Any, inputs: Inputs, *, plain: bool) -> tuple[Any, Any]:
+def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     """The state vector to start from, and for each of `constrained_names` whether its start value is contradicted.
 
-    A start value of zero counts as not given. States keep their start values, unless values are given for variables
-    that depend on them through constraints g(x) = 0: then the start is the nearest point x0 + D g_x(x0)^T m (to first
+    States keep their start values, unless values are given for variables that depend on them through constraints
+    g(x) = 0, or the states are restricted themselves: then the start is the nearest point x0 - D g_x(x0)^T m (to first
     order), with m such that g = 0, where D lets dependent variables move freely, states only where they must, and given
-    values not at all if there is another way. `plain` says that no such value is given; see `is_plain`.
+    values not at all if there is another way.
     """
-    if plain or not system.ordered.constrained:
-        return _with_algebraic(system, t0, _starts_of(system, inputs, system.states), inputs), jnp.zeros(0, bool)
-    x0 = _starts_of(system, inputs, system.ordered.constrained)
-    given, scale, places = x0 != 0, _sizes(system), _places(system)
+    given = given_pairs(system, inputs)
+    if is_plain(system, given):
+        y = _starts_of(system, inputs, system.states)
+        return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
+    constraints = system.constraints
+    x0 = _starts_of(system, inputs, constraints.pairs)
+    weight = np.where(given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
     x = x0
-    if system.ordered.constraints:
-        dependent = np.setdiff1d(np.arange(len(scale)), places)
-        needed = jnp.any(given[dependent]) | jnp.any(~jnp.isfinite(x0))
-        x = jax.lax.cond(needed, lambda: _consistent(system, t0, inputs, x0, given), lambda: x0)
-    moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (scale + jnp.abs(x0)))
-    torn = _disagreement(system, inputs) > TOLERANCE * scale
-    bad = jnp.where(jnp.any(moved), moved, torn | ~jnp.isfinite(x))
-    return _with_algebraic(system, t0, x[places], inputs), bad
+    for _ in range(2):  # From the result of the first, given values put back, the second moves them no further.
+        x = constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True)
+    moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
+    bad = jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
+    return _with_algebraic(system, t0, x[constraints.states], inputs), bad
 
 
 def _starts_of(system: System, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
@@ -48,21 +43,19 @@ def _starts_of(system: System, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
     return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
 
-def is_plain(system: System, starts: Any) -> bool:
-    """Whether the start values are known, and those given are all of states and agree among aliases."""
-    if is_traced(starts):
-        return False
-    numbers = np.asarray(starts)
-    given = [variable for variable, places in _start_places(system) if np.any(numbers[places])]
-    states = {variable for variable, _ in system.states}
-    return all(v in states and not np.any(system.start_spread(Inputs({}, jnp.asarray(numbers)), v)) for v in given)
+def given_pairs(system: System, inputs: Inputs) -> np.ndarray:
+    """For each element of the constrained pairs, whether the model gives its start value."""
+    table, size = system.ordered.table, system.plan.size
+    flags = [
+        np.full(size(v), k == 0 and system.starts.is_given(inputs.given, int(table.variables[v])))
+        for v, k in system.constraints.pairs
+    ]
+    return np.concatenate(flags) if flags else np.zeros(0, bool)
 
 
-@ft.lru_cache(maxsize=64)
-def _start_places(system: System) -> list[tuple[int, np.ndarray]]:
-    """Where the start values of the aliases of each constrained variable lie in the vector of all."""
-    variables = [variable for variable, order in system.ordered.constrained if order == 0]
-    return [(v, system.starts.places(int(system.ordered.table.variables[v]))) for v in variables]
+def is_plain(system: System, given: np.ndarray) -> bool:
+    """Whether the states can start from their own start values: nothing restricts or contradicts them."""
+    return not system.ordered.invariants and not np.any(given & ~system.constraints.is_state)
 
 
 def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
@@ -77,72 +70,13 @@ def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
 def constrained_names(system: System) -> list[str]:
     """The variable behind each element of what `initial_state` checks."""
     table, size = system.ordered.table, system.plan.size
-    return [table.variable_name(*pair) for pair in system.ordered.constrained for _ in range(size(pair[0]))]
+    return [table.variable_name(*pair) for pair in system.constraints.pairs for _ in range(size(pair[0]))]
 
 
 def _disagreement(system: System, inputs: Inputs) -> Any:
-    """How far apart the start values given for variables that are the same are."""
+    """Whether start values given for variables that are the same differ."""
     parts = []
-    for variable, order in system.ordered.constrained:
-        spread = system.start_spread(inputs, variable) if order == 0 else jnp.zeros(system.plan.shapes[variable])
+    for variable, order in system.constraints.pairs:
+        spread = system.start_spread(inputs, variable) if order == 0 else jnp.zeros(system.plan.size(variable))
         parts.append(jnp.ravel(spread))
-    return jnp.concatenate(parts)
-
-
-def _places(system: System) -> np.ndarray:
-    """Where the elements of the states lie among those of the constrained pairs."""
-    pairs = system.ordered.constrained
-    starts = np.concatenate([[0], np.cumsum([system.plan.size(v) for v, _ in pairs])])
-    first = dict(zip(pairs, starts.tolist(), strict=False))
-    places = [first[state] + np.arange(system.plan.size(state[0])) for state in system.states]
-    return np.concatenate(places) if places else np.zeros(0, int)
-
-
-def _consistent(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
-    """Two projections: from the result of the first, given values put back, the second moves them no further."""
-
-    def project(x: Any, _: None) -> tuple[Any, None]:
-        return _projected(system, t0, inputs, jnp.where(given, x0, x), given), None
-
-    return jax.lax.scan(project, x0, None, length=2)[0]
-
-
-def _projected(system: System, t0: Any, inputs: Inputs, x0: Any, given: Any) -> Any:
-    """The consistent point, in variables measured in their nominal sizes."""
-    scale = _sizes(system)
-    is_state = np.isin(np.arange(len(scale)), _places(system))
-    weight = jnp.where(jax.lax.stop_gradient(given), GIVEN, np.where(is_state, STATE, 1.0))
-    plan = _constraint_plan(system)
-
-    def constraints(x: Any, args: Any) -> Any:
-        time, params = args
-        store = Store(scale * x, time)
-        parts = [jnp.ravel(r) for group in plan.groups for r in group_residuals(group, store, params)]
-        return jnp.concatenate(parts)
-
-    start, args = x0 / scale, (jnp.asarray(t0, float), inputs.params)
-    slopes = jax.jacfwd(constraints)(start, args)
-    directions = weight[:, None] * slopes.T
-    rows = row_scale(jax.lax.stop_gradient(slopes))
-    # A multiplier of 1 changes its own constraint by the size of its row, and to first order no other one.
-    basis = directions @ jnp.linalg.solve(slopes @ directions, jnp.diag(rows))
-
-    def along(multipliers: Any, args: Any) -> Any:
-        start, basis, rest = args
-        return constraints(start + basis @ multipliers, rest)
-
-    multipliers = scaled_root(along, jnp.zeros(basis.shape[1]), (start, basis, args), rows, NEWTON)
-    return scale * (start + basis @ multipliers)
-
-
-def _sizes(system: System) -> np.ndarray:
-    """Nominal sizes of the elements of the constrained pairs."""
-    table, size = system.ordered.table, system.plan.size
-    return np.concatenate([np.full(size(v), nominal_of(table, (v, 0))) for v, _ in system.ordered.constrained])
-
-
-@ft.lru_cache(maxsize=64)
-def _constraint_plan(system: System) -> Plan:
-    ordered = system.ordered
-    uses = [(0, residual_programme(ordered, row, system.kind_index)) for row in ordered.constraints]
-    return Plan(uses, ordered.constrained, system.plan.shapes)
+    return jnp.concatenate(parts) > TOLERANCE * system.constraints.sizes if parts else jnp.zeros(0, bool)

@@ -16,7 +16,7 @@ def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int
     wanted: set[Pair] = set()
     for leaf in leaves:
         wanted |= {pair for pair, _ in _pairs(system, leaf) if pair is not None}
-    store = system.plan.evaluate(y, t, inputs.params, system.guess(inputs), sorted(wanted))
+    store = system.evaluate(t, y, inputs, sorted(wanted))
     return [_leaf_value(system, store, leaf, t) for leaf in leaves]
 
 

@@ -224,15 +224,15 @@ def _run_mapped(group: Group, store: Store, packed: Packed, guess: Guess) -> lis
     def one(known: Known, guesses: list[Any]) -> list[Any]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
-    return _over_members(group, store, packed, one, _guesses(group, guess))
+    return over_members(group, store, packed, one, _guesses(group, guess))
 
 
 def group_residuals(group: Group, store: Store, packed: Packed) -> list[Any]:
     """The residuals of a group without unknowns, stacked over its members."""
-    return _over_members(group, store, packed, lambda known, _: residuals(group.program, known), [])
+    return over_members(group, store, packed, lambda known, _: residuals(group.program, known), [])
 
 
-def _over_members(group: Group, store: Store, packed: Packed, function: Any, extra: list[Any]) -> list[Any]:
+def over_members(group: Group, store: Store, packed: Packed, function: Any, extra: list[Any]) -> list[Any]:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
     params = [_picked(packed[key], m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]

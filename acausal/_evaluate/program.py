@@ -62,9 +62,9 @@ class Use(NamedTuple):
     gives: tuple[tuple[int, int], ...]
 
 
-def residual_programme(ordered: Sorted, row: int, kind_index: dict[int, int]) -> Use:
-    """One equation as a program that solves nothing: its residual from known values."""
-    return _Writer(ordered, Torn([], [], [row], "explicit", 0), kind_index).write()
+def residual_programme(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
+    """Equations as a program that solves nothing: their residuals from known values."""
+    return _Writer(ordered, Torn([], [], rows, "explicit", 0), kind_index).write()
 
 
 def programme(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jax
@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
+from .._declare.node import complete_leaves
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flatten import FlatModel
 from .._reduce.index import Reduced
@@ -18,9 +19,10 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .._tracing import is_traced
-from .plan import UNROLLED, Group, Packed, Pair, Plan, group_residuals
+from .constraints import STATE, Constraints, constraints_of
+from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
-from .starts import Starts
+from .starts import Inputs, Starts
 
 
 @dataclasses.dataclass(eq=False, repr=False)
@@ -72,17 +74,31 @@ class System:
         if self.solved is None:
             return []
         rows = [row for torn in self.torn for row in torn.residuals]
-        return self.plan.residual_groups(residual_programme(self.ordered, row, self.kind_index) for row in rows)
+        return self.plan.residual_groups(residual_programme(self.ordered, [row], self.kind_index) for row in rows)
+
+    @ft.cached_property
+    def constraints(self) -> Constraints:
+        """What relates the variables below their highest derivatives to each other, at every time."""
+        return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=False)
+
+    @ft.cached_property
+    def invariants(self) -> Constraints:
+        """The constraints on which the states of a run must be kept."""
+        return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=True)
 
     @ft.cached_property
     def state_names(self) -> list[str]:
         """The name of each state; an array state has one name."""
         return [self.ordered.table.variable_name(*state) for state in self.states]
 
-    def pack(self, model: Component) -> "Inputs":
+    def pack(self, model: Component) -> Inputs:
         """Parameters stacked per component class, and start values: what the compiled functions take."""
-        leaves = jax.tree_util.tree_leaves(model)
-        return Inputs(self.pack_params(leaves), self.starts.pack(leaves))
+        leaves, _ = complete_leaves(model)
+        return Inputs(self.pack_params(leaves), self.starts.pack(leaves), self.given(leaves))
+
+    def given(self, leaves: Sequence[Any]) -> frozenset[int]:
+        """The variable leaves that have a start value in the model."""
+        return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
 
     @ft.cached_property
     def variable_leaves(self) -> frozenset[int]:
@@ -111,26 +127,73 @@ class System:
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
-        used = {key for group in self.plan.groups + self.residuals for key in group.program.params}
+        groups = self.plan.groups + self.residuals + self.constraints.groups
+        used = {key for group in groups for key in group.program.params}
         return {key: _packed(self.flat, leaves, *key) for key in sorted(used)}
 
-    def vector_field(self, t: Any, y: Float[Array, " n"], inputs: "Inputs") -> Float[Array, " n"]:
+    def vector_field(self, t: Any, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
         """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
         rates = [(variable, order + 1) for variable, order in self.states]
         also = {segment for group in self.residuals for segment in group.depends}
-        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), rates, also)
+        store = self.evaluate(t, y, inputs, rates, also)
         residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
         return jnp.concatenate([self.plan.collect(store, rates), *residuals])
 
-    def all_finite(self, t: Any, y: Any, inputs: "Inputs") -> Any:
+    def evaluate(self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
+        """Compute the wanted pairs, and further segments; `y` may end in `memory`, where iterations then start."""
+        n = len(self.nominals)
+        guess = self.guess(inputs) if len(y) == n else self._remembered(y[n:])
+        return self.plan.evaluate(y[:n], t, inputs.params, guess, wanted, also)
+
+    @ft.cached_property
+    def memory(self) -> list[Pair]:
+        """The unknowns that are iterated for, and whose last values are good guesses."""
+        if self.solved is not None:
+            return []
+        return [self.ordered.unknowns[u] for torn in self.torn if torn.kind == "nonlinear" for u in torn.tears]
+
+    @property
+    def memory_size(self) -> int:
+        return self.plan_size(self.memory)
+
+    def _remembered(self, values: Any) -> Any:
+        sizes = [self.plan.size(v) for v, _ in self.memory]
+        first = dict(zip(self.memory, np.cumsum([0, *sizes]).tolist(), strict=False))
+
+        def guess(pairs: Sequence[Pair]) -> Any:
+            index = np.array([first[pair] + np.arange(self.plan.size(pair[0])) for pair in pairs])
+            return values[index].reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
+
+        return guess
+
+    def with_memory(self, t: Any, y: Any, inputs: Inputs) -> Any:
+        """`y`, which may end in the memory of an earlier point, with that of this one."""
+        if not self.memory:
+            return y
+        n = len(self.nominals)
+        new = self.plan.collect(self.evaluate(t, y, inputs, self.memory), self.memory)
+        new = new if len(y) == n else jnp.where(jnp.isfinite(new), new, y[n:])
+        return jnp.concatenate([y[:n], jax.lax.stop_gradient(new)])
+
+    def projected(self, t: Any, y: Any, inputs: Inputs) -> Any:
+        """The state vector moved onto the invariants; it has drifted by no more than an error of integration."""
+        if not self.ordered.invariants:
+            return y
+        invariants = self.invariants
+        x = self.plan.collect(self.evaluate(t, y, inputs, invariants.pairs), invariants.pairs)
+        weight = np.where(invariants.is_state, STATE, 1.0)
+        moved = invariants.projected(x, weight, t, inputs.params)
+        return y.at[invariants.in_state_vector].set(moved[invariants.states])
+
+    def all_finite(self, t: Any, y: Any, inputs: Inputs) -> Any:
         """Whether all unknowns are finite at a point, outputs that feed no state included."""
-        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
+        store = self.evaluate(t, y, inputs, list(self.plan.places))
         finite = [jnp.all(jnp.isfinite(segment)) for segment in store.all()]
         return jnp.all(jnp.stack(finite))
 
-    def first_not_finite(self, t: Any, y: Any, inputs: "Inputs") -> str | None:
+    def first_not_finite(self, t: Any, y: Any, inputs: Inputs) -> str | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
-        store = self.plan.evaluate(y, t, inputs.params, self.guess(inputs), list(self.plan.places))
+        store = self.evaluate(t, y, inputs, list(self.plan.places))
         for pair, place in self.plan.places.items():
             value = store.flat(place.segment)[place.start : place.start + self.plan.size(pair[0])]
             if not np.all(np.isfinite(np.asarray(value))):
@@ -142,7 +205,7 @@ class System:
         """Names of the model's own parts, parameters and variables."""
         return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.flat.leaves))
 
-    def guess(self, inputs: "Inputs") -> Any:
+    def guess(self, inputs: Inputs) -> Any:
         """Start values for non-linear solves, by (variable, order) pair; zero for a derivative."""
 
         def guess(pairs: Sequence[Pair]) -> Any:
@@ -150,13 +213,13 @@ class System:
 
         return guess
 
-    def start(self, inputs: "Inputs", variable: int) -> Any:
+    def start(self, inputs: Inputs, variable: int) -> Any:
         """The start value of a variable."""
-        return self.starts.value(inputs.starts, int(self.ordered.table.variables[variable]))
+        return self.starts.value(inputs, int(self.ordered.table.variables[variable]))
 
-    def start_spread(self, inputs: "Inputs", variable: int) -> Any:
+    def start_spread(self, inputs: Inputs, variable: int) -> Any:
         """How far apart the start values given for the aliases of a variable are."""
-        return self.starts.spread(inputs.starts, int(self.ordered.table.variables[variable]))
+        return self.starts.spread(inputs, int(self.ordered.table.variables[variable]))
 
     @ft.cached_property
     def starts(self) -> Starts:
@@ -170,15 +233,6 @@ class System:
         if representative == TIME:
             return None, 1
         return (self.ordered.table.number_of_node[representative], 0), sign
-
-
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass
-class Inputs:
-    """Numbers of a model as its compiled system takes them: `params` by class and slot, `starts` of all variables."""
-
-    params: Packed
-    starts: Float[Array, " elements"]
 
 
 def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:

@@ -72,7 +72,7 @@ def _first_not_finite(solution: Solution) -> str | None:
     system, (t, y) = solution.system, solution._end
     rates = system.vector_field(t, y, solution._inputs)
     for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
-        point = y + ahead * jnp.where(jnp.isfinite(rates), rates, 0.0)
+        point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))
         name = system.first_not_finite(t + ahead, point, solution._inputs)
         if name is not None:
             return name

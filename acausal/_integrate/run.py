@@ -12,11 +12,13 @@ import numpy as np
 
 from .._evaluate.initial import initial_state
 from .._evaluate.observe import observe
-from .._evaluate.system import Inputs, System
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
 from .crossing import Crossing
 from .quantity import Quantity
 from .result import Result
 from .solution import Solution
+from .solvers import Guided
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,8 +33,13 @@ class Settings:
     solver: diffrax.AbstractSolver
     adjoint: diffrax.AbstractAdjoint
     max_steps: int
-    plain_start: bool  # no start values are given but for states
+    given: frozenset[int]  # the leaves whose start values are given
     progress: diffrax.AbstractProgressMeter
+
+    @property
+    def n_states(self) -> int:
+        """The length of the state vector with the memory that follows it."""
+        return len(self.system.nominals) + self.system.memory_size
 
     @property
     def n_integrals(self) -> int:
@@ -66,8 +73,9 @@ class Numbers:
 def run(settings: Settings, numbers: Numbers) -> Solution:
     """Integrate; compiled once for each `settings`."""
     system = settings.system
-    inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts))
-    y0, bad_starts = initial_state(system, numbers.t0, inputs, plain=settings.plain_start)
+    inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts), settings.given)
+    y0, bad_starts = initial_state(system, numbers.t0, inputs)
+    y0 = system.with_memory(numbers.t0, y0, inputs)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(_vector_field(settings, numbers)),
         _solver(settings),
@@ -88,33 +96,47 @@ def run(settings: Settings, numbers: Numbers) -> Solution:
 
 
 def _solver(settings: Settings) -> Any:
-    mass = settings.system.mass
-    if mass is None:
-        return settings.solver
-    return dataclasses.replace(settings.solver, mass=np.concatenate([mass, np.ones(settings.n_extra)]))
+    system, solver = settings.system, settings.solver
+    if system.mass is not None:
+        solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
+    if not system.memory and not system.ordered.invariants:
+        return solver
+    n = len(system.nominals)
+
+    def project(t: Any, y: Any, inputs: Inputs) -> Any:
+        return jnp.concatenate([system.projected(t, y[:n], inputs), y[n:]])
+
+    def refresh(t: Any, y: Any, memory: Any, inputs: Inputs) -> Any:
+        return system.with_memory(t, jnp.concatenate([y[:n], memory]), inputs)[n:]
+
+    return Guided(solver, n, settings.n_states, project, refresh)
 
 
 def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
-    sizes = np.concatenate([settings.system.nominals, np.ones(settings.n_extra)])
+    sizes = np.concatenate([settings.system.nominals, np.ones(settings.system.memory_size + settings.n_extra)])
     smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
     return diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
 
 
-def _vector_field(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Inputs], Any]:
+def _vector_field(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Any], Any]:
+    """The rates of states and integrals; a `Guided` solver hands the memory on beside the inputs."""
     system, integrand = settings.system, settings.integrand
-    if settings.n_extra == 0:
-        return system.vector_field
+    n = len(system.nominals)
 
-    def extended(t: Any, y: Any, inputs: Inputs) -> Any:
-        states = y[: len(system.nominals)]
+    def rates(t: Any, states: Any, inputs: Inputs) -> Any:
         if integrand is None or settings.n_integrals == 0:
-            return jnp.zeros_like(y)
-        values = _read(system, integrand.leaves, numbers, t, states, inputs)
-        rates = jnp.stack(integrand(numbers.rates, values))
-        return jnp.concatenate([system.vector_field(t, states, inputs), rates])
+            return jnp.zeros(settings.n_extra)
+        return jnp.stack(integrand(numbers.rates, _read(system, integrand.leaves, numbers, t, states, inputs)))
 
-    return extended
+    def field(t: Any, y: Any, args: Any) -> Any:
+        inputs, memory = args if isinstance(args, tuple) else (args, y[n : settings.n_states])
+        states = jnp.concatenate([y[:n], memory])
+        # The memory itself is part of the vector only where a `Guided` solver is not in between.
+        still = jnp.zeros(0 if isinstance(args, tuple) else system.memory_size)
+        return jnp.concatenate([system.vector_field(t, states, inputs), still, rates(t, states, inputs)])
+
+    return field
 
 
 def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
@@ -134,7 +156,7 @@ def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
         # A run that has become infinite does not stop here, and reverse mode must not meet its NaN.
         y = jnp.where(jnp.all(jnp.isfinite(y)), y, jnp.zeros_like(y))
-        return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: len(system.nominals)], args))[0]
+        return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: settings.n_states], args))[0]
 
     return diffrax.Event(condition, Crossing(), settings.direction)
 
@@ -149,7 +171,7 @@ def _read(system: System, wanted: Sequence[int], numbers: Numbers, t: Any, y: An
 def _solution(
     settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, y0: Any, bad_starts: Any
 ) -> Solution:
-    system, n = settings.system, len(settings.system.nominals)
+    system, n = settings.system, settings.n_states
     assert raw.ts is not None
     assert raw.ys is not None
     path = "path" if "path" in raw.ts else "end"

@@ -1,7 +1,7 @@
 """`simulate`: from a model to its solution, traceable in every number of the model."""
 
 import functools as ft
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import diffrax
@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
+from .._declare.node import Layout, layout_of
 from .._errors import ModelError
 from .._evaluate.building import build
-from .._evaluate.initial import is_plain
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .energy import powers
@@ -68,9 +68,12 @@ def simulate(
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
     what goes wrong in the run.
     """
-    leaves = [_as_number(leaf) for leaf in jax.tree_util.tree_leaves(model)]
-    system = system_of(model) if system is None else system
-    _check_same_structure(model, system)
+    given, structure = jax.tree_util.tree_flatten(model)
+    given = [_as_number(leaf) for leaf in given]
+    system = _system_of(structure, given) if system is None else system
+    layout = layout_of(structure)
+    _check_same_structure(model, layout, system)
+    leaves = layout.spread(given)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     if not is_traced(rtol) and np.any(np.asarray(rtol) <= 0):
@@ -79,7 +82,6 @@ def simulate(
         raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
     if direction not in _DIRECTIONS:
         raise ModelError(f'direction={direction!r} is not known: use "up", "down" or None for either.')
-    starts = system.starts.pack(leaves)
     settings = Settings(
         system=system,
         stop=stop,
@@ -89,12 +91,12 @@ def simulate(
         solver=_solver_for(system, solver),
         adjoint=diffrax.DirectAdjoint() if adjoint is None else adjoint,
         max_steps=max_steps,
-        plain_start=is_plain(system, starts),
+        given=system.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
     numbers = Numbers(
         params=[None if i in system.variable_leaves else _strong(leaf) for i, leaf in enumerate(leaves)],
-        starts=starts,
+        starts=system.starts.pack(leaves),
         t0=_strong(_as_number(t0)),
         t1=_strong(_as_number(t1)),
         dt0=None if dt0 is None else _strong(_as_number(dt0)),
@@ -153,8 +155,8 @@ def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffra
     return solver
 
 
-def _check_same_structure(model: Component, system: System) -> None:
-    if jax.tree_util.tree_structure(model) != system.flat.structure:
+def _check_same_structure(model: Component, layout: Layout, system: System) -> None:
+    if layout.structure != system.flat.structure:
         raise ModelError(
             f"The {type(model).__name__} to simulate has another structure than the model that `system` was compiled "
             "from: compile it again."
@@ -164,9 +166,20 @@ def _check_same_structure(model: Component, system: System) -> None:
 def system_of(model: Component) -> System:
     """The reduced system of a model, from its structure alone; cached."""
     leaves, structure = jax.tree_util.tree_flatten(model)
-    return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in leaves))
+    return _system_of(structure, leaves)
+
+
+def _system_of(structure: Any, given: Sequence[Any]) -> System:
+    return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in given))
+
+
+@ft.lru_cache(maxsize=4096)
+def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+    """The same system for a model with and without start values."""
+    layout = layout_of(structure)
+    return _complete_system(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
 
 
 @ft.lru_cache(maxsize=256)
-def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+def _complete_system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
     return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))

@@ -13,7 +13,8 @@ import numpy as np
 from .._declare.array import deepened
 from .._errors import ModelError, suggestion
 from .._evaluate.observe import observe
-from .._evaluate.system import Inputs, System
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
 from .._tracing import is_traced
 from .energy import EnergyAccount, stored
 from .result import sentence
@@ -63,7 +64,7 @@ class Solution(eqx.Module):
     @property
     def ys(self) -> Any:
         """The state vector at the saved times; see `sol.system.state_names`."""
-        return self._trimmed(self._path[1])
+        return self._trimmed(self._path[1])[..., : len(self.system.nominals)]
 
     def _trimmed(self, rows: Any) -> Any:
         if self.is_batched or is_traced(self._path[0]):
@@ -73,7 +74,7 @@ class Solution(eqx.Module):
     @property
     def values(self) -> Any:
         """The model with trajectories in place of its variables."""
-        ts, ys = self.ts, self.ys
+        ts, ys = self.ts, self._trimmed(self._path[1])
         if self.is_batched or is_traced(ts) or len(ts) == 0:
             return self._view(ts, ys)
         # Rounded up to a power of two, so that runs of different length share one compilation.
@@ -98,7 +99,7 @@ class Solution(eqx.Module):
             return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
 
         ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
-        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), ys[..., : len(self.system.nominals)])
+        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), ys[..., : len(self.system.nominals) + self.system.memory_size])
 
     def _view(self, ts: Any, ys: Any) -> Any:
         batch = jnp.ndim(self.t1)

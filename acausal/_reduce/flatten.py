@@ -13,7 +13,7 @@ from jaxtyping import Int
 from .._declare.annotations import Declaration
 from .._declare.array import Array, deepened
 from .._declare.component import Component
-from .._declare.node import Node, Port, dynamic_fields, join, parts_of
+from .._declare.node import Node, Port, complete, dynamic_fields, join, parts_of
 from .._errors import ModelError
 from .connections import Joints
 
@@ -146,6 +146,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     Raises `ModelError` for a leaf of the wrong shape, a connection between unlike ports, or an open port that needs
     a connection.
     """
+    model = complete(model)
     walker = _Walker(split)
     walker.visit(model, "", ())
     leaves, structure = jax.tree_util.tree_flatten(model)

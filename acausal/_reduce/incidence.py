@@ -4,7 +4,7 @@ import dataclasses
 import functools as ft
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .aliases import ZERO, Family, Merged
 from .flatten import FlatModel
@@ -15,7 +15,8 @@ class Incidence:
     """Equations (rows) of all families in one numbering, variables in another, and an entry for each occurrence.
 
     `number` is the coefficient of the entry where it is one fixed number, else NaN; `strength` is 3 for a number,
-    2 for a coefficient that cannot vanish, 1 for any other linear occurrence, 0 for a non-linear one.
+    2 for a coefficient that cannot vanish, 1 for any other linear occurrence, 0 for a non-linear one. `steady`: the
+    coefficient depends on parameters only, and so stays what it is during a run.
     """
 
     flat: FlatModel
@@ -26,6 +27,7 @@ class Incidence:
     order: Int[np.ndarray, " entries"]
     number: Float[np.ndarray, " entries"]
     strength: Int[np.ndarray, " entries"]
+    steady: Bool[np.ndarray, " entries"]
 
     @ft.cached_property
     def offsets(self) -> np.ndarray:
@@ -77,36 +79,38 @@ class Incidence:
 def tabulate(flat: FlatModel, merged: Merged) -> Incidence:
     """Build the table; occurrences that cancel, as x - x, are taken out of the equations."""
     families = merged.families
-    rows, nodes, orders, numbers, strengths, places = [], [], [], [], [], []
+    rows, nodes, orders, numbers, strengths, steadies, places = [], [], [], [], [], [], []
     offset = 0
     for index, family in enumerate(families):
         count = len(family.members)
         for position in family.template.unknowns:
-            number, strength = _strength(family, position)
+            number, strength, steady = _strength(family, position)
             rows.append(offset + np.arange(count))
             nodes.append(family.nodes[:, position])
             orders.append(np.full(count, family.template.inputs[position].order))
             numbers.append(number * family.signs[:, position])
             strengths.append(np.full(count, strength))
+            steadies.append(np.full(count, steady))
             places.append(np.stack([np.full(count, index), np.arange(count), np.full(count, position)], axis=1))
         offset += count
-    table = [np.concatenate(part) if part else np.zeros(0, int) for part in (rows, nodes, orders, numbers, strengths)]
+    parts = (rows, nodes, orders, numbers, strengths, steadies)
+    table = [np.concatenate(part) if part else np.zeros(0, int) for part in parts]
     place = np.concatenate(places) if places else np.zeros((0, 3), int)
     live = table[1] >= 0
     return _combined(flat, families, [part[live] for part in table], place[live])
 
 
-def _strength(family: Family, position: int) -> tuple[float, int]:
+def _strength(family: Family, position: int) -> tuple[float, int, bool]:
     coefficient = family.template.coefficient(position)
     if coefficient is None:
-        return np.nan, 0
+        return np.nan, 0, False
     if coefficient.number is not None and coefficient.elementwise:
-        return coefficient.number, 3
-    return np.nan, 2 if coefficient.cannot_vanish else 1
+        return coefficient.number, 3, True
+    return np.nan, 2 if coefficient.cannot_vanish else 1, not coefficient.on
 
 
 def _combined(flat: FlatModel, families: list[Family], table: list[np.ndarray], place: np.ndarray) -> Incidence:
-    row, node, order, number, strength = table
+    row, node, order, number, strength, steady = table
     variables, variable = np.unique(node, return_inverse=True)
     key = (row * max(len(variables), 1) + variable) * 16 + order
     unique, inverse, counts = np.unique(key, return_inverse=True, return_counts=True)
@@ -117,6 +121,8 @@ def _combined(flat: FlatModel, families: list[Family], table: list[np.ndarray], 
     several = counts > 1
     weakest = np.where(several & (weakest < 3), np.minimum(weakest, 1), weakest)
     gone = several & (total == 0)
+    all_steady = np.ones(len(unique), dtype=bool)
+    np.logical_and.at(all_steady, inverse, steady.astype(bool))
     for family, inside, position in place[gone[inverse]].tolist():
         families[family].nodes[inside, position] = ZERO
     first = np.zeros(len(unique), int)
@@ -125,5 +131,5 @@ def _combined(flat: FlatModel, families: list[Family], table: list[np.ndarray], 
     used, renumbered = np.unique(variable[kept], return_inverse=True)
     return Incidence(
         flat, families, variables[used].astype(int), row[kept].astype(int), renumbered.astype(int),
-        order[kept].astype(int), total[~gone], weakest[~gone].astype(int),
+        order[kept].astype(int), total[~gone], weakest[~gone].astype(int), all_steady[~gone],
     )  # fmt: skip

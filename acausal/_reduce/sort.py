@@ -38,6 +38,7 @@ class Sorted:
     column: np.ndarray
     blocks: list[Block]
     constraints: list[int]  # equations that were differentiated further: they restrict the states' start values
+    invariants: frozenset[int]  # those of them that determine no unknown, but restrict the states
     constrained: list[tuple[int, int]]  # the pairs below the highest derivatives, among which they hold
 
     @ft.cached_property
@@ -55,7 +56,7 @@ def sort(chosen: Chosen) -> Sorted:
 
     Raises `StructureError` where the chosen states leave the rest undetermined.
     """
-    table, constraints = _expanded(chosen)
+    table, constraints, invariants = _expanded(chosen)
     renumbered = np.searchsorted(table.variables, chosen.reduced.incidence.variables).tolist()
     states = [(renumbered[v], k) for v, k in chosen.states()]
     code = {pair: index for index, pair in enumerate(sorted((renumbered[v], k) for v, k in _unknowns(chosen)))}
@@ -65,10 +66,10 @@ def sort(chosen: Chosen) -> Sorted:
     for (variable, order), index in code.items():
         lookup[variable * width + order] = index
     column = lookup[table.variable * width + table.order]
-    blocks = _blocks(table, column, len(unknowns))
+    blocks = _blocks(table, column, len(unknowns), invariants)
     orders = chosen.reduced.orders.tolist()
     below = [(renumbered[v], k) for v, top in enumerate(orders) for k in range(top)]
-    return Sorted(table, states, unknowns, column, blocks, constraints, below)
+    return Sorted(table, states, unknowns, column, blocks, constraints, frozenset(invariants), below)
 
 
 def _unknowns(chosen: Chosen) -> list[tuple[int, int]]:
@@ -77,11 +78,15 @@ def _unknowns(chosen: Chosen) -> list[tuple[int, int]]:
     return [(v, k) for v, (first, top) in enumerate(zip(last, orders, strict=True)) for k in range(first, top + 1)]
 
 
-def _expanded(chosen: Chosen) -> tuple[Incidence, list[int]]:
-    """The table of all equations, each as often as it was differentiated and once more; and which are not the last."""
+def _expanded(chosen: Chosen) -> tuple[Incidence, list[int], list[int]]:
+    """The table of all equations, each as often as it was differentiated and once more.
+
+    Also which of them are not the last, and which of these are invariants.
+    """
     reduced = chosen.reduced
     families: list[Family] = []
     is_lower: list[np.ndarray] = []
+    is_moving: list[np.ndarray] = []
     for index, family in enumerate(reduced.incidence.families):
         start, stop = reduced.incidence.offsets[index : index + 2]
         counts = reduced.differentiations[start:stop]
@@ -89,8 +94,13 @@ def _expanded(chosen: Chosen) -> tuple[Incidence, list[int]]:
             rows = np.flatnonzero(counts >= level)
             families.append(_differentiated(family.select(rows), level))
             is_lower.append(counts[rows] > level)
+            is_moving.append(chosen.moving[start:stop][rows])
     table = tabulate(reduced.incidence.flat, Merged(families, np.zeros(0, int), np.zeros(0, int)))
-    return table, np.flatnonzero(np.concatenate(is_lower)).tolist() if is_lower else []
+    if not families:
+        return table, [], []
+    lower = np.concatenate(is_lower)
+    moving = lower & np.concatenate(is_moving)
+    return table, np.flatnonzero(lower).tolist(), np.flatnonzero(moving).tolist()
 
 
 def _differentiated(family: Family, times: int) -> Family:
@@ -105,23 +115,26 @@ def _differentiated(family: Family, times: int) -> Family:
     return Family(template, family.instances, family.members, family.nodes[:, columns], family.signs[:, columns])
 
 
-def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int) -> list[Block]:
-    unknown = column >= 0
+def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int, invariants: list[int]) -> list[Block]:
+    solves = np.ones(table.n_rows, bool)
+    solves[invariants] = False
+    unknown = (column >= 0) & solves[table.row]
     own = unknown & table.matchable
     mate = match(table.row[own], column[own], table.n_rows, n_unknowns)
-    if np.any(mate < 0) or table.n_rows != n_unknowns:
-        names = ", ".join(table.row_name(int(row)) for row in np.flatnonzero(mate < 0)[:5])
+    if np.any(mate[solves] < 0) or np.count_nonzero(solves) != n_unknowns:
+        names = ", ".join(table.row_name(int(row)) for row in np.flatnonzero((mate < 0) & solves)[:5])
         raise StructureError(f"With the chosen states, no unknown is left for the equations {names}.")
     solver_of = np.empty(n_unknowns, int)
-    solver_of[mate] = np.arange(table.n_rows)
+    solver_of[mate[solves]] = np.flatnonzero(solves)
     user, provider = table.row[unknown], solver_of[column[unknown]]
     graph = coo_array((np.ones(len(user), np.int8), (user, provider)), shape=(table.n_rows,) * 2)
     count, label = connected_components(graph, directed=True, connection="strong")
     level = _levels(label[user], label[provider], count)
     rows: list[list[int]] = [[] for _ in range(count)]
-    for row, block in enumerate(label.tolist()):
-        rows[block].append(row)
-    order = np.lexsort((np.array([members[0] for members in rows], dtype=int), level)).tolist()
+    for row in np.flatnonzero(solves).tolist():
+        rows[label[row]].append(row)
+    filled = [block for block in range(count) if rows[block]]
+    order = sorted(filled, key=lambda block: (level[block], rows[block][0]))
     return [Block(rows[b], [int(mate[row]) for row in rows[b]], int(level[b])) for b in order]
 
 

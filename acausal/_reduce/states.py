@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from .._declare.annotations import never
 from .._errors import StructureError
 from .incidence import Incidence
 from .index import Reduced
@@ -21,11 +22,13 @@ _GENERIC = np.array([1e-3, 1e-2, 0.7, 1.0])
 class Chosen:
     """`dummies[v]` is how many of the highest derivatives of variable v are algebraic; the orders below are states.
 
-    A pair (variable, order) is a state where its derivative exists and is not a dummy.
+    A pair (variable, order) is a state where its derivative exists and is not a dummy. `moving` marks the equations for
+    which no choice is good in every position: all their variables are states, on which they are invariants.
     """
 
     reduced: Reduced
     dummies: np.ndarray
+    moving: np.ndarray
 
     def states(self) -> list[tuple[int, int]]:
         """(variable, order) of each state, variables in order of declaration."""
@@ -35,32 +38,83 @@ class Chosen:
 
 
 def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
-    """Dummy derivatives (Mattsson and Söderlind, SIAM J. Sci. Comput. 14, 1993) with one static choice.
+    """Dummy derivatives (Mattsson and Söderlind, SIAM J. Sci. Comput. 14, 1993), or all candidates as states.
 
     In stage j the equations differentiated at least j times make as many derivatives algebraic, taken from those of
     stage j - 1. The choice is a Gaussian elimination on the coefficients of the highest derivatives: `values`, one
     number for each entry of the incidence at the initial point, or stand-ins by what is known of the coefficient, so
     that it depends on the classes alone. Avoided variables become dummies first, preferred ones last.
+
+    A pivot must not vanish during the run. Where connected constraints offer no such pivots, all their variables become
+    states, and the run is projected onto the constraints (Eich, SIAM J. Numer. Anal. 30, 1993); unless variables that
+    are declared `never` force a choice.
+
+    Raises `StructureError` where no states can be chosen, or only some that are declared `never`.
     """
     table = reduced.incidence
-    dummies = np.zeros(table.n_variables, int)
-    if not np.any(reduced.differentiations):
-        return Chosen(reduced, dummies)
-    top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
+    chosen = Chosen(reduced, np.zeros(table.n_variables, int), np.zeros(table.n_rows, bool))
+    if np.any(reduced.differentiations):
+        entries = _entries(reduced, values)
+        active = np.flatnonzero(reduced.differentiations).tolist()
+        for members, own in _groups(entries, active):
+            _select_group(chosen, members, own)
+    _check_never(chosen)
+    return chosen
+
+
+def _entries(reduced: Reduced, values: np.ndarray | None) -> "_Entries":
+    """The coefficients of the highest derivatives in the equations that are differentiated."""
+    table = reduced.incidence
     numbers = _generic(table) if values is None else values * nominals(table)[table.variable]
     # With a number for a coefficient, such as 1, no parameter is divided by.
     liking = np.where((table.strength == 3) | (values is None), 1.0, SAFE)
-    candidates = reduced.orders >= 1
-    for stage in range(1, int(reduced.differentiations.max()) + 1):
-        candidates = candidates & (reduced.orders - stage + 1 >= 1)
-        active = reduced.differentiations >= stage
-        use = top & active[table.row] & candidates[table.variable]
-        entries = _Entries(table.row[use], table.variable[use], numbers[use], liking[use])
-        picked = _pick(reduced, entries, np.flatnonzero(active))
-        candidates = np.zeros(table.n_variables, bool)
-        candidates[picked] = True
-        dummies[picked] += 1
-    return Chosen(reduced, dummies)
+    top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
+    use = top & (reduced.differentiations[table.row] > 0) & (reduced.orders[table.variable] > 0)
+    safe = (table.strength >= 2) | table.steady
+    return _Entries(
+        table.row[use], table.variable[use], numbers[use], liking[use], safe[use], table.steady[use]
+    )  # fmt: skip
+
+
+def _select_group(chosen: Chosen, members: list[int], entries: "_Entries") -> None:
+    """The dummies of one connected set of constraints, stage by stage."""
+    reduced = chosen.reduced
+    picks, left = _stages(reduced, members, entries, only_safe=True)
+    open_variables = np.setdiff1d(entries.variables[np.isin(entries.rows, left)], picks[0])
+    if any(_select(reduced, variable) <= never.rank for variable in open_variables.tolist()):
+        picks, left = _stages(reduced, members, entries, only_safe=False)
+    chosen.moving[left] = True
+    for stage in picks:
+        chosen.dummies[stage] += 1
+
+
+def _stages(
+    reduced: Reduced, members: list[int], entries: "_Entries", *, only_safe: bool
+) -> tuple[list[list[int]], list[int]]:
+    """The variables picked in each stage, and the rows for which there is no safe pivot."""
+    picked, left = _pick(reduced, members, entries, only_safe)
+    picks, solved = [picked], set(members) - set(left)
+    for stage in range(2, int(reduced.differentiations[members].max()) + 1):
+        rows = [row for row in members if reduced.differentiations[row] >= stage and row in solved]
+        use = np.isin(entries.rows, rows) & np.isin(entries.variables, picks[-1])
+        use &= reduced.orders[entries.variables] >= stage
+        picks.append([])
+        for group, own in _groups(entries.where(use), rows):
+            found, unsolved = _pick(reduced, group, own, only_safe)
+            if unsolved:
+                return [[]], members
+            picks[-1] += found
+    return picks, left
+
+
+def _check_never(chosen: Chosen) -> None:
+    table = chosen.reduced.incidence
+    bad = [table.variable_name(*pair) for pair in chosen.states() if _select(chosen.reduced, pair[0]) <= never.rank]
+    if bad:
+        raise StructureError(
+            f"{', '.join(bad)} must be a state although declared `never`: no constraint makes it depend on other states. "
+            "Remove `never`."
+        )
 
 
 def _generic(table: Incidence) -> np.ndarray:
@@ -82,12 +136,17 @@ def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
 
 
 class _Entries(NamedTuple):
-    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot."""
+    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot.
+
+    A `safe` one cannot vanish during a run, a `steady` one does not change.
+    """
 
     rows: np.ndarray
     variables: np.ndarray
     numbers: np.ndarray
     liking: np.ndarray
+    safe: np.ndarray
+    steady: np.ndarray
 
     def where(self, kept: Any) -> "_Entries":
         return _Entries(*(part[kept] for part in self))
@@ -96,25 +155,37 @@ class _Entries(NamedTuple):
         return self.where(~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values()))))
 
 
-def _pick(reduced: Reduced, entries: _Entries, active: np.ndarray) -> list[int]:
-    """As many variables as there are active equations, so that the square matrix between them is regular."""
-    n_rows, n_variables = reduced.incidence.n_rows, reduced.incidence.n_variables
-    ends = (entries.rows, n_rows + entries.variables)
-    links = coo_array((np.ones(len(entries.rows)), ends), shape=(n_rows + n_variables,) * 2)
-    _, label = connected_components(links, directed=False)
-    groups: dict[int, list[int]] = {}
-    for row in active.tolist():
-        groups.setdefault(int(label[row]), []).append(row)
-    places: dict[int, list[int]] = {}
-    for place, group in enumerate(label[entries.rows].tolist()):
-        places.setdefault(group, []).append(place)
-    picked: list[int] = []
-    for group, members in groups.items():
-        own = entries.where(np.array(places.get(group, []), dtype=int))
-        peeled = _peel(reduced, members, own)
-        rest = [row for row in members if row not in peeled]
-        picked += [*peeled.values(), *_eliminate(reduced, rest, own.without(peeled))]
-    return picked
+def _groups(entries: _Entries, rows: list[int]) -> list[tuple[list[int], _Entries]]:
+    """Rows that are connected through variables, each set with its entries, which are all of these rows."""
+    place = {row: i for i, row in enumerate(rows)}
+    user = np.array([place[row] for row in entries.rows.tolist()], dtype=int)
+    variables, column = np.unique(entries.variables, return_inverse=True)
+    size = len(rows) + len(variables)
+    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
+    count, label = connected_components(links, directed=False)
+    members: list[list[int]] = [[] for _ in range(count)]
+    for row, group in zip(rows, label.tolist(), strict=False):
+        members[group].append(row)
+    order = np.argsort(label[user], kind="stable")
+    bounds = np.searchsorted(label[user][order], np.arange(count + 1))
+    return [(members[g], entries.where(order[bounds[g] : bounds[g + 1]])) for g in range(count) if members[g]]
+
+
+def _pick(reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool) -> tuple[list[int], list[int]]:
+    """As many variables as there are rows, so that the square matrix between them is regular; and the rows left over.
+
+    Rows are left over where only a pivot that is not safe would do.
+    """
+    hopeless: list[int] = []
+    if only_safe:
+        with_safe = set(entries.rows[entries.safe].tolist())
+        hopeless = [row for row in members if row not in with_safe]
+        members = [row for row in members if row in with_safe]
+        entries = entries.where(np.isin(entries.rows, members))
+    peeled = _peel(reduced, members, entries)
+    rest = [row for row in members if row not in peeled]
+    others, left = _eliminate(reduced, rest, entries.without(peeled), only_safe) if rest else ([], [])
+    return [*peeled.values(), *others], hopeless + left
 
 
 def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, int]:
@@ -124,7 +195,8 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     """
     of_row: dict[int, dict[int, float]] = {row: {} for row in members}
     users: dict[int, set[int]] = {}
-    for row, variable, number, _ in zip(*(part.tolist() for part in entries), strict=True):
+    safe = set(zip(entries.rows[entries.safe].tolist(), entries.variables[entries.safe].tolist(), strict=True))
+    for row, variable, number in zip(*(part.tolist() for part in entries[:3]), strict=True):
         of_row[row][variable] = of_row[row].get(variable, 0.0) + number
         users.setdefault(variable, set()).add(row)
     peeled: dict[int, int] = {}
@@ -137,7 +209,8 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
         row_entries = of_row[row]
         largest = max(abs(number) for number in row_entries.values())
         least = min(_reluctance(reduced, other) for other in row_entries)
-        if _reluctance(reduced, variable) > least or abs(row_entries[variable]) <= SAFE * largest:
+        is_small = abs(row_entries[variable]) <= SAFE * largest
+        if _reluctance(reduced, variable) > least or is_small or (row, variable) not in safe:
             continue
         peeled[row] = variable
         for other in row_entries:
@@ -147,58 +220,69 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     return peeled
 
 
-def _eliminate(reduced: Reduced, members: list[int], entries: _Entries) -> list[int]:
+def _eliminate(
+    reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool
+) -> tuple[list[int], list[int]]:
     columns = sorted(set(entries.variables.tolist()))
-    matrix, liking = np.zeros((len(members), len(columns))), np.ones((len(members), len(columns)))
+    work = _Elimination(len(members), len(columns))
     place_row = {row: i for i, row in enumerate(members)}
     place_column = {variable: i for i, variable in enumerate(columns)}
-    for row, variable, number, liked in zip(*(part.tolist() for part in entries), strict=True):
-        place = place_row[row], place_column[variable]
-        matrix[place] += number
-        liking[place] = min(liking[place], liked)
-    matrix /= np.maximum(np.max(np.abs(matrix), axis=1, keepdims=True, initial=0.0), 1e-300)
+    for row, variable, *entry in zip(*(part.tolist() for part in entries), strict=True):
+        work.put(place_row[row], place_column[variable], *entry)
+    work.matrix /= np.maximum(np.max(np.abs(work.matrix), axis=1, keepdims=True, initial=0.0), 1e-300)
     keys = [_reluctance(reduced, variable) for variable in columns]
-    work = _Elimination(matrix, liking, set(range(len(members))), set(range(len(columns))))
     picked: list[int] = []
-    for threshold in (SAFE, 1e-12):
-        for key in sorted(set(keys)):
-            picked += work.pivot([c for c in range(len(columns)) if keys[c] == key and c in work.columns], threshold)
-    if work.rows:
+    for any_pivot in (False,) if only_safe else (False, True):
+        for threshold in (SAFE, 1e-12):
+            for key in sorted(set(keys)):
+                left = [c for c in range(len(columns)) if keys[c] == key and c in work.columns]
+                picked += work.pivot(left, threshold, any_pivot)
+    if work.rows and not only_safe:
         names = ", ".join(reduced.incidence.row_name(members[i]) for i in sorted(work.rows))
         raise StructureError(
             f"No states can be chosen: at the start values, the constraints {names} do not determine a derivative. "
             "They contradict or repeat others, or the mechanism starts in a singular position; change the start values."
         )
-    return [columns[c] for c in picked]
+    return [columns[c] for c in picked], [members[i] for i in sorted(work.rows)]
 
 
 def _reluctance(reduced: Reduced, variable: int) -> tuple[int, int]:
     """Sort key: variables that become dummies first have the smallest."""
+    return _select(reduced, variable), -int(reduced.orders[variable])
+
+
+def _select(reduced: Reduced, variable: int) -> int:
     flat = reduced.incidence.flat
-    leaf = flat.leaf_of_node[reduced.incidence.variables[variable]]
-    return flat.leaves[leaf].declaration.select, -int(reduced.orders[variable])
+    return flat.leaves[flat.leaf_of_node[reduced.incidence.variables[variable]]].declaration.select
 
 
-@dataclasses.dataclass
 class _Elimination:
     """Gaussian elimination under way: `rows` and `columns` are those not used yet."""
 
-    matrix: np.ndarray
-    liking: np.ndarray
-    rows: set[int]
-    columns: set[int]
+    def __init__(self, n_rows: int, n_columns: int) -> None:
+        self.matrix, self.liking = np.zeros((n_rows, n_columns)), np.ones((n_rows, n_columns))
+        self.safe, self.steady = np.ones((n_rows, n_columns), bool), np.ones((n_rows, n_columns), bool)
+        self.rows, self.columns = set(range(n_rows)), set(range(n_columns))
 
-    def pivot(self, columns: list[int], threshold: float) -> list[int]:
+    def put(self, row: int, column: int, number: float, liking: float, safe: bool, steady: bool) -> None:
+        place = row, column
+        self.matrix[place] += number
+        self.liking[place] = min(self.liking[place], liking)
+        self.safe[place] &= safe
+        self.steady[place] &= steady
+
+    def pivot(self, columns: list[int], threshold: float, any_pivot: bool) -> list[int]:
         """Eliminate with pivots from `columns` while larger than `threshold`; of equals, the last goes first."""
         picked: list[int] = []
         while columns and self.rows:
             rows = sorted(self.rows)
-            block = np.abs(self.matrix[np.ix_(rows, columns)])
+            inside = np.ix_(rows, columns)
+            block = np.abs(self.matrix[inside])
             relative = block / np.maximum(np.max(np.abs(self.matrix[rows]), axis=1, keepdims=True), 1e-300)
-            fit = (relative > threshold) & (block > 1e-12)
+            fit = (relative > threshold) & (block > 1e-12) & (self.safe[inside] | any_pivot)
             if not np.any(fit):
                 return picked
-            score = np.round(np.where(fit, relative * self.liking[np.ix_(rows, columns)], 0.0), 9)
+            score = np.round(np.where(fit, relative * self.liking[inside], 0.0), 9)
             row, reverse = np.unravel_index(np.argmax(score[:, ::-1]), score.shape)
             r, c = rows[int(row)], columns[len(columns) - 1 - int(reverse)]
             self._use(r, c)
@@ -209,12 +293,16 @@ class _Elimination:
     def _use(self, row: int, column: int) -> None:
         self.rows.remove(row)
         self.columns.remove(column)
+        touched = self.matrix[row] != 0
         for other in self.rows:
             factor = self.matrix[other, column] / self.matrix[row, column]
             if factor:
                 self.matrix[other] -= factor * self.matrix[row]
                 # What an elimination with a parameter leaves behind holds that parameter.
                 least = min(self.liking[other, column], self.liking[row, column])
-                touched = self.matrix[row] != 0
                 mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
                 self.liking[other] = np.where(touched, mixed, self.liking[other])
+                steady = self.steady[other] & self.steady[row] & self.steady[other, column] & self.steady[row, column]
+                self.steady[other] = np.where(touched, steady, self.steady[other])
+                # A sum of what cannot vanish can; only what stays as it was found at the start is still safe.
+                self.safe[other] = np.where(touched, steady, self.safe[other])

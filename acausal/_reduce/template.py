@@ -54,8 +54,9 @@ class Template:
 
     @ft.cached_property
     def form(self) -> Form:
+        # Time is not constant in a run, whatever it stands for.
         forms = [
-            variable(i) if item.source == "var" else parameter(signs)
+            parameter(signs) if item.source == "param" else variable(i)
             for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
         ]
         return interpret(self.jaxpr, forms)[0]
@@ -63,7 +64,7 @@ class Template:
     @ft.cached_property
     def unknowns(self) -> tuple[int, ...]:
         """Positions among `inputs` of the variables that the residual really depends on."""
-        return tuple(sorted(self.form.inputs))
+        return tuple(i for i in sorted(self.form.inputs) if self.inputs[i].source == "var")
 
     def coefficient(self, position: int) -> Coefficient | None:
         """The factor before an input that enters linearly; None where it enters otherwise."""

@@ -4,7 +4,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq, positive
+from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq, positive, replace
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
 from components.rotational import ConstantTorque, IdealGear, Inertia
 from components.translational import Fixed, Mass, SpringDamper
@@ -61,13 +61,15 @@ class GearTrain(Component):
         )
 
 
-def gear_train(ratio: Scalar, *, torque: Scalar = 0.0, w1: Scalar = 0.0, w2: Scalar = 0.0) -> GearTrain:
-    return GearTrain(
+def gear_train(ratio: Scalar, *, torque: Scalar = 0.0, **starts: Scalar) -> GearTrain:
+    """With start values of the speeds `w1` and `w2` where they are given."""
+    model = GearTrain(
         drive=ConstantTorque(torque=torque),
-        first=Inertia(J=1.5, w=w1),
+        first=Inertia(J=1.5),
         gear=IdealGear(ratio=ratio),
-        second=Inertia(J=4.0, w=w2),
+        second=Inertia(J=4.0),
     )
+    return replace(model, {{"w1": "first.w", "w2": "second.w"}[name]: value for name, value in starts.items()})
 
 
 class Diode(Component):

@@ -79,9 +79,16 @@ def test_roles_of_leaves() -> None:
         "pair[0].power": ("param", "1", ()),
         "pair[1].power": ("param", "1", ()),
     }
-    values = jax.tree_util.tree_leaves(tank)
-    assert len(values) == len(found)
-    assert [float(value) for value in values[-3:]] == [2.0, 3.0, 4.0]
+    assert [float(value) for value in jax.tree_util.tree_leaves(tank)[-3:]] == [2.0, 3.0, 4.0]
+
+
+def test_what_a_class_starts_from_is_not_given() -> None:
+    """A start value is a leaf where the model gives it, zero included; else the class says where to start."""
+    starts = {leaf.path: (leaf.value, leaf.declaration.start) for leaf in leaves_of(Tank(k=2, x=0.0))}
+    assert starts["x"] == (0.0, 1.0)
+    assert starts["lid.p"] == (None, 0.0)
+    assert replace(Tank(k=2), {"x": 0.5}).x == 0.5
+    assert replace(Tank(k=2, x=0.5), {"x": None}).x is None
 
 
 def test_a_missing_part_has_no_leaves() -> None:
@@ -116,7 +123,7 @@ def test_a_start_value_given_as_an_array_stays_an_array() -> None:
 
 def test_static_fields_are_structure() -> None:
     structure = jax.tree_util.tree_structure
-    assert structure(Tank(k=2)) == structure(Tank(k=3, x=0.5))
+    assert structure(Tank(k=2)) == structure(Tank(k=3))
     assert structure(Tank(k=2)) != structure(Tank(k=2, name="barrel"))
     assert Tank.unit == "litre"
     assert "unit" not in {name for name, _ in dynamic_fields(Tank)}

@@ -1,0 +1,176 @@
+"""Constraints on the states: where start values must lie, and where the run is brought back to."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import jax.scipy.linalg as jsl
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .._reduce.sort import Sorted
+from .._reduce.states import nominal_of
+from .blocks import Known, residuals, row_scale
+from .plan import Group, Packed, Pair, Plan, Store, over_members
+from .program import residual_programme
+
+SWEEPS = 2  # of Newton's method with one Jacobian: each multiplies an error of the size of the tolerance by it
+EXACT, CLOSE = 1e-14, 1e-9  # violation of a constraint, relative to its size, to aim at and to accept
+MOST = 50  # iterations
+SHARES = 0.25 ** np.arange(6)  # of a step of Newton's method that are tried
+STATE = 1e-6  # how much less than a dependent variable a state yields
+
+
+@dataclasses.dataclass(eq=False)
+class Constraints:
+    """The equations g(x) = 0 among the variables x below their highest derivatives (`pairs`), by connected sets.
+
+    x is a flat vector; `sizes` are nominal sizes of its elements, `states` says where in it elements of the state
+    vector lie, and `in_state_vector` where these are in that one.
+    """
+
+    pairs: list[Pair]
+    plan: Plan
+    groups: list[Group]  # alike connected sets together
+    sizes: Float[np.ndarray, " elements"]
+    states: np.ndarray
+    in_state_vector: np.ndarray
+
+    @ft.cached_property
+    def is_state(self) -> np.ndarray:
+        return np.isin(np.arange(len(self.sizes)), self.states)
+
+    def residuals(self, x: Float[Array, " elements"], t: Any, params: Packed) -> Any:
+        """All g(x), in rows of no particular order."""
+        store = Store(x, t)
+        parts = [jnp.ravel(_of_members(group, store, params, lambda g, values: g(values))) for group in self.groups]
+        return jnp.concatenate(parts) if parts else jnp.zeros(0)
+
+    def projected(self, x: Float[Array, " elements"], weight: Any, t: Any, params: Packed, *, far: bool = False) -> Any:
+        """The nearest x with g(x) = 0, to first order; elements of small `weight` yield less.
+
+        With G = dg/dx and W the weights, in variables measured in their nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
+        until g = 0: a few times with one Jacobian, or, from `far` away, as long as it takes, each time with a new one;
+        NaN where that fails. The derivative is implicit: dx -> dx - W G^T (G W G^T)^-1 (G dx + dg).
+        """
+        for group in self.groups:
+            x = self._moved(group, Store(x, t), jnp.asarray(weight), params, _find if far else _return)
+        return x
+
+    def _moved(self, group: Group, store: Store, weight: Any, params: Packed, solve: Callable[..., Any]) -> Any:
+        index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
+
+        def one(g: Callable[..., Any], values: Any, weight: Any, sizes: Any) -> Any:
+            return sizes * _nearest(lambda z, hold=False: g(sizes * z, hold), values / sizes, weight, solve)
+
+        moved = _of_members(group, store, params, one, weight[index], self.sizes[index])
+        return store.flat(0).at[index].set(moved)
+
+
+def _nearest(g: Callable[..., Any], z: Any, weight: Any, solve: Callable[..., Any]) -> Any:
+    """The projection of z; `g(z, True)` holds all numbers but z constant, so that nothing differentiates `solve`."""
+    start = jax.lax.stop_gradient(z)
+    end, basis, rows = jax.lax.stop_gradient(solve(lambda z: g(z, True), start, weight))
+    z = z + (end - start)
+    return z - basis @ (g(z) / rows)
+
+
+def _basis(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any]:
+    """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
+    slopes = jax.jacfwd(g)(z)
+    rows, root = row_scale(slopes), jnp.sqrt(weight)
+    # W^(1/2) G^T = Q R, so that weights do not enter squared: W G^T (G W G^T)^-1 = W^(1/2) Q R^-T.
+    q, r = jnp.linalg.qr(root[:, None] * slopes.T)
+    return root[:, None] * (q @ jsl.solve_triangular(r, jnp.diag(rows), trans=1)), rows
+
+
+def _return(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
+    basis, rows = _basis(g, z, weight)
+    for _ in range(SWEEPS):
+        z = z - basis @ (g(z) / rows)
+    return z, basis, rows
+
+
+def _find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
+    """Newton's method with as much of each step as helps most."""
+
+    def step(carry: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        z, _, count = carry
+        basis, rows = _basis(g, z, weight)
+        move = basis @ (g(z) / rows)
+        trials = z - SHARES[:, None] * move
+        violations = jax.vmap(lambda z: jnp.max(jnp.abs(g(z)) / rows))(trials)
+        best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))
+        return trials[best], violations[best], count + 1
+
+    def goes_on(carry: tuple[Any, Any, Any]) -> Any:
+        _, violated, count = carry
+        return (violated > EXACT) & (count < MOST)
+
+    z, violated, _ = jax.lax.while_loop(goes_on, step, (z, jnp.asarray(jnp.inf), 0))
+    basis, rows = _basis(g, z, weight)
+    return jnp.where(violated <= CLOSE, z, jnp.nan), basis, rows
+
+
+def _of_members(group: Group, store: Store, params: Packed, function: Callable[..., Any], *extra: Any) -> Any:
+    """Map `function(g, values, *extra)` over the connected sets of a group; values are flat."""
+    shapes = [read.shape for read in group.reads]
+    splits = np.cumsum([int(np.prod(shape, dtype=int)) for shape in shapes])[:-1]
+
+    def one(known: Known, extra: list[Any]) -> Any:
+        def g(flat: Any, hold: bool = False) -> Any:
+            pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
+            others = (known.params, known.time)
+            params, time = jax.lax.stop_gradient(others) if hold else others
+            found = residuals(group.program, Known(params, pieces, time))
+            return jnp.concatenate([jnp.ravel(value) for value in found])
+
+        flat = jnp.concatenate([jnp.ravel(jnp.asarray(value, float)) for value in known.values])
+        return function(g, flat, *extra)
+
+    return over_members(group, store, params, one, list(extra))
+
+
+def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
+    """All constraints, or those connected sets that hold an invariant, on which a run must be kept."""
+    sets = [residual_programme(ordered, rows, kinds) for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
+    used = {pair for use in sets for pair in use.values}
+    pairs = [pair for pair in ordered.constrained if pair in used] if only_invariant else ordered.constrained
+    own = Plan([], pairs, plan.shapes)
+    counts = [plan.size(v) for v, _ in pairs]
+    sizes = np.repeat([nominal_of(ordered.table, pair) for pair in pairs], counts)
+    first = dict(zip(pairs, np.cumsum([0, *counts]).tolist(), strict=False))
+    places, ours = [np.zeros(0, int)], [np.zeros(0, int)]
+    for pair, start in zip(ordered.states, plan.starts.tolist(), strict=False):
+        if pair in first:
+            elements = np.arange(plan.size(pair[0]))
+            places.append(first[pair] + elements)
+            ours.append(start + elements)
+    groups = own.residual_groups(sets)
+    return Constraints(list(pairs), own, groups, sizes, np.concatenate(places), np.concatenate(ours))
+
+
+def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:
+    return not only_invariant or not ordered.invariants.isdisjoint(rows)
+
+
+def _connected(ordered: Sorted) -> list[list[int]]:
+    """Constraints that share variables."""
+    rows = ordered.constraints
+    table, place = ordered.table, {row: i for i, row in enumerate(rows)}
+    chosen = np.isin(table.row, rows)
+    user = np.array([place[row] for row in table.row[chosen].tolist()], dtype=int)
+    pair = table.variable[chosen] * 16 + table.order[chosen]
+    pairs, column = np.unique(pair, return_inverse=True)
+    size = len(rows) + len(pairs)
+    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
+    count, label = connected_components(links, directed=False)
+    members: list[list[int]] = [[] for _ in range(count)]
+    for row, group in zip(rows, label.tolist(), strict=False):
+        members[group].append(row)
+    return [group for group in members if group]
