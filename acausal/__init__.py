@@ -34,6 +34,7 @@ from ._errors import StructureError as StructureError
 from ._evaluate.compiling import compile as compile
 from ._evaluate.starts import Inputs as Inputs
 from ._evaluate.system import System as System
+from ._integrate.initialise import initialise as initialise
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate
 from ._integrate.solution import Solution as Solution
@@ -41,6 +42,8 @@ from ._integrate.solution import UnknownNameError as UnknownNameError
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
 from ._precision import compile_loops_whole, enable_double_precision
+from ._show.check import Check as Check
+from ._show.check import check as check
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
 

@@ -1,7 +1,9 @@
 """The exceptions of the library: each message names the component's path and the remedy."""
 
+import contextlib
+import contextvars
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 
 class ModelError(Exception):
@@ -18,6 +20,28 @@ class ParameterError(ModelError, ValueError):
 
 class SimulationError(RuntimeError):
     """A run that failed numerically, or never met its stop condition."""
+
+
+_collected: contextvars.ContextVar[list[ModelError] | None] = contextvars.ContextVar("collected", default=None)
+
+
+@contextlib.contextmanager
+def collecting() -> Iterator[list[ModelError]]:
+    """Let what is wrong with a model be listed, as far as it does not hinder looking on, instead of raised."""
+    found: list[ModelError] = []
+    token = _collected.set(found)
+    try:
+        yield found
+    finally:
+        _collected.reset(token)
+
+
+def complain(error: ModelError) -> None:
+    """Raise an error, or add it to the list that is being collected."""
+    found = _collected.get()
+    if found is None:
+        raise error
+    found.append(error)
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

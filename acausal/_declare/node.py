@@ -210,8 +210,8 @@ def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
         for part_path, part in parts_of(value, join(path, name)):
             if not isinstance(part, Node):
                 raise ModelError(
-                    f"{part_path} holds a number or the like ({type(part).__name__}), but a part must be a Component, a "
-                    "Port or a Record."
+                    f"{part_path} holds a number or the like ({type(part).__name__}), but a part must be a Component, "
+                    "a Port or a Record."
                 )
             yield from leaves_of(part, part_path)
 

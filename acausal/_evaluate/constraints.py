@@ -37,6 +37,7 @@ class Constraints:
     pairs: list[Pair]
     plan: Plan
     groups: list[Group]  # alike connected sets together
+    names: list[str]  # of the equations, in the order of `residuals`
     sizes: Float[np.ndarray, " elements"]
     states: np.ndarray
     in_state_vector: np.ndarray
@@ -46,7 +47,7 @@ class Constraints:
         return np.isin(np.arange(len(self.sizes)), self.states)
 
     def residuals(self, x: Float[Array, " elements"], t: Any, params: Packed) -> Any:
-        """All g(x), in rows of no particular order."""
+        """All g(x), in the order of `names`."""
         store = Store(x, t)
         parts = [jnp.ravel(_of_members(group, store, params, lambda g, values: g(values))) for group in self.groups]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
@@ -54,7 +55,7 @@ class Constraints:
     def projected(self, x: Float[Array, " elements"], weight: Any, t: Any, params: Packed, *, far: bool = False) -> Any:
         """The nearest x with g(x) = 0, to first order; elements of small `weight` yield less.
 
-        With G = dg/dx and W the weights, in variables measured in their nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
+        With G = dg/dx and W the weights, in variables measured in nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
         until g = 0: a few times with one Jacobian, or, from `far` away, as long as it takes, each time with a new one;
         NaN where that fails. The derivative is implicit: dx -> dx - W G^T (G W G^T)^-1 (G dx + dg).
         """
@@ -138,7 +139,8 @@ def _of_members(group: Group, store: Store, params: Packed, function: Callable[.
 
 def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
     """All constraints, or those connected sets that hold an invariant, on which a run must be kept."""
-    sets = [residual_programme(ordered, rows, kinds) for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
+    chosen = [rows for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
+    sets = [residual_programme(ordered, rows, kinds) for rows in chosen]
     used = {pair for use in sets for pair in use.values}
     pairs = [pair for pair in ordered.constrained if pair in used] if only_invariant else ordered.constrained
     own = Plan([], pairs, plan.shapes)
@@ -152,7 +154,16 @@ def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_i
             places.append(first[pair] + elements)
             ours.append(start + elements)
     groups = own.residual_groups(sets)
-    return Constraints(list(pairs), own, groups, sizes, np.concatenate(places), np.concatenate(ours))
+    rows_of = {id(use): rows for use, rows in zip(sets, chosen, strict=True)}
+    names = [name for group in groups for use in group.uses for name in _names(ordered, rows_of[id(use)])]
+    return Constraints(list(pairs), own, groups, names, sizes, np.concatenate(places), np.concatenate(ours))
+
+
+def _names(ordered: Sorted, rows: list[int]) -> list[str]:
+    """The name of the equation behind each element of the residuals."""
+    table = ordered.table
+    sizes = [int(np.prod(table.place(row)[0].template.shape, dtype=int)) for row in rows]
+    return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
 
 
 def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:

@@ -28,7 +28,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
         y = _starts_of(system, inputs, system.states)
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
     constraints = system.constraints
-    x0 = _starts_of(system, inputs, constraints.pairs)
+    x0 = start_point(system, inputs)
     weight = np.where(given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
     x = x0
     for _ in range(2):  # From the result of the first, given values put back, the second moves them no further.
@@ -36,6 +36,11 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
     bad = jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
     return _with_algebraic(system, t0, x[constraints.states], inputs), bad
+
+
+def start_point(system: System, inputs: Inputs) -> Any:
+    """The start values of the constrained pairs, consistent or not."""
+    return _starts_of(system, inputs, system.constraints.pairs)
 
 
 def _starts_of(system: System, inputs: Inputs, pairs: Sequence[Pair]) -> Any:

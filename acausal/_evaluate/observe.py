@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -18,6 +19,15 @@ def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int
         wanted |= {pair for pair, _ in _pairs(system, leaf) if pair is not None}
     store = system.evaluate(t, y, inputs, sorted(wanted))
     return [_leaf_value(system, store, leaf, t) for leaf in leaves]
+
+
+def observe_with_rates(
+    system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]
+) -> tuple[dict[int, Any], dict[int, Any]]:
+    """The values of variable leaves by number, and their derivatives along the motion."""
+    direction = (jnp.ones_like(t), system.vector_field(t, y, inputs))
+    values, rates = jax.jvp(lambda t, y: observe(system, t, y, inputs, leaves), (t, y), direction)
+    return dict(zip(leaves, values, strict=True)), dict(zip(leaves, rates, strict=True))
 
 
 def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:

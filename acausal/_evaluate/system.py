@@ -191,14 +191,19 @@ class System:
         finite = [jnp.all(jnp.isfinite(segment)) for segment in store.all()]
         return jnp.all(jnp.stack(finite))
 
-    def first_not_finite(self, t: Any, y: Any, inputs: Inputs) -> str | None:
+    def first_not_finite(self, t: Any, y: Any, inputs: Inputs) -> Pair | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
         store = self.evaluate(t, y, inputs, list(self.plan.places))
         for pair, place in self.plan.places.items():
             value = store.flat(place.segment)[place.start : place.start + self.plan.size(pair[0])]
             if not np.all(np.isfinite(np.asarray(value))):
-                return self.ordered.table.variable_name(*pair)
+                return pair
         return None
+
+    def block_of(self, pair: Pair) -> Torn | None:
+        """The simultaneous block that a pair is solved in; None where it is not."""
+        unknowns = self.ordered.unknowns
+        return next((torn for torn in self.torn if torn.tears and pair in [unknowns[u] for u in torn.unknowns]), None)
 
     @property
     def root_fields(self) -> tuple[str, ...]:

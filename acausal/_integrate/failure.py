@@ -9,6 +9,7 @@ import numpy as np
 
 from .._errors import ParameterError, SimulationError
 from .._evaluate.initial import constrained_names
+from .._evaluate.plan import Pair
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .result import Result, sentence
@@ -62,18 +63,41 @@ def _error(solution: Solution) -> Exception:
         return SimulationError(where + sentence(result))
     culprit = _first_not_finite(solution)
     if culprit is not None:
-        return SimulationError(f"{where}{sentence(Result.not_finite)} The first one is {culprit}.")
+        name = system.ordered.table.variable_name(*culprit)
+        return SimulationError(
+            f"{where}{sentence(Result.not_finite)} The first one is {name}.{about_block(system, culprit)}"
+        )
     state = dict(zip(system.state_names, np.asarray(y).tolist(), strict=False))
     return SimulationError(f"{where}{sentence(result)} The state is {state}.")
 
 
-def _first_not_finite(solution: Solution) -> str | None:
+def about_block(system: System, pair: Pair) -> str:
+    """What to say of a variable that is solved for together with others."""
+    block = system.block_of(pair)
+    if block is None:
+        return ""
+    table = system.ordered.table
+    equations = ", ".join(table.row_name(row) for row in block.rows)
+    unknowns = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.unknowns)
+    guesses = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.tears)
+    if block.kind == "linear":
+        reason = "are singular there: they do not determine their unknowns"
+        remedy = "look for parameters of zero, or for ideal elements that fix one value twice"
+    else:
+        reason = "have no solution there, or none that iterations reach"
+        remedy = (
+            f"give start values near the solution for {guesses}, or check the limits of what these equations describe"
+        )
+    return f" The equations {equations} for {unknowns} {reason}. Remedy: {remedy}."
+
+
+def _first_not_finite(solution: Solution) -> Pair | None:
     """The first variable that is not finite, at the last good state or a little further on."""
     system, (t, y) = solution.system, solution._end
     rates = system.vector_field(t, y, solution._inputs)
     for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
         point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))
-        name = system.first_not_finite(t + ahead, point, solution._inputs)
-        if name is not None:
-            return name
+        pair = system.first_not_finite(t + ahead, point, solution._inputs)
+        if pair is not None:
+            return pair
     return None

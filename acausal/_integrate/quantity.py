@@ -26,7 +26,7 @@ class Quantity:
 
     text: str
     closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
-    leaves: tuple[int, ...]  # the leaves of the model that it reads
+    leaves: tuple[int, ...]  # the leaves of the model that it reads; those of a second argument are counted on
     tree: Any  # the structure in which the function returned its results
 
     @property
@@ -42,19 +42,22 @@ _traced: dict[Hashable, tuple[Quantity, list[Any]]] = {}
 _MOST = 512  # traces kept
 
 
-def trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
-    """A user's function of the model, and the numbers it holds; traced once where it surely computes the same again."""
+def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int = 1) -> tuple[Quantity, list[Any]]:
+    """A user's function of `n_views` views of the model, and the numbers it holds.
+
+    It is traced once where it surely computes the same again.
+    """
     key = _key_of(function)
     if key is None:
-        return _trace(function, flat, what)
-    if (flat, key) not in _traced:
+        return _trace(function, flat, what, n_views)
+    if (flat, key, n_views) not in _traced:
         if len(_traced) >= _MOST:
             _traced.clear()
-        _traced[flat, key] = _trace(function, flat, what)
-    return _traced[flat, key]
+        _traced[flat, key, n_views] = _trace(function, flat, what, n_views)
+    return _traced[flat, key, n_views]
 
 
-def _key_of(function: Callable[[Any], Any]) -> Hashable | None:
+def _key_of(function: Callable[..., Any]) -> Hashable | None:
     """What a plain function computes: its code and the numbers and modules it refers to; None if it refers to more."""
     if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
         return None
@@ -91,18 +94,19 @@ def _inner(params: Iterable[Any]) -> Iterator[ClosedJaxpr | Jaxpr]:
             yield from _inner(param)
 
 
-def _trace(function: Callable[[Any], Any], flat: FlatModel, what: str) -> tuple[Quantity, list[Any]]:
+def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[Quantity, list[Any]]:
     trees: list[Any] = []
 
     def of_leaves(*values: Any) -> list[Any]:
-        results, tree = jax.tree_util.tree_flatten(function(flat.structure.unflatten(values)))
+        views = [flat.structure.unflatten(values[i : i + len(shapes)]) for i in range(0, len(values), len(shapes))]
+        results, tree = jax.tree_util.tree_flatten(function(*views))
         trees.append(tree)
         _check_real(results, what)
         return [jnp.asarray(value, float) for value in results]
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
     try:
-        closed = jax.make_jaxpr(of_leaves)(*structs(shapes))
+        closed = jax.make_jaxpr(of_leaves)(*structs(shapes * n_views))
     except AttributeError as error:
         raise ModelError(f"{what}: {error}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
     jaxpr, constants = _hoisted(closed)

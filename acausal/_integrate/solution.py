@@ -99,7 +99,10 @@ class Solution(eqx.Module):
             return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
 
         ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
-        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), ys[..., : len(self.system.nominals) + self.system.memory_size])
+        return self._view(
+            jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape),
+            ys[..., : len(self.system.nominals) + self.system.memory_size],
+        )
 
     def _view(self, ts: Any, ys: Any) -> Any:
         batch = jnp.ndim(self.t1)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Int
 
-from .._errors import StructureError
+from .._errors import ModelError, StructureError, complain
 from .flatten import FlatModel, Instances
 from .template import Template, sum_template, templates
 
@@ -102,10 +102,12 @@ def merge(flat: FlatModel) -> Merged:
         repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
         if repeated:
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
-            raise StructureError(
-                f"The equation {names} only repeats what other equations say. Either the circuit that it belongs to "
-                "has no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a value or "
-                "join two ports stand in parallel: remove one, or give it a resistance or compliance."
+            complain(
+                StructureError(
+                    f"The equation {names} only repeats what other equations say. Either the circuit that it belongs "
+                    "to has no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a "
+                    "value or join two ports stand in parallel: remove one, or give it a resistance or compliance."
+                )
             )
     representative, sign = _resolved(flat, sets)
     for family in families:
@@ -141,7 +143,12 @@ def _join_alias(family: Family, row: int, sets: _Sets) -> bool:
 def _component_families(flat: FlatModel) -> Iterator[Family]:
     for instances in flat.instances:
         nodes = flat.nodes(instances)
-        for template in templates(instances.kind, split=flat.split):
+        try:
+            stated = templates(instances.kind, split=flat.split)
+        except ModelError as error:
+            complain(error)
+            continue
+        for template in stated:
             of_inputs = nodes[:, [item.slot for item in template.inputs]]
             of_inputs = np.where(of_inputs < 0, -1, of_inputs + np.array([item.element for item in template.inputs]))
             yield Family(template, instances, np.arange(len(nodes)), of_inputs, np.ones_like(of_inputs))

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from .._declare.array import Array
 from .._declare.component import Component, Connection
 from .._declare.node import Node, Port, dynamic_fields, join, parts_of
-from .._errors import ModelError
+from .._errors import ModelError, complain
 
 
 def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
@@ -41,7 +41,10 @@ class Joints:
         if isinstance(node, Component):
             if type(node).connections is not Component.connections:
                 for connection in node.connections():
-                    self._join(connection, own, path or type(node).__name__)
+                    try:
+                        self._join(connection, own, path or type(node).__name__)
+                    except ModelError as error:
+                        complain(error)
             if not is_root:
                 self._note_needs(parts)
         for part_path, part in parts:
@@ -98,7 +101,7 @@ class Joints:
         for node in self.need:
             if node not in connected:
                 port = self._path(node).rpartition(".")[0]
-                raise ModelError(f"{port} is not connected: it needs a connection that determines its value.")
+                complain(ModelError(f"{port} is not connected: it needs a connection that determines its value."))
         across = np.concatenate(self.across) if self.across else np.zeros((0, 2), int)
         edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
         ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))

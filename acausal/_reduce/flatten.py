@@ -14,7 +14,7 @@ from .._declare.annotations import Declaration
 from .._declare.array import Array, deepened
 from .._declare.component import Component
 from .._declare.node import Node, Port, complete, dynamic_fields, join, parts_of
-from .._errors import ModelError
+from .._errors import ModelError, complain
 from .connections import Joints
 
 
@@ -197,9 +197,11 @@ class _Walker:
         sizes = shape[len(stack) :] if declaration.sizes is None else _sizes(node, declaration)
         is_uniform = declaration.role != "param" and shape == ()
         if not is_uniform and shape != (*stack, *sizes):
-            raise ModelError(
-                f"{where} has shape {shape}, but is declared with shape {(*stack, *sizes)}. For several components, "
-                "use repeat(...) or stack(...)."
+            complain(
+                ModelError(
+                    f"{where} has shape {shape}, but is declared with shape {(*stack, *sizes)}. For several "
+                    "components, use repeat(...) or stack(...)."
+                )
             )
         if self.split and declaration.role != "param":
             where, stack, sizes = where + "[]" * len(sizes), (*stack, *sizes), ()

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from .._errors import StructureError
+from .._errors import StructureError, complain
 from .incidence import Incidence
 from .matching import match, neighbours, reach
 
@@ -117,10 +117,10 @@ def _explanation(
     table: Incidence, rows: np.ndarray, variables: np.ndarray, mate: np.ndarray, partner: np.ndarray,
     spare_rows: list[int], spare_variables: list[int],
 ) -> str:  # fmt: skip
+    """The over- and under-determined parts of Dulmage and Mendelsohn, each by its independent pieces."""
     counts = f"{_count(table.n_rows, 'equation')} for {_count(table.n_variables, 'variable')}"
     lines = [f"The model has {counts} and cannot be solved."]
-    if spare_rows:
-        over, touched = reach(spare_rows, neighbours(rows, variables, table.n_rows), partner)
+    for over, touched in _pieces(spare_rows, neighbours(rows, variables, table.n_rows), partner):
         lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
         lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(over)]))
         lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(touched)]))
@@ -128,8 +128,7 @@ def _explanation(
             "  Remedy: remove one of these equations or components (two ideal sources in parallel, a value fixed "
             "twice), or put an element between them."
         )
-    if spare_variables:
-        under, touched = reach(spare_variables, neighbours(variables, rows, table.n_variables), mate)
+    for under, touched in _pieces(spare_variables, neighbours(variables, rows, table.n_variables), mate):
         lines.append(
             f"Too few equations: only {_count(len(touched), 'equation')} for {_count(len(under), 'variable')}."
         )
@@ -139,6 +138,17 @@ def _explanation(
             "  Remedy: add an equation or a component that determines one of these variables" + _hint(table, under)
         )
     return "\n".join(lines)
+
+
+def _pieces(start: list[int], edges: list[list[int]], partner: np.ndarray) -> list[tuple[set[int], set[int]]]:
+    """What alternating paths reach from each unmatched item, those that meet taken together."""
+    pieces: list[tuple[set[int], set[int]]] = []
+    for item in start:
+        here, there = reach([item], edges, partner)
+        meeting = [piece for piece in pieces if not there.isdisjoint(piece[1])]
+        pieces = [piece for piece in pieces if there.isdisjoint(piece[1])]
+        pieces.append((here.union(*(p[0] for p in meeting)), there.union(*(p[1] for p in meeting))))
+    return pieces
 
 
 def _hint(table: Incidence, under: set[int]) -> str:
@@ -193,10 +203,21 @@ def _eliminate(table: Incidence, equations: dict[int, dict[int, Fraction]]) -> N
                 if terms[variable] == 0:
                     del terms[variable]
         if not terms:
-            raise StructureError(
-                "These equations repeat or contradict each other, and leave the rest undetermined:\n  "
-                + _listed([table.row_name(item) for item in sorted(used)])
-                + "\n  Remedy: a circuit without a reference has one sum of flows too many; connect a Ground, Fixed or "
-                "Tank to it."
+            rows = sorted(used)
+            complain(
+                StructureError(
+                    "These equations repeat or contradict each other, and leave the rest undetermined:\n  "
+                    + _listed([table.row_name(row) for row in rows])
+                    + f"\n  Remedy: {_remedy(table, rows)}"
+                )
             )
+            continue
         pivots[next(iter(terms))] = (terms, used)
+
+
+def _remedy(table: Incidence, rows: list[int]) -> str:
+    if any(table.place(row)[0].instances is None for row in rows):
+        return (
+            "a circuit without a reference has one sum of flows too many; connect a Ground, Fixed or Tank to it."
+        )  # fmt: skip
+    return "remove one of these equations or components (two ideal sources in parallel, a value fixed twice)."

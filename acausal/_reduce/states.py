@@ -112,8 +112,8 @@ def _check_never(chosen: Chosen) -> None:
     bad = [table.variable_name(*pair) for pair in chosen.states() if _select(chosen.reduced, pair[0]) <= never.rank]
     if bad:
         raise StructureError(
-            f"{', '.join(bad)} must be a state although declared `never`: no constraint makes it depend on other states. "
-            "Remove `never`."
+            f"{', '.join(bad)} must be a state although declared `never`: no constraint makes it depend on other "
+            "states. Remove `never`."
         )
 
 
@@ -220,9 +220,7 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     return peeled
 
 
-def _eliminate(
-    reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool
-) -> tuple[list[int], list[int]]:
+def _eliminate(reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool) -> tuple[list[int], list[int]]:
     columns = sorted(set(entries.variables.tolist()))
     work = _Elimination(len(members), len(columns))
     place_row = {row: i for i, row in enumerate(members)}

@@ -28,7 +28,9 @@ class Structure:
     - `variables`, `parameters`: numbers of scalar leaves (an array counts as one).
     - `aliases`: variables that are another one up to the sign; `zeros`: those that vanish identically.
     - `differentiated`: equations that were differentiated, with how often.
-    - `states` and `dummies`: the variables integrated, and the derivatives that became algebraic.
+    - `states` and `dummies`: the variables integrated, with the reason for each, and the derivatives that became
+      algebraic.
+    - `invariants`: equations on which a run is kept, because no choice of fewer states is good in every position.
     - `blocks`: the algebraic unknowns in the order in which they are computed.
     - `groups`: how many separate computations those are, alike blocks together.
     """
@@ -39,8 +41,9 @@ class Structure:
     zeros: int
     equations: int
     differentiated: dict[str, int]
-    states: tuple[str, ...]
+    states: dict[str, str]
     dummies: tuple[str, ...]
+    invariants: tuple[str, ...]
     blocks: tuple[BlockReport, ...]
     groups: int
     system: System = dataclasses.field(repr=False, compare=False)
@@ -69,12 +72,29 @@ def structure(model: Component | System) -> Structure:
         zeros=zeros,
         equations=table.n_rows,
         differentiated={table.row_name(row): int(counts[row]) for row in counts.nonzero()[0].tolist()},
-        states=tuple(system.state_names),
+        states=_states(system),
         dummies=tuple(_dummies(system)),
+        invariants=tuple(equation_name(system.ordered, row) for row in sorted(system.ordered.invariants)),
         blocks=tuple(_block(system, torn) for torn in system.torn),
         groups=len(system.plan.groups),
         system=system,
     )
+
+
+_WISHES = {1: "declared prefer", 0: "", -1: "declared avoid, but needed"}
+
+
+def _states(system: System) -> dict[str, str]:
+    """Each state and why it is one."""
+    table, ordered = system.ordered.table, system.ordered
+    tied = {pair for group in system.constraints.groups for use in group.uses for pair in use.values}
+    kept = {pair for group in system.invariants.groups for use in group.uses for pair in use.values}
+    reasons = {}
+    for pair, name in zip(ordered.states, system.state_names, strict=True):
+        leaf = table.flat.leaves[table.flat.leaf_of_node[table.variables[pair[0]]]]
+        role = "restricted by invariants" if pair in kept else "chosen among tied variables" if pair in tied else "free"
+        reasons[name] = ", ".join(part for part in (role, _WISHES.get(leaf.declaration.select, "")) if part)
+    return reasons
 
 
 def _dummies(system: System) -> list[str]:
@@ -103,8 +123,12 @@ def _lines(report: Structure) -> list[str]:
     lines = [
         f"{report.variables} variables, {report.parameters} parameters",
         f"  {report.aliases} variables are aliases, {report.zeros} vanish; {report.equations} equations remain",
-        f"States ({len(report.states)}): " + (", ".join(report.states) or "none"),
+        f"States ({len(report.states)}):" + ("" if report.states else " none"),
+        *(f"  {name}: {reason}" for name, reason in report.states.items()),
     ]
+    if report.invariants:
+        lines.append(f"Invariants ({len(report.invariants)}), onto which each step is projected, since no choice of")
+        lines.append("  fewer states is good in every position: " + ", ".join(report.invariants))
     if report.differentiated:
         lines.append(f"Differentiated equations ({len(report.differentiated)}):")
         lines += [

@@ -27,6 +27,7 @@ from acausal import (
     eq,
     nonnegative,
     positive,
+    replace,
     shape,
     simulate,
 )

@@ -1,0 +1,97 @@
+"""`check`: all that is wrong with a model, at once."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Component
+from .._declare.node import leaves_of
+from .._errors import ModelError, collecting
+from .._evaluate.building import build
+from .._evaluate.initial import constrained_names, initial_state
+from .._evaluate.system import System
+from .._integrate.failure import about_block
+from .._integrate.simulate import system_of
+from .._reduce.flatten import flatten
+from .._reduce.template import templates
+from .structure import structure
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """What was found wrong with a model; `print` it. It is true where nothing was."""
+
+    problems: tuple[str, ...]
+    summary: str
+
+    def __bool__(self) -> bool:
+        return not self.problems
+
+    def __str__(self) -> str:
+        if not self.problems:
+            return f"No problems found.\n{self.summary}"
+        count = f"{len(self.problems)} problem" + ("s" if len(self.problems) > 1 else "")
+        numbered = [f"{i}. {problem}" for i, problem in enumerate(self.problems, start=1)]
+        return "\n".join([f"{count} found.", *numbered, self.summary])
+
+
+def check(model: Component) -> Check:
+    """Everything that is wrong with a model, rather than the first of it: shapes, connections, equations, ranges of
+    parameters, units, structure, and whether its equations can be solved at the start values.
+
+    What rests on something wrong is not looked at until that is mended; the summary says so.
+    """
+    problems = [*_declared(model), *_parameters(model)]
+    if problems:
+        return Check(tuple(problems), "The structure was not analysed: mend these first.")
+    problems = _raised(lambda: build(model))
+    if problems:
+        return Check(tuple(problems), "The start was not computed: mend these first.")
+    system = system_of(model)
+    return Check(tuple(_start(system, model)), str(structure(system)))
+
+
+def _raised(function: Callable[[], object]) -> list[str]:
+    """What a step complains of."""
+    with collecting() as found:
+        try:
+            function()
+        except ModelError as error:
+            found.append(error)
+    return [str(error) for error in found]
+
+
+def _declared(model: Component) -> list[str]:
+    """Shapes, connections and the equations of each class."""
+    problems = _raised(lambda: flatten(model))
+    if not problems:
+        for instances in flatten(model).instances:
+            problems += _raised(ft.partial(templates, instances.kind))
+    return problems
+
+
+def _parameters(model: Component) -> list[str]:
+    """Values outside the ranges that are declared, which `eqx.tree_at` and arithmetic on models do not check."""
+    problems = []
+    for leaf in leaves_of(model):
+        sign, unit = leaf.declaration.sign, leaf.declaration.unit
+        if sign is not None and not np.all(sign.admits(np.asarray(leaf.value))):
+            problems.append(f"{leaf.path} must be {sign.name} (unit {unit}). It is {leaf.value}.")
+    return problems
+
+
+def _start(system: System, model: Component) -> list[str]:
+    """Contradictions among start values, and equations that cannot be solved there."""
+    inputs = system.pack(model)
+    y, bad = initial_state(system, jnp.asarray(0.0), inputs)
+    names = sorted({name for name, is_bad in zip(constrained_names(system), np.asarray(bad), strict=False) if is_bad})
+    if names:
+        return [f"{', '.join(names)}: the start values contradict the equations. Leave some of them out."]
+    pair = system.first_not_finite(jnp.asarray(0.0), y, inputs)
+    if pair is None:
+        return []
+    name = system.ordered.table.variable_name(*pair)
+    return [f"{name} is infinite or not a number at the start.{about_block(system, pair)}"]
