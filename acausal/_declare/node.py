@@ -5,7 +5,7 @@ import functools as ft
 import sys
 import types
 import typing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, ClassVar, NamedTuple, dataclass_transform
 
 import equinox as eqx
@@ -230,6 +230,12 @@ def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = 
         changed = rebuilt(value, new, here) if declaration is None else new(here, declaration, value)
         object.__setattr__(copy, name, changed)
     return copy
+
+
+def with_leaves(node: Any, leaves: Iterable[Any]) -> Any:
+    """A tree of nodes with other leaves, in pytree order; None for what is not given."""
+    remaining = iter(leaves)
+    return rebuilt(node, lambda path, declaration, value: next(remaining))
 
 
 def complete(node: Any) -> Any:

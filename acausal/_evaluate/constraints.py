@@ -98,23 +98,23 @@ def _return(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any
 
 
 def _find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
-    """Newton's method with as much of each step as helps most."""
+    """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
-    def step(carry: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-        z, _, count = carry
+    def step(carry: Any) -> Any:
+        z = carry[-1]
         basis, rows = _basis(g, z, weight)
-        move = basis @ (g(z) / rows)
-        trials = z - SHARES[:, None] * move
+        missing = g(z) / rows
+        trials = z - SHARES[:, None] * (basis @ missing)
         violations = jax.vmap(lambda z: jnp.max(jnp.abs(g(z)) / rows))(trials)
         best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))
-        return trials[best], violations[best], count + 1
+        return carry[0] + 1, jnp.max(jnp.abs(missing)), z, basis, rows, trials[best]
 
-    def goes_on(carry: tuple[Any, Any, Any]) -> Any:
-        _, violated, count = carry
-        return (violated > EXACT) & (count < MOST)
+    def goes_on(carry: Any) -> Any:
+        return (carry[1] > EXACT) & (carry[0] < MOST)
 
-    z, violated, _ = jax.lax.while_loop(goes_on, step, (z, jnp.asarray(jnp.inf), 0))
-    basis, rows = _basis(g, z, weight)
+    m = jax.eval_shape(g, z).shape[0]
+    carry = (0, jnp.asarray(jnp.inf), z, jnp.zeros((len(z), m)), jnp.ones(m), z)
+    _, violated, z, basis, rows, _ = jax.lax.while_loop(goes_on, step, carry)
     return jnp.where(violated <= CLOSE, z, jnp.nan), basis, rows
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -30,9 +31,12 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = np.where(given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
-    x = x0
-    for _ in range(2):  # From the result of the first, given values put back, the second moves them no further.
-        x = constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True)
+
+    def project(x: Any, _: None) -> tuple[Any, None]:
+        return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
+
+    # From the result of the first, given values put back, the second projection moves them no further.
+    x = jax.lax.scan(project, x0, None, length=2)[0]
     moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
     bad = jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
     return _with_algebraic(system, t0, x[constraints.states], inputs), bad

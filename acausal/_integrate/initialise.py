@@ -9,12 +9,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.by_name import replace
 from .._declare.component import Component, Equation
-from .._declare.node import complete_leaves
+from .._declare.node import complete_leaves, with_leaves
 from .._errors import ModelError, SimulationError, suggestion
 from .._evaluate.constraints import CLOSE, STATE
-from .._evaluate.initial import GIVEN, TOLERANCE, constrained_names, given_pairs, start_point
+from .._evaluate.initial import constrained_names, given_pairs, start_point
 from .._evaluate.observe import observe, observe_with_rates
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -79,8 +78,8 @@ def initialise(
     found, values = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
     if not is_traced(found.violation):
         _report(problem, found, strict=strict, throw=throw)
-    names = [system.flat.leaves[i].path for i in problem.wanted]
-    return replace(model, dict(zip(names, values, strict=True)))
+    new = dict(zip(problem.wanted, values, strict=True))
+    return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
 
 
 def _params(system: System, leaves: Sequence[Any]) -> list[Any]:
@@ -141,7 +140,7 @@ def _solve(
     inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
     easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
     fixed = given_pairs(system, dataclasses.replace(inputs, given=problem.fixed))
-    weight = np.where(fixed, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+    weight = np.where(fixed, 0.0, np.where(constraints.is_state, STATE, 1.0))
 
     def residual(x: Any, numbers: Any) -> Any:
         inputs, params, t0 = numbers
@@ -181,18 +180,8 @@ def _report(problem: Problem, found: Found, *, strict: bool, throw: bool) -> Non
         return
     if not found.violation <= CLOSE:
         raise SimulationError(_contradiction(problem, found))
-    constraints = system.constraints
-    inputs = Inputs({}, np.zeros(0), problem.fixed)
-    fixed = given_pairs(system, inputs)
-    moved = fixed & (np.abs(np.asarray(found.moved)) > TOLERANCE * constraints.sizes)
-    if np.any(moved):
-        names = ", ".join(np.array(constrained_names(system))[moved])
-        raise SimulationError(
-            f"The start values given for {names} contradict the conditions. Remedy: let them move, with free=[...] or "
-            'free="all", or remove a condition.'
-        )
     if strict:
-        _check_determined(system, found, fixed)
+        _check_determined(system, found, given_pairs(system, Inputs({}, np.zeros(0), problem.fixed)))
 
 
 def _contradiction(problem: Problem, found: Found) -> str:

@@ -22,13 +22,11 @@ RANK = 1e-9
 class Found(eqx.Module):
     """The point, and the largest `violation` of a condition there; the rest explains a failure.
 
-    `moved` is the way from the first guess, `residual` is relative to the size of each condition, and `slopes` the
-    matrix by which they depend on the unknowns.
+    `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
     """
 
     x: Any
     violation: Any
-    moved: Any
     residual: Any
     slopes: Any
 
@@ -36,7 +34,7 @@ class Found(eqx.Module):
 def find_start(
     residual: Callable[[Any, Any], Any], x0: Any, numbers: Any, easy: Any, sizes: np.ndarray, weight: np.ndarray
 ) -> Found:
-    """The x nearest to x0, by `weight` and `sizes`, with residual(x, numbers) = 0.
+    """The x nearest to x0, by `weight` and `sizes`, with residual(x, numbers) = 0; a weight of 0 lets nothing move.
 
     The derivative is implicit: with C the derivative of the residual by x, measured in `sizes` times the roots of the
     weights, dx = dx0 - C^+ (C dx0 + dr), C^+ being the pseudo-inverse.
@@ -59,7 +57,7 @@ def find_start(
     x = x - scale * (inverse @ last)
     final = held(residual(x, numbers) / rows)
     violation = jnp.max(jnp.abs(final), initial=0.0)
-    return Found(jnp.where(violation <= CLOSE, x, jnp.nan), violation, held(x - x0), final, slopes)
+    return Found(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes)
 
 
 def _searched(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any:

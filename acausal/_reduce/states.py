@@ -80,12 +80,20 @@ def _select_group(chosen: Chosen, members: list[int], entries: "_Entries") -> No
     """The dummies of one connected set of constraints, stage by stage."""
     reduced = chosen.reduced
     picks, left = _stages(reduced, members, entries, only_safe=True)
-    open_variables = np.setdiff1d(entries.variables[np.isin(entries.rows, left)], picks[0])
-    if any(_select(reduced, variable) <= never.rank for variable in open_variables.tolist()):
+    if left and _keeps_unwanted(reduced, entries, picks):
         picks, left = _stages(reduced, members, entries, only_safe=False)
     chosen.moving[left] = True
     for stage in picks:
         chosen.dummies[stage] += 1
+
+
+def _keeps_unwanted(reduced: Reduced, entries: "_Entries", picks: list[list[int]]) -> bool:
+    """Whether a variable that is declared `never` stays a state."""
+    picked = [variable for stage in picks for variable in stage]
+    return any(
+        _select(reduced, variable) <= never.rank and picked.count(variable) < reduced.orders[variable]
+        for variable in np.unique(entries.variables).tolist()
+    )
 
 
 def _stages(

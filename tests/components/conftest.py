@@ -12,6 +12,7 @@ from jax import Array
 from jax.flatten_util import ravel_pytree
 
 from acausal import Component, Energy, Port
+from acausal._declare.node import complete_leaves
 from acausal._reduce.flatten import FlatModel, flatten
 from components.blocks import Signal
 from components.electrical import Pin
@@ -75,7 +76,7 @@ class _Account:
 
     def __init__(self, model: Component) -> None:
         self.flat: FlatModel = flatten(model)
-        self.leaves: list[Any] = jax.tree_util.tree_leaves(model)
+        self.leaves: list[Any] = complete_leaves(model)[0]
         flows = [leaf for leaf in self.flat.leaves if leaf.declaration.role == "flow"]
         own = {leaf.first for leaf in flows if leaf.path.count(".") == 1}
         self.flow_sets = [item for item in self.flat.flow_sets if not own.issuperset(item[0][:1]) or len(item[0]) > 1]

@@ -38,6 +38,10 @@ class Guided(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.solver.root_finder
 
     @property
+    def scan_kind(self) -> Any:
+        return self.solver.scan_kind
+
+    @property
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
         return _interpolation(self.solver.interpolation_cls, self.start)
 
