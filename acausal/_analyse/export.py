@@ -14,5 +14,7 @@ def to_control(system: Any) -> Any:
     except ImportError as error:
         raise ModelError('to_control() needs python-control: pip install "acausal[control]".') from error
     matrices = [np.asarray(matrix) for matrix in (system.A, system.B, system.C, system.D)]
-    names = {role: [name.replace(".", "_") for name in getattr(system, role)] for role in ("states", "inputs", "outputs")}
+    names = {
+        role: [name.replace(".", "_") for name in getattr(system, role)] for role in ("states", "inputs", "outputs")
+    }
     return control.StateSpace(*matrices, **names)

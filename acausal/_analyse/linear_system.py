@@ -90,7 +90,7 @@ class LinearSystem(eqx.Module):
         return responses.step(self._scaled, jnp.asarray(ts, float))
 
     def impulse_response(self, ts: Any) -> Float[Array, "t p m"]:
-        """C exp(A t) B at the times `ts` in s: outputs after a unit impulse on each input, without its own D delta(t)."""
+        """C exp(A t) B at the times `ts` in s: outputs after a unit impulse on each input, without D delta(t)."""
         return responses.impulse(self._scaled, jnp.asarray(ts, float))
 
     @property

@@ -15,8 +15,17 @@ from .._integrate.simulate import system_of
 from .linear_system import LinearSystem
 from .point import Point, invariants_at, operating_point
 from .redundant import reduced
-from .signals import Output, Place, Signals, input_places, input_signals, input_values, output_signals, state_signals
-from .signals import with_inputs
+from .signals import (
+    Output,
+    Place,
+    Signals,
+    input_places,
+    input_signals,
+    input_values,
+    output_signals,
+    state_signals,
+    with_inputs,
+)
 
 
 def linearise(
@@ -86,7 +95,9 @@ def _matrices(places: tuple[Place, ...], quantity: Quantity, constants: list[Any
     def extended(z: Any) -> Any:
         y, params = z[:n], with_inputs(point.params, places, z[n:])
         rates = point.system.vector_field(point.t, y, Inputs(point.system.pack_params(params), point.starts))
-        return jnp.concatenate([rates, *(value[None] for value in quantity(constants, point.read(quantity.leaves, y, params)))])
+        return jnp.concatenate(
+            [rates, *(value[None] for value in quantity(constants, point.read(quantity.leaves, y, params)))]
+        )
 
     z = jnp.concatenate([point.y, u])
     slopes = jax.jacfwd(extended)(z) if len(z) else jnp.zeros((quantity.n_outputs, 0))

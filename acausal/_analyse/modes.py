@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from .table import aligned, mode_name, number, share_table, shown
+from .table import aligned, number, pole_name, share_table, shown, without_rounding
 
 
 class Shares(eqx.Module):
@@ -50,8 +50,8 @@ class Modes(eqx.Module):
 
     @property
     def damping_ratio(self) -> Any:
-        """-Re(pole) / |pole|: 1 of a decay, 0 of an undamped oscillation, negative where it grows; NaN of a pole at 0."""
-        return -self.poles.real / jnp.abs(self.poles)
+        """-Re(pole) / |pole|: 1 for a decay, 0 for an undamped oscillation, negative for growth; NaN for a pole at 0."""
+        return 0.0 - self.poles.real / jnp.abs(self.poles)
 
     @property
     def time_constant(self) -> Any:
@@ -59,10 +59,13 @@ class Modes(eqx.Module):
         return jnp.where(self.poles.real == 0.0, jnp.inf, -1.0 / self.poles.real)
 
     def __str__(self) -> str:
-        poles = np.asarray(self.poles)
-        columns = (np.asarray(self.frequency), np.asarray(self.damping_ratio), np.asarray(self.time_constant))
-        head = ["mode", "frequency [Hz]", "damping ratio", "time constant [s]", "states that take part"]
-        lines = [[mode_name(poles[i]), *(number(c[i]) for c in columns), self._leading(i)] for i in shown(poles)]
+        exact = eqx.tree_at(lambda modes: modes.poles, self, jnp.asarray(without_rounding(self.poles)))
+        poles = np.asarray(exact.poles)
+        columns = [np.asarray(column) for column in (exact.frequency, exact.damping_ratio, exact.time_constant)]
+        head = ["pole [1/s]", "frequency [Hz]", "damping ratio", "time constant [s]", "states that take part"]
+        lines = [
+            [pole_name(poles[i]), *(number(column[i]) for column in columns), self._leading(i)] for i in shown(poles)
+        ]
         width = max(len(line[-1]) for line in [head, *lines])
         return aligned([[*line[:-1], line[-1].ljust(width)] for line in [head, *lines]])
 

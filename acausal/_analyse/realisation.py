@@ -66,7 +66,7 @@ def balanced(A: Matrix, B: Matrix, C: Matrix) -> tuple[np.ndarray, Matrix, Matri
     """Hankel singular values, and the matrices to and from balanced states, by the square-root method (Laub 1987)."""
     if len(A) and np.max(np.linalg.eigvals(A).real) >= 0.0:
         raise ModelError(
-            "Balanced states need stable poles: a pole that inputs and outputs see has a real part that is not negative."
+            "Balanced states need stable poles: one that inputs and outputs see has a real part that is not negative."
         )
     _, scale = _balanced(A) if len(A) else (A, np.ones(0))
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale

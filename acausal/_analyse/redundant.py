@@ -56,7 +56,9 @@ def _independent(G: Any) -> np.ndarray:
     matrix = np.asarray(G)
     # Rows of one size, so that the rank is not a matter of the units of the constraints.
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    _, triangle, pivots = qr(matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True)
+    _, triangle, pivots = qr(  # pyright: ignore[reportAssignmentType]
+        matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True
+    )
     size = np.abs(np.diag(triangle))
     if len(matrix) and (len(size) < len(matrix) or size[-1] <= RANK * size[0]):
         raise ModelError(

@@ -17,10 +17,10 @@ Output = str | Callable[[Any], Any]
 
 
 class Place(NamedTuple):
-    """A scalar in a leaf of the model: element `index` of the flat leaf number `leaf`."""
+    """A scalar in a leaf of the model: element `position` of the flat leaf number `leaf`."""
 
     leaf: int
-    index: int
+    position: int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,7 +49,7 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
             raise ModelError(f"The input {name} is an array of shape {leaf.sizes}: an input is a scalar parameter.")
         if places[name] in forbidden:
             raise ModelError(
-                f"The input {name} is in the constraint {forbidden[places[name]]}, whose time derivative the model needs: "
+                f"The input {name} is in the constraint {forbidden[places[name]]}, whose time derivative is needed: "
                 "the response depends on the rate of change of the input, which a state-space form has no place for. "
                 "Let it act through an element that yields, such as a small resistance or a stiff spring."
             )
@@ -101,7 +101,7 @@ def input_values(params: Sequence[Any], places: Sequence[Place]) -> Any:
 
 def input_signals(system: System, places: Sequence[Place]) -> Signals:
     leaves = [system.flat.leaves[place.leaf] for place in places]
-    names = tuple(leaf.name(place.index) for leaf, place in zip(leaves, places, strict=True))
+    names = tuple(leaf.name(place.position) for leaf, place in zip(leaves, places, strict=True))
     return Signals(names, tuple(leaf.declaration.unit for leaf in leaves))
 
 

@@ -13,6 +13,18 @@ def shown(poles: Any) -> list[int]:
     return [i for i, pole in enumerate(np.asarray(poles)) if pole.imag >= 0]
 
 
+def without_rounding(poles: Any) -> Any:
+    """Poles, those that are zero but for rounding errors as zero."""
+    poles = np.asarray(poles)
+    sizes = np.abs(poles)
+    return np.where(sizes <= len(poles) * np.finfo(float).eps * np.max(sizes, initial=0.0), 0.0, poles)
+
+
+def pole_name(pole: complex) -> str:
+    """A real pole, or a conjugate pair."""
+    return f"{pole.real:.4g} ± {pole.imag:.4g}i" if pole.imag else f"{pole.real:.4g}"
+
+
 def mode_name(pole: complex) -> str:
     """The undamped frequency of an oscillation, the pole itself of a decay."""
     return f"{abs(pole) / (2 * np.pi):.4g} Hz" if pole.imag else f"{pole.real:.4g} 1/s"
@@ -30,7 +42,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> str:
 
 def share_table(title: str, names: Sequence[str], shares: Any, poles: Any) -> str:
     """Shares by part (down) and mode (across)."""
-    poles, shares = np.asarray(poles), np.asarray(shares)
+    poles, shares = without_rounding(poles), np.asarray(shares)
     columns = shown(poles)[:MOST_MODES]
     rows = [i for i in range(len(names)) if np.any(np.abs(shares[i]) >= LEAST_SHARE)]
     cells = [[f"{shares[i, j]:.3f}" if abs(shares[i, j]) >= 5e-4 else "" for j in columns] for i in rows]
@@ -44,4 +56,5 @@ def share_table(title: str, names: Sequence[str], shares: Any, poles: Any) -> st
 
 
 def number(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "" if np.isnan(value) else "inf"
+    """Four digits; nothing where a value is not defined."""
+    return "" if np.isnan(value) else f"{value:.4g}"
