@@ -104,8 +104,9 @@ class LinearSystem(eqx.Module):
 
     @property
     def zeros(self) -> Complex[np.ndarray, " zeros"]:
-        """Transmission zeros in 1/s: where the rank of [A - s, B; C, D] drops below its usual value."""
-        return transmission_zeros(self._scaled)
+        """Transmission zeros in 1/s: where the rank of [A - s, B; C, D] of the minimal system is less than usual."""
+        A, B, C, D = self._scaled
+        return transmission_zeros((*realisation.minimal(A, B, C), D))
 
     def transfer_function(self, output: str | None = None, input: str | None = None) -> TransferFunction:
         """Numerator and denominator of one channel, without what cancels; names may be left out where there is one."""

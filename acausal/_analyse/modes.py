@@ -50,7 +50,7 @@ class Modes(eqx.Module):
 
     @property
     def damping_ratio(self) -> Any:
-        """-Re(pole) / |pole|: 1 for a decay, 0 for an undamped oscillation, negative for growth; NaN for a pole at 0."""
+        """-Re(pole) / |pole|: 1 for a decay, 0 for an undamped oscillation, negative for growth; NaN at pole 0."""
         return 0.0 - self.poles.real / jnp.abs(self.poles)
 
     @property

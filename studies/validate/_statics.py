@@ -53,7 +53,7 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
         undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
     else:
         undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), _angle(model, stroke, 0.0))
-    frequencies = np.imag(linearise(undamped).poles) / (2.0 * np.pi)
+    frequencies = np.asarray(linearise(undamped).poles.imag) / (2.0 * np.pi)
     return frequencies[frequencies > 1e-6 * np.max(frequencies)]
 
 
