@@ -44,8 +44,8 @@ def linearise(
 
     - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which the states are read; or a state vector in
       the order of `system.state_names`; or None for the model's own start values, made consistent. Parameters are those
-      of `model`. The point need not be an equilibrium, but only about one do poles say what is stable: `rates` holds
-      the derivatives of the states there.
+      of `model`. The point need not be an equilibrium, but only about one do the poles say what is stable, and not
+      depend on the choice of states; `rates` holds the derivatives of the states there.
     - `t`: the time in s for models with a clock, by default that of the view, else 0.
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a

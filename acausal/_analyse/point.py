@@ -1,5 +1,6 @@
 """The operating point: where a model is linearised."""
 
+import functools as ft
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ from jaxtyping import Array, Float
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError
-from .._evaluate.initial import constrained_names, initial_state
+from .._evaluate.initial import constrained_names, initial_state, is_plain
 from .._evaluate.observe import observe
 from .._evaluate.system import Inputs, System
 from .._reduce.aliases import TIME
@@ -112,7 +113,7 @@ def _check_parameters(system: System, params: list[Any]) -> None:
 
 def _start(point: Point) -> Any:
     """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
-    y, bad = initial_state(point.system, point.t, point.inputs(), plain=False)
+    y, bad = _initial_state(point, is_plain(point.system, point.starts))
     if not is_traced(bad) and np.any(bad):
         name = constrained_names(point.system)[int(np.argmax(np.asarray(bad)))]
         raise SimulationError(
@@ -120,6 +121,11 @@ def _start(point: Point) -> Any:
             "that of a variable that it is connected to rigidly."
         )
     return jnp.where(jnp.any(bad), jnp.nan, y)
+
+
+@ft.partial(jax.jit, static_argnums=1)
+def _initial_state(point: Point, plain: bool) -> tuple[Any, Any]:
+    return initial_state(point.system, point.t, point.inputs(), plain=plain)
 
 
 def _time_of(system: System, view: Any) -> Any:
@@ -147,12 +153,13 @@ def _state_of_view(point: Point, view: Any) -> Any:
     ]
     y = jnp.concatenate(parts) if parts else jnp.zeros(0)
     hidden = np.repeat([order > 0 for _, order in system.states], [size(v) for v, _ in system.states])
-    return _completed(point, leaves, y, np.flatnonzero(hidden)) if hidden.any() else y
+    return _completed(point, leaves, y, tuple(np.flatnonzero(hidden).tolist())) if hidden.any() else y
 
 
-def _completed(point: Point, leaves: Sequence[Any], y: Any, hidden: np.ndarray) -> Any:
-    """The state whose elements `hidden` reproduce all variables of a view, by Gauss and Newton's method."""
-    system = point.system
+@ft.partial(jax.jit, static_argnums=3)
+def _completed(point: Point, leaves: Sequence[Any], y: Any, elements: tuple[int, ...]) -> Any:
+    """The state whose `elements` reproduce all variables of a view, by Gauss and Newton's method."""
+    system, hidden = point.system, np.array(elements)
     wanted = system.flat.variable_leaves
     target = jnp.concatenate([jnp.ravel(jnp.asarray(leaves[i], float)) for i in wanted])
 

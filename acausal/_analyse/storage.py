@@ -14,6 +14,8 @@ from .modes import Shares
 from .point import Point, invariants_at
 from .redundant import curvature
 
+NOTHING = 1e-22  # part of the energy of other modes that is the square of a rounding error
+
 
 def energy_shares(point: Point, poles: Any, shapes: Any, independent: tuple[int, ...]) -> Shares:
     """The share of each component with stored energy in each mode; `shapes` are directions of all states.
@@ -24,9 +26,10 @@ def energy_shares(point: Point, poles: Any, shapes: Any, independent: tuple[int,
     quantity, constants = trace(stored, point.system.flat, "energy")
     values = _second_variations(quantity, independent, constants, point, shapes)
     total = jnp.sum(jnp.abs(values), axis=0)
+    total = jnp.where(total > NOTHING * jnp.max(total, initial=0.0), total, jnp.inf)
     names = jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs))
     stores = {name: i for name, i in names.items() if _depends(quantity, len(constants), i)}
-    shares = (values / jnp.where(total > 0.0, total, 1.0))[np.array(list(stores.values()), int)]
+    shares = (values / total)[np.array(list(stores.values()), int)]
     return Shares(shares, poles, tuple(stores), "energy")
 
 

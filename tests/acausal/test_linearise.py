@@ -1,5 +1,6 @@
 """`linearise`: matrices, operating points, names, and the responses that follow."""
 
+import sys
 from collections.abc import Callable
 from typing import Any, Self
 
@@ -107,6 +108,12 @@ def test_python_control() -> None:
     response = control.step_response(exported, ts).outputs[:, 0].T
     np.testing.assert_allclose(np.array(system.step_response(ts))[:, :, 0], response, rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(system.dc_gain, exported.dcgain(), atol=1e-12)
+
+
+def test_without_python_control(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(ModelError, match=r"acausal\[control\]"):
+        linearise(rlc()).to_control()
 
 
 def test_against_finite_differences() -> None:

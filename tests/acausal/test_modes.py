@@ -9,8 +9,23 @@ import pytest
 from _linear_models import C, J, K, L, R, helmholtz, motor_rig, rlc, two_mass
 from _models import oscillator
 
-from acausal import Component, Connections, Energy, Equations, ModelError, Scalar, Var, connect, eq, linearise, prefer
+from acausal import (
+    Component,
+    Connections,
+    Energy,
+    Equations,
+    ModelError,
+    Scalar,
+    Var,
+    compile,
+    connect,
+    eq,
+    linearise,
+    prefer,
+)
+from acausal._analyse.modes import Shares
 from acausal._analyse.redundant import curvature, reduced
+from components import translational
 from components.rotational import Flange, Inertia
 
 M = np.diag([2.0, 1.0])
@@ -25,10 +40,10 @@ def test_two_masses() -> None:
     np.testing.assert_allclose(modes.poles[::2], np.sqrt(squares) * 1j, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(modes.poles[1::2], np.conj(modes.poles[::2]), rtol=1e-14)
     np.testing.assert_allclose(modes.damping_ratio, 0.0, atol=1e-14)
-    positions = [modes.participation.names.index(name) for name in ("inner.b.s", "outer.b.s")]
+    positions = [modes.participation.names.index(name) for name in ("first.a.s", "outer.s_rel")]
     found = np.array(modes.shapes)[positions][:, ::2]
     expected = np.diag(M.diagonal() ** -0.5) @ shapes
-    np.testing.assert_allclose(found[0] / found[1], expected[0] / expected[1], rtol=1e-10)
+    np.testing.assert_allclose(found[1] / found[0], expected[1] / expected[0] - 1.0, rtol=1e-10)
 
 
 def test_energy_of_two_masses() -> None:
@@ -70,9 +85,8 @@ def test_participation_of_a_motor() -> None:
 
 
 def test_rlc() -> None:
-    r, l, c = 10.0, 1e-3, 1e-6
-    system = linearise(rlc(r, l, c))
-    expected = np.roots([l * c, r * c, 1.0])
+    system = linearise(rlc(R=10.0, L=1e-3, C=1e-6))
+    expected = np.roots([1e-9, 1e-5, 1.0])
     np.testing.assert_allclose(system.poles, expected[np.argsort(-expected.imag)], rtol=1e-12)
     np.testing.assert_allclose(system.energy.values.sum(axis=0), 1.0, rtol=1e-12)
     # v = i / (C s) has |s|^2 = 1 / (L C), so both store the same.
@@ -84,6 +98,7 @@ def test_helmholtz() -> None:
     system = linearise(helmholtz())
     assert system.poles[-2].imag == pytest.approx(1e-3 * np.sqrt(1.4e9 / 1e-4), rel=1e-12)
     assert system.poles[-2].imag == pytest.approx(3741.66, abs=5e-3)
+    assert abs(float(system.poles[0].real)) < 1e-9
     np.testing.assert_allclose(system.energy.values[:, -2:], 0.5, rtol=1e-10)
     text = str(system.modes)
     assert "595.5" in text
@@ -99,8 +114,8 @@ def test_tables() -> None:
     assert head.count("Hz") == 2
     assert [row.split()[0] for row in rows] == list(system.energy.names)
     assert str(system.participation).splitlines()[0].startswith("participation")
-    many = linearise(two_mass(d1=1e6)).participation
-    assert "not shown" in str(many)
+    many = Shares(jnp.eye(20)[:, :14], -jnp.arange(1.0, 15.0) + 0j, tuple("abcdefghijklmnopqrst"), "share")
+    assert str(many).splitlines()[-1] == "2 more modes, 6 rows below 0.005 not shown"
 
 
 def _pole(resistance: Scalar) -> Any:
@@ -145,11 +160,15 @@ def test_derivative_in_closed_form() -> None:
 LENGTH, GRAVITY = 0.5, 9.81
 
 
-def _pendulum(y: Any) -> Any:
-    """A point on a rod in Cartesian coordinates as an underlying ordinary differential equation: x, y, u, v."""
+def _pendulum(y: Any, down: float = 0.0) -> Any:
+    """A point on a rod in Cartesian coordinates as an underlying ordinary differential equation: x, y, u, v.
+
+    `down` is the angle of gravity with -y.
+    """
     x, y, u, v = y
-    force = (u**2 + v**2 - GRAVITY * y) / LENGTH**2
-    return jnp.array([u, v, -force * x, -force * y - GRAVITY])
+    gx, gy = GRAVITY * jnp.sin(down), -GRAVITY * jnp.cos(down)
+    force = (u**2 + v**2 + gx * x + gy * y) / LENGTH**2
+    return jnp.array([u, v, gx - force * x, gy - force * y])
 
 
 def _invariants(y: Any) -> Any:
@@ -174,15 +193,69 @@ def test_redundant_states_of_a_pendulum(angle: float) -> None:
 
 
 def test_redundant_states_away_from_an_axis() -> None:
-    """A pendulum held at 1 rad by its rotating frame: both positions move, and the poles do not depend on the choice."""
+    """A pendulum that hangs at 1 rad in an inclined field: the poles do not depend on the choice of states."""
     point = LENGTH * jnp.array([jnp.sin(1.0), -jnp.cos(1.0), 0.0, 0.0])
-    A, G = jax.jacfwd(_pendulum)(point), jax.jacfwd(_invariants)(point)
+    A, G = jax.jacfwd(_pendulum)(point, 1.0), jax.jacfwd(_invariants)(point)
     poles = [
         np.linalg.eigvals(reduced(A, jnp.zeros((4, 0)), jnp.eye(4), G, np.ones(4), choice).A)
-        for choice in ([0, 2], [1, 3])
+        for choice in ([0, 2], [1, 3], [0, 3], None)
     ]
-    # d2(phi)/dt2 = -g / L sin(phi)
-    np.testing.assert_allclose(np.sort_complex(poles[0] ** 2), -GRAVITY / LENGTH * np.cos(1.0), rtol=1e-10)
+    np.testing.assert_allclose(np.square(poles), -GRAVITY / LENGTH, rtol=1e-12)
+
+
+class PointOnRod(Component):
+    """The pendulum of `_pendulum` with all of its four states; its kinetic energy."""
+
+    x: Var[Scalar, "m", prefer] = 0.0
+    y: Var[Scalar, "m", prefer] = -LENGTH
+    u: Var[Scalar, "m/s", prefer] = 0.0
+    v: Var[Scalar, "m/s", prefer] = 0.0
+    height: translational.Flange = translational.Flange()
+
+    def equations(self, d: Self) -> Equations:
+        rates = _pendulum(jnp.array([self.x, self.y, self.u, self.v]))
+        equations = dict(x=eq(d.x, rates[0]), y=eq(d.y, rates[1]), u=eq(d.u, rates[2]), v=eq(d.v, rates[3]))
+        return equations | dict(height=eq(self.height.s, self.y))
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * 3.0 * (self.u**2 + self.v**2))
+
+
+class Height(Component):
+    """The potential energy m g s."""
+
+    flange: translational.Flange = translational.Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(free=eq(self.flange.f))
+
+    def energy(self) -> Energy:
+        return Energy(stored=3.0 * GRAVITY * self.flange.s)
+
+
+class Swing(Component):
+    point: PointOnRod
+    height: Height
+
+    def connections(self) -> Connections:
+        return (connect(self.point.height, self.height.flange),)
+
+
+def test_system_with_invariants(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two poles at the pendulum's frequency remain of four, and its energy is shared along the circle."""
+    model = Swing(point=PointOnRod(), height=Height())
+    system = compile(model)
+    assert len(linearise(model, system=system).poles) == 4
+    order = [system.state_names.index(f"point.{name}") for name in "xyuv"]
+    monkeypatch.setattr(system, "has_invariants", True, raising=False)
+    monkeypatch.setattr(system, "invariants", lambda t, y, inputs: _invariants(y[jnp.array(order)]), raising=False)
+    linear = linearise(model, system=system, outputs=["point.y", "point.x"])
+    assert set(linear.states) == {"point.x", "point.u"}
+    np.testing.assert_allclose(linear.poles, np.array([1j, -1j]) * np.sqrt(GRAVITY / LENGTH), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(linear.C @ linear.A @ linear.A, -GRAVITY / LENGTH * linear.C, atol=1e-12)
+    np.testing.assert_allclose(linear.C[0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(linear.energy["point"], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(linear.energy["height"], 0.5, rtol=1e-12)
 
 
 def test_energy_along_a_constraint() -> None:
@@ -229,6 +302,13 @@ class Inverted(Component):
 
     def connections(self) -> Connections:
         return (connect(self.weight.flange, self.rotor.a),)
+
+
+def test_mode_that_stores_nothing() -> None:
+    """The angle of a motor that turns freely."""
+    energy = linearise(motor_rig()).energy
+    np.testing.assert_array_equal(energy.values[:, 0], 0.0)
+    np.testing.assert_allclose(energy.values[:, 1:].sum(axis=0), 1.0, rtol=1e-12)
 
 
 def test_weight_that_drives_a_mode() -> None:
