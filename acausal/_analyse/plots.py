@@ -66,7 +66,8 @@ def plot_poles(system: Any, ax: Any) -> Any:
     ax.set_xlabel("real part [1/s]")
     ax.set_ylabel("imaginary part [rad/s]")
     ax.set_title("poles and transmission zeros" if len(zeros) else "poles", fontsize="medium")
-    ax.legend(loc="best", fontsize="small", frameon=False)
+    if len(zeros):
+        ax.legend(loc="best", fontsize="small", frameon=False)
     ax.grid(alpha=0.3)
     return ax
 

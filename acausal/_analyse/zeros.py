@@ -7,6 +7,9 @@ from scipy.linalg import eigvals, matrix_balance, svd
 
 from .realisation import SMALL, minimal
 
+# Relative size of couplings that count as zero: a smaller one would make a zero this much faster than the fastest pole.
+COUPLING = 1e-10
+
 Matrices = tuple[Any, Any, Any, Any]
 
 
@@ -23,16 +26,18 @@ def transmission_zeros(matrices: Matrices) -> np.ndarray:
     What makes zeros at infinity and a deficient rank is taken out first, by rank decisions on balanced matrices; those
     left are the eigenvalues of a regular pencil.
     """
-    A, B, C, D = _compressed(*_normalised(*(np.asarray(matrix, float) for matrix in matrices)))
+    A, B, C, D = (np.asarray(matrix, float) for matrix in matrices)
+    rate = np.linalg.norm(matrix_balance(A, permute=False)[0]) if A.any() else 1.0
+    A, B, C, D = _compressed(*_normalised(A / rate, B / rate, C, D))
     A, C, B, D = (matrix.T for matrix in _compressed(A.T, C.T, B.T, D.T))
     n = len(A)
     if n == 0:
         return np.zeros(0, complex)
     if D.size == 0:
-        return _sorted(eigvals(A))
+        return _sorted(rate * eigvals(A))
     # Orthogonal columns W with [C, D] W = [0, D'] leave the pencil (A' - s E') of the zeros.
     W = svd(np.concatenate([C, D], axis=1))[2][len(D) :].T
-    return _sorted(eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]))
+    return _sorted(rate * eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]))
 
 
 def _sorted(values: Any) -> np.ndarray:
@@ -40,12 +45,12 @@ def _sorted(values: Any) -> np.ndarray:
 
 
 def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
-    """The same zeros, from matrices whose rows and columns are of alike size."""
+    """The same zeros, from balanced states and from inputs and outputs of size 1."""
     if len(A):
         A, (scale, _) = matrix_balance(A, permute=False, separate=True)
         B, C = B / scale[:, None], C * scale
     inputs = np.linalg.norm(np.concatenate([B, D]), axis=0)
-    inputs = np.where(inputs > 0.0, inputs, 1.0) / max(np.linalg.norm(A), 1e-300)
+    inputs = np.where(inputs > 0.0, inputs, 1.0)
     B, D = B / inputs, D / inputs
     outputs = np.linalg.norm(np.concatenate([C, D], axis=1), axis=1)[:, None]
     outputs = np.where(outputs > 0.0, outputs, 1.0)
@@ -56,13 +61,13 @@ def _compressed(A: Any, B: Any, C: Any, D: Any) -> Matrices:
     """An equivalent system whose D has full row rank: outputs that do not see the inputs at once become constraints."""
     while len(C):
         left, values, _ = svd(D) if D.size else (np.eye(len(C)), np.zeros(0), None)
-        rank = int(np.sum(values > SMALL))
+        rank = int(np.sum(values > COUPLING))
         C, D = left.T @ C, (left.T @ D)[:rank]
         if rank == len(C):
             break
         top, blind = C[:rank], C[rank:]
         _, seen, V = svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
-        held = int(np.sum(seen > SMALL))  # states that the other outputs hold at zero
+        held = int(np.sum(seen > COUPLING))  # states that the other outputs hold at zero
         if held == 0:
             return A, B, top, D
         # The last coordinates are held; their rates become outputs.

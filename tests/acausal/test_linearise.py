@@ -61,7 +61,7 @@ def test_motor_frequency_response(motor: LinearSystem) -> None:
     ws = np.array([0.01, 3.0, 50.0, 4000.0])
     expected = np.array([_motor_response(1j * w) for w in ws])
     np.testing.assert_allclose(np.array(motor.frequency_response(ws)), expected, rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose(motor.dc_gain, _motor_response(0.0).real, rtol=1e-12)
+    np.testing.assert_allclose(motor.dc_gain, np.real(_motor_response(0.0)), rtol=1e-12)
 
 
 def test_motor_transfer_functions(motor: LinearSystem) -> None:
@@ -193,7 +193,7 @@ class Rod(Component):
 
     k: Param[Scalar, "1/s"] = 2.0
     rates: Param[Vector, "1/s", shape(3)]
-    T: Var[Vector, "K", shape(3)] = 0.0
+    T: Var[Vector, "K", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
 
     def equations(self, d: Self) -> Equations:
         return dict(heat=eq(d.T, -self.k * (self.T - jnp.concatenate([jnp.zeros(1), self.T[:-1]])) + self.rates))

@@ -95,6 +95,20 @@ def test_geometric_stiffness() -> None:
     np.testing.assert_allclose(modes.frequency[-3], 2.949966996237943, rtol=1e-9)
 
 
+def test_channels_of_a_stiff_actuator() -> None:
+    """Voltage to stroke: three poles more than zeros, beside a pole of 1e5 1/s and in metres beside pascals."""
+    model = DESIGNS["ema_fise"]()
+    system = linearise(model, at=[1e-9, 6e-3, 0.0, 1.0, 0.0], inputs=["supply.V"], outputs=["slave.rod.s", "line.p"])
+    assert len(system.minimal().states) == 4
+    # The liquid's damping and stiffness, and the piston on the clutch spring.
+    np.testing.assert_allclose(system.channel("slave.rod.s").zeros, [-149408526513837.7 / 6.8e11], rtol=1e-6)
+    piston = np.roots([0.3, 2e-3, 58e3])
+    expected = [-149408526513837.7 / 6.8e11, *piston[np.argsort(-piston.imag)]]
+    np.testing.assert_allclose(system.channel("line.p").zeros, expected, rtol=1e-6)
+    low = system.frequency_response(1e-5)
+    np.testing.assert_allclose(system.dc_gain, low.real, rtol=1e-6)
+
+
 def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:
     for name in ("validate", "validate_openings"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
