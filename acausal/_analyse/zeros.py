@@ -34,14 +34,15 @@ def transmission_zeros(matrices: Matrices) -> np.ndarray:
     if n == 0:
         return np.zeros(0, complex)
     if D.size == 0:
-        return _sorted(rate * eigvals(A))
+        return _sorted(eigvals(A), rate)
     # Orthogonal columns W with [C, D] W = [0, D'] leave the pencil (A' - s E') of the zeros.
     W = svd(np.concatenate([C, D], axis=1))[2][len(D) :].T
-    return _sorted(rate * eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]))
+    return _sorted(eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]), rate)
 
 
-def _sorted(values: Any) -> np.ndarray:
-    return values[np.lexsort((-values.imag, np.round(np.abs(values), 12)))]
+def _sorted(values: Any, rate: Any) -> np.ndarray:
+    """In rising order of size, of a conjugate pair the one above the real axis first; times a rate in 1/s."""
+    return rate * values[np.lexsort((-values.imag, np.round(np.abs(values), 12)))]
 
 
 def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
