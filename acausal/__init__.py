@@ -1,5 +1,7 @@
 """Acausal, differentiable component models in JAX."""
 
+from ._analyse.linear_system import LinearSystem as LinearSystem
+from ._analyse.linearise import linearise as linearise
 from ._declare.annotations import Flow as Flow
 from ._declare.annotations import Nominal as Nominal
 from ._declare.annotations import Param as Param

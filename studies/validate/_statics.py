@@ -2,16 +2,14 @@
 
 import dataclasses
 import functools as ft
-from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from jaxtyping import Float
 
-from acausal import Inputs, Scalar, System, compile, simulate
+from acausal import Scalar, linearise
 from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
@@ -53,20 +51,10 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
     if loaded:
         rest = hold(model, stroke)
         undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
-        start = simulate(undamped, 1e-6)
-        system, y = start.system, start.ys[0]
     else:
         undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), _angle(model, stroke, 0.0))
-        system = compile(undamped)
-        y = jnp.zeros(len(system.nominals))  # all is linear
-    matrix = _jacobian(system, y, system.pack(undamped))
-    frequencies = np.linalg.eigvals(matrix).imag / (2.0 * np.pi)
-    return np.sort(frequencies[frequencies > 1e-6 * np.max(frequencies)])
-
-
-@ft.partial(jax.jit, static_argnums=0)
-def _jacobian(system: System, y: Any, inputs: Inputs) -> Any:
-    return jax.jacfwd(lambda y: system.vector_field(0.0, y, inputs))(y)
+    frequencies = np.asarray(linearise(undamped).poles.imag) / (2.0 * np.pi)
+    return frequencies[frequencies > 1e-6 * np.max(frequencies)]
 
 
 def _delivered(model: ClutchActuator, angle: Scalar) -> Scalar:

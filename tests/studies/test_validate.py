@@ -3,11 +3,15 @@
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import numpy as np
 import pytest
 from _designs import DESIGNS
 from _thesis_reference import HOLDING, MODES, OPENING_TIMES
+from scipy.optimize import brentq
 
+from acausal import linearise
+from components.electrical import ConstantCurrent
 from studies.validate import hold, mode_frequencies
 
 KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model"}
@@ -74,6 +78,35 @@ def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
     condition = "held against the spring"
     assert _model(validated, "ema_fise", "mode_frequency_1", condition) == pytest.approx(expected[0], rel=1e-6)
     assert _model(validated, "ema_fise", "mode_frequency_2", condition) == pytest.approx(expected[1], rel=1e-6)
+
+
+def test_geometric_stiffness() -> None:
+    """The published point: at 6 mm with the cam where it is without pressure, and the pressure of the spring."""
+    model = DESIGNS["ema_fise"]()
+    free = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
+    free = eqx.tree_at(lambda m: m.supply, free, ConstantCurrent(I=0.0))
+    pressure = 58e3 * 6e-3 / (0.25 * np.pi * 17.4625e-3**2)
+    lift = 6e-3 * (17.4625 / 19.05) ** 2
+    cam = brentq(lambda angle: float(model.cam.profile.lift(angle)) - lift, 0.1, 2.0, xtol=1e-14)
+    system = linearise(free)
+    values = {"line.V": pressure / 149408526513837.7, "slave.rod.s": 6e-3, "gearbox.carrier.phi": cam}
+    modes = linearise(free, at=[values.get(name, 0.0) for name in system.states]).modes
+    np.testing.assert_allclose(modes.frequency[-1], 854.147955979504, rtol=1e-9)
+    np.testing.assert_allclose(modes.frequency[-3], 2.949966996237943, rtol=1e-9)
+
+
+def test_channels_of_a_stiff_actuator() -> None:
+    """Voltage to stroke: three poles more than zeros, beside a pole of 1e5 1/s and in metres beside pascals."""
+    model = DESIGNS["ema_fise"]()
+    system = linearise(model, at=[1e-9, 6e-3, 0.0, 1.0, 0.0], inputs=["supply.V"], outputs=["slave.rod.s", "line.p"])
+    assert len(system.minimal().states) == 4
+    # The liquid's damping and stiffness, and the piston on the clutch spring.
+    np.testing.assert_allclose(system.channel("slave.rod.s").zeros, [-149408526513837.7 / 6.8e11], rtol=1e-6)
+    piston = np.roots([0.3, 2e-3, 58e3])
+    expected = [-149408526513837.7 / 6.8e11, *piston[np.argsort(-piston.imag)]]
+    np.testing.assert_allclose(system.channel("line.p").zeros, expected, rtol=1e-6)
+    low = system.frequency_response(1e-5)
+    np.testing.assert_allclose(system.dc_gain, low.real, rtol=1e-6)
 
 
 def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:

@@ -1,0 +1,20 @@
+"""Linear systems for other libraries."""
+
+from typing import Any
+
+import numpy as np
+
+from .._errors import ModelError
+
+
+def to_control(system: Any) -> Any:
+    """A `control.StateSpace`; see `LinearSystem.to_control`."""
+    try:
+        import control
+    except ImportError as error:
+        raise ModelError('to_control() needs python-control: pip install "acausal[control]".') from error
+    matrices = [np.asarray(matrix) for matrix in (system.A, system.B, system.C, system.D)]
+    names = {
+        role: [name.replace(".", "_") for name in getattr(system, role)] for role in ("states", "inputs", "outputs")
+    }
+    return control.StateSpace(*matrices, **names)

@@ -1,0 +1,104 @@
+"""`linearise`: from a model at an operating point to a linear system."""
+
+import functools as ft
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Component
+from .._evaluate.system import Inputs, System
+from .._integrate.quantity import Quantity, trace
+from .._integrate.simulate import system_of
+from .linear_system import LinearSystem
+from .point import Point, invariants_at, operating_point
+from .redundant import reduced
+from .signals import (
+    Output,
+    Place,
+    Signals,
+    input_places,
+    input_signals,
+    input_values,
+    output_signals,
+    state_signals,
+    with_inputs,
+)
+
+
+def linearise(
+    model: Component,
+    *,
+    at: Any = None,
+    t: Any = None,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[Output] | Mapping[str, Output] = (),
+    system: System | None = None,
+) -> LinearSystem:
+    """Linearise a model: d(dx)/dt = A dx + B du, dy = C dx + D du for small deviations from an operating point.
+
+    The derivatives are exact (automatic differentiation of the reduced equations). `jit`, `vmap` and `grad` work over
+    the model and the operating point.
+
+    - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which the states are read; or a state vector in
+      the order of `system.state_names`; or None for the model's own start values, made consistent. Parameters are those
+      of `model`. The point need not be an equilibrium, but only about one do the poles say what is stable, and not
+      depend on the choice of states; `rates` holds the derivatives of the states there.
+    - `t`: the time in s for models with a clock, by default that of the view, else 0.
+    - `inputs`: paths of scalar parameters, such as "supply.V".
+    - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
+      mapping gives them names.
+    - `system`: the outcome of `compile`, whose choice of states is then used.
+
+    Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
+    input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
+    `SimulationError` for start values that contradict each other.
+    """
+    system = system_of(model) if system is None else system
+    system = system if system.solved is None else system.solved
+    places = tuple(input_places(system, inputs))
+    output, function = output_signals(system, outputs)
+    point = operating_point(model, system, at, t)
+    quantity, constants = trace(function, system.flat, "outputs")
+    rates, A, B, C, D = _matrices(places, quantity, constants, point)
+    state, sizes, basis = state_signals(system), system.nominals, None
+    independent = np.arange(len(sizes))
+    invariants = invariants_at(point)
+    if invariants is not None:
+        A, B, C, basis, independent = reduced(A, B, C, jax.jacfwd(invariants)(point.y), sizes)
+        state = Signals(*(tuple(item[i] for i in independent) for item in (state.names, state.units)))
+    source = input_signals(system, places)
+    return LinearSystem(
+        A=A,
+        B=B,
+        C=C,
+        D=D,
+        rates=rates,
+        states=state.names,
+        inputs=source.names,
+        outputs=output.names,
+        units=(state.units, source.units, output.units),
+        sizes=tuple(sizes[independent].tolist()),
+        _point=point,
+        _basis=basis,
+        _independent=tuple(independent.tolist()),
+    )
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _matrices(places: tuple[Place, ...], quantity: Quantity, constants: list[Any], point: Point) -> Any:
+    """dx/dt at the point, and A, B, C and D."""
+    n, u = point.y.shape[0], input_values(point.params, places)
+
+    def extended(z: Any) -> Any:
+        y, params = z[:n], with_inputs(point.params, places, z[n:])
+        rates = point.system.vector_field(point.t, y, Inputs(point.system.pack_params(params), point.starts))
+        return jnp.concatenate(
+            [rates, *(value[None] for value in quantity(constants, point.read(quantity.leaves, y, params)))]
+        )
+
+    z = jnp.concatenate([point.y, u])
+    slopes = jax.jacfwd(extended)(z) if len(z) else jnp.zeros((quantity.n_outputs, 0))
+    return extended(z)[:n], slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]

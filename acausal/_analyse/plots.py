@@ -1,0 +1,138 @@
+"""Pictures of linear systems; needs matplotlib."""
+
+from typing import Any
+
+import numpy as np
+
+from .._errors import ModelError
+from .._show.plot import _pyplot
+
+PANEL = (4.6, 2.1)  # inches, width and height of a panel
+POINTS = 600
+
+
+def plot_bode(system: Any, w: Any, axes: Any) -> Any:
+    """Gain over phase, a column for each input; see `LinearSystem.plot_bode`."""
+    _check_channels(system)
+    w = _frequencies(system) if w is None else np.asarray(w, float)
+    response = np.asarray(system.frequency_response(w))
+    axes = _panels(axes, 2, len(system.inputs), sharex=True)
+    for j, name in enumerate(system.inputs):
+        for i, output in enumerate(system.outputs):
+            phase = np.degrees(np.unwrap(np.angle(response[:, i, j])))
+            # The branch whose low-frequency end is nearest to zero.
+            phase -= 360.0 * np.round(phase[0] / 360.0)
+            axes[0, j].loglog(w / (2 * np.pi), np.abs(response[:, i, j]), label=_labelled(system, output))
+            axes[1, j].semilogx(w / (2 * np.pi), phase)
+        axes[0, j].set_title(f"from {name}", fontsize="medium")
+        axes[0, j].set_ylabel(f"gain [unit of output per {system.unit(name) or 'unit'}]")
+        axes[0, j].legend(loc="best", fontsize="small", frameon=False)
+        axes[1, j].set_ylabel("phase [°]")
+        axes[1, j].yaxis.set_major_locator(_locator())
+        axes[1, j].set_xlabel("frequency [Hz]")
+    return _with_grid(axes)
+
+
+def plot_step(system: Any, ts: Any, axes: Any) -> Any:
+    """A row for each unit, a column for each input; see `LinearSystem.plot_step`."""
+    _check_channels(system)
+    ts = np.linspace(0.0, _duration(system), POINTS) if ts is None else np.asarray(ts, float)
+    response = np.asarray(system.step_response(ts))
+    units = list(dict.fromkeys(system.unit(output) for output in system.outputs))
+    axes = _panels(axes, len(units), len(system.inputs), sharex=True)
+    for j, name in enumerate(system.inputs):
+        for i, output in enumerate(system.outputs):
+            axes[units.index(system.unit(output)), j].plot(ts, response[:, i, j], label=output)
+        axes[0, j].set_title(f"{name} rises by 1 {system.unit(name)}".rstrip(), fontsize="medium")
+        for ax, unit in zip(axes[:, j], units, strict=True):
+            ax.set_ylabel(f"change [{unit}]" if unit else "change")
+            ax.legend(loc="best", fontsize="small", frameon=False)
+        axes[-1, j].set_xlabel("time [s]")
+    return _with_grid(axes)
+
+
+def plot_poles(system: Any, ax: Any) -> Any:
+    """Crosses and circles; see `LinearSystem.plot_poles`."""
+    poles: Any = np.asarray(system.poles)
+    zeros: Any = system.zeros if system.inputs and system.outputs else np.zeros(0, complex)
+    if ax is None:
+        _, ax = _pyplot().subplots(figsize=(5.6, 4.2), layout="constrained")
+    ax.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
+    ax.axvline(0.0, color="0.6", linewidth=0.8, zorder=0)
+    ax.plot(poles.real, poles.imag, "x", color="tab:blue", markersize=8, markeredgewidth=1.8, label="poles")
+    if len(zeros):
+        ax.plot(zeros.real, zeros.imag, "o", color="tab:red", markersize=8, fillstyle="none", label="zeros")
+    _spread(ax, np.concatenate([poles, zeros]))
+    ax.set_xlabel("real part [1/s]")
+    ax.set_ylabel("imaginary part [rad/s]")
+    ax.set_title("poles and transmission zeros" if len(zeros) else "poles", fontsize="medium")
+    if len(zeros):
+        ax.legend(loc="best", fontsize="small", frameon=False)
+    ax.grid(alpha=0.3)
+    return ax
+
+
+def _spread(ax: Any, points: Any) -> None:
+    """Axes that are linear about the origin and logarithmic beyond, where a linear one would hide the slow poles."""
+    sizes = _sizes(points)
+    if len(sizes) and sizes[-1] > 30.0 * sizes[0]:
+        threshold = 10.0 ** np.floor(np.log10(sizes[0]))
+        ax.set_xscale("symlog", linthresh=threshold)
+        if np.any(points.imag):
+            ax.set_yscale("symlog", linthresh=threshold)
+
+
+def _sizes(points: Any) -> np.ndarray:
+    """The sizes of poles and zeros but for those at the origin, in rising order."""
+    sizes = np.sort(np.abs(points))
+    return sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
+
+
+def _frequencies(system: Any) -> np.ndarray:
+    """From a decade below the slowest to a decade above the fastest pole or zero, in rad/s; closest about the poles."""
+    poles, zeros = np.asarray(system.poles), system.zeros
+    sizes = _sizes(np.concatenate([poles, zeros]))
+    low, high = (sizes[0] / 10.0, sizes[-1] * 10.0) if len(sizes) else (0.1, 10.0)
+    turns = [np.abs(point) for point in (*poles, *zeros) if point.imag > 0.0]
+    grid = np.geomspace(low, high, POINTS)
+    near = [size * (1.0 + np.sign(s) * s**2) for size in turns for s in np.linspace(-0.3, 0.3, 61) if s != 0.0]
+    return np.sort(np.concatenate([grid, near]))
+
+
+def _duration(system: Any) -> float:
+    """Five time constants of the slowest mode that decays, or ten periods of the slowest where none does."""
+    poles: Any = np.asarray(system.poles)
+    sizes = _sizes(poles)
+    decays = -poles.real[poles.real < -1e-9 * np.max(np.abs(poles), initial=0.0)]
+    if len(decays):
+        return float(5.0 / np.min(decays))
+    return float(20.0 * np.pi / sizes[0]) if len(sizes) else 1.0
+
+
+def _check_channels(system: Any) -> None:
+    if not system.inputs or not system.outputs:
+        raise ModelError("There is no channel to plot: call linearise(model, inputs=[...], outputs=[...]).")
+
+
+def _panels(axes: Any, rows: int, columns: int, **options: Any) -> np.ndarray:
+    if axes is None:
+        size = (PANEL[0] * columns + 1.0, PANEL[1] * rows + 0.6)
+        _, axes = _pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", **options)
+    return np.reshape(axes, (rows, columns))
+
+
+def _labelled(system: Any, name: str) -> str:
+    return f"{name} [{system.unit(name)}]" if system.unit(name) else name
+
+
+def _locator() -> Any:
+    """Ticks at 45, 90 or 180 degrees."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=6, steps=[1, 1.5, 1.8, 3, 4.5, 9, 10])
+
+
+def _with_grid(axes: Any) -> Any:
+    for ax in axes.ravel():
+        ax.grid(alpha=0.3)
+    return axes

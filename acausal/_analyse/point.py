@@ -1,0 +1,176 @@
+"""The operating point: where a model is linearised."""
+
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._declare.component import Component
+from .._errors import ModelError, ParameterError, SimulationError
+from .._evaluate.initial import constrained_names, initial_state, is_plain
+from .._evaluate.observe import observe
+from .._evaluate.system import Inputs, System
+from .._reduce.aliases import TIME
+from .._tracing import is_traced
+
+ITERATIONS = 20  # of Gauss and Newton, for states that a view does not hold
+
+
+class Point(eqx.Module):
+    """Time, state vector and parameters of a model."""
+
+    t: Any
+    y: Float[Array, " n"]
+    params: list[Any]  # the leaves of the model, None where they are variables
+    starts: Any
+    system: System = eqx.field(static=True)
+
+    def inputs(self, params: Sequence[Any] | None = None) -> Inputs:
+        """What the compiled functions take, with other parameters if they are given."""
+        return Inputs(self.system.pack_params(self.params if params is None else params), self.starts)
+
+    def read(self, leaves: Sequence[int], y: Any, params: Sequence[Any] | None = None) -> list[Any]:
+        """The values of leaves by number, in the state `y`."""
+        params = self.params if params is None else params
+        variables = [leaf for leaf in leaves if leaf in self.system.variable_leaves]
+        observed = observe(self.system, self.t, y, self.inputs(params), variables)
+        values = dict(zip(variables, observed, strict=True))
+        return [values[leaf] if leaf in values else params[leaf] for leaf in leaves]
+
+
+def invariants_at(point: Point) -> Callable[[Any], Any] | None:
+    """The functions of the state vector that stay zero, where the states are more than the degrees of freedom."""
+    if not getattr(point.system, "has_invariants", False):
+        return None
+    return lambda y: point.system.invariants(point.t, y, point.inputs())  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
+    """The point that `linearise` is asked for; see there."""
+    check_structure(model, system, f"The {type(model).__name__} to linearise")
+    leaves = jax.tree_util.tree_leaves(model)
+    params = [None if i in system.variable_leaves else jnp.asarray(leaf, float) for i, leaf in enumerate(leaves)]
+    _check_parameters(system, params)
+    starts = jnp.asarray(system.starts.pack(leaves))
+    if isinstance(at, Component):
+        check_structure(at, system, "The operating point")
+        _check_one_instant(system, at)
+        t = _time_of(system, at) if t is None else t
+    point = Point(jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system)
+    return eqx.tree_at(lambda p: p.y, point, _state(point, at))
+
+
+def _state(point: Point, at: Any) -> Any:
+    system = point.system
+    if at is None:
+        return _start(point)
+    if isinstance(at, Component):
+        return _state_of_view(point, at)
+    if not isinstance(at, jax.Array | np.ndarray | list | tuple):
+        raise ModelError(
+            f"at={type(at).__name__} is not an operating point: give a view of the model such as sol.final or "
+            "sol.at(t), a state vector, or None for the start values."
+        )
+    y = jnp.asarray(at, float)
+    if y.shape != system.nominals.shape:
+        raise ModelError(
+            f"The operating point has shape {y.shape}, but the system has {len(system.nominals)} states: "
+            f"{', '.join(system.state_names) or 'none'}."
+        )
+    return y
+
+
+def check_structure(model: Any, system: System, what: str) -> None:
+    """Raise unless a model, or a view of one, has the structure that the system was made from."""
+    if jax.tree_util.tree_structure(model) != system.flat.structure:
+        raise ModelError(
+            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
+            "parts and static fields have to be the same."
+        )
+
+
+def _check_one_instant(system: System, view: Any) -> None:
+    for leaf, value in zip(system.flat.leaves, jax.tree_util.tree_leaves(view), strict=True):
+        if leaf.declaration.role != "param" and np.shape(value) not in ((), leaf.stack + leaf.sizes):
+            raise ModelError(
+                f"The operating point is not one instant: {leaf.path} has shape {np.shape(value)}. Give sol.final or "
+                "sol.at(t) with one time, and use jax.vmap for several."
+            )
+
+
+def _check_parameters(system: System, params: list[Any]) -> None:
+    for leaf in system.signed_leaves:
+        declaration, path = system.flat.leaves[leaf].declaration, system.flat.leaves[leaf].path
+        assert declaration.sign is not None
+        if not is_traced(params[leaf]) and not np.all(declaration.sign.admits(np.asarray(params[leaf]))):
+            raise ParameterError(f"{path} must be {declaration.sign.name}, got {params[leaf]} {declaration.unit}.")
+
+
+def _start(point: Point) -> Any:
+    """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
+    y, bad = _initial_state(point, is_plain(point.system, point.starts))
+    if not is_traced(bad) and np.any(bad):
+        name = constrained_names(point.system)[int(np.argmax(np.asarray(bad)))]
+        raise SimulationError(
+            f"The start values contradict the constraints: {name} cannot have the value it is given. Leave it out, or "
+            "that of a variable that it is connected to rigidly."
+        )
+    return jnp.where(jnp.any(bad), jnp.nan, y)
+
+
+@ft.partial(jax.jit, static_argnums=1)
+def _initial_state(point: Point, plain: bool) -> tuple[Any, Any]:
+    return initial_state(point.system, point.t, point.inputs(), plain=plain)
+
+
+def _time_of(system: System, view: Any) -> Any:
+    """The time at which a view was taken, None where no leaf of the model tells it."""
+    times = np.flatnonzero(system.merged.representative == TIME)
+    return _value_of_node(system, jax.tree_util.tree_leaves(view), int(times[0])).reshape(()) if len(times) else None
+
+
+def _value_of_node(system: System, leaves: Sequence[Any], node: int) -> Any:
+    """The value that a view has for a node, as a flat vector."""
+    index = int(system.flat.leaf_of_node[node])
+    leaf = system.flat.leaves[index]
+    whole = jnp.broadcast_to(jnp.asarray(leaves[index], float), leaf.stack + leaf.sizes)
+    return whole.reshape(leaf.count, -1)[node - leaf.first]
+
+
+def _state_of_view(point: Point, view: Any) -> Any:
+    """States by their leaves; a state that is a derivative has none, and follows from the other variables."""
+    system = point.system
+    leaves = jax.tree_util.tree_leaves(view)
+    table, size = system.ordered.table, system.plan.size
+    parts = [
+        jnp.zeros(size(v)) if order else _value_of_node(system, leaves, int(table.variables[v]))
+        for v, order in system.states
+    ]
+    y = jnp.concatenate(parts) if parts else jnp.zeros(0)
+    hidden = np.repeat([order > 0 for _, order in system.states], [size(v) for v, _ in system.states])
+    return _completed(point, leaves, y, tuple(np.flatnonzero(hidden).tolist())) if hidden.any() else y
+
+
+@ft.partial(jax.jit, static_argnums=3)
+def _completed(point: Point, leaves: Sequence[Any], y: Any, elements: tuple[int, ...]) -> Any:
+    """The state whose `elements` reproduce all variables of a view, by Gauss and Newton's method."""
+    system, hidden = point.system, np.array(elements)
+    wanted = system.flat.variable_leaves
+    target = jnp.concatenate([jnp.ravel(jnp.asarray(leaves[i], float)) for i in wanted])
+
+    def misfit(x: Any) -> Any:
+        values = point.read(wanted, y.at[hidden].set(x * system.nominals[hidden]))
+        return jnp.concatenate([jnp.ravel(value) for value in values]) - target
+
+    def step(x: Any, _: None) -> tuple[Any, None]:
+        slopes = jax.jacfwd(misfit)(x)
+        rows = 1.0 / jnp.maximum(jnp.max(jnp.abs(slopes), axis=1), 1e-300)
+        return x - jnp.linalg.lstsq(slopes * rows[:, None], misfit(x) * rows)[0], None
+
+    x, _ = jax.lax.scan(step, jnp.zeros(len(hidden)), None, length=ITERATIONS)
+    return y.at[hidden].set(x * system.nominals[hidden])

@@ -1,0 +1,83 @@
+"""States that invariants tie to each other: elimination of the dependent ones."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from scipy.linalg import qr
+
+from .._errors import ModelError
+from .._tracing import is_traced
+
+RANK = 1e-10  # pivots below this part of the largest one count as zero
+
+
+class Reduced(NamedTuple):
+    """A system in independent states; `basis` maps them to all: dy = basis dz."""
+
+    A: Float[Array, "k k"]
+    B: Float[Array, "k m"]
+    C: Float[Array, "p k"]
+    basis: Float[Array, "n k"]
+    independent: np.ndarray  # the numbers of the independent states, in rising order
+
+
+def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None) -> Reduced:
+    """Eliminate the states that the invariants g(y) = 0 determine, with G = dg/dy.
+
+    A system dy/dt = f(y, u) that keeps g(y) = 0 has eigenvalues that only say how it would leave the invariants. Small
+    motions on them obey G dy = 0, so that dy = [dz; -G_d^-1 G_i dz] with independent states z and dependent ones d, and
+    d(dz)/dt = A_i dy + B_i du. The dependent states are those on which a QR decomposition of G with column pivoting
+    pivots, the states being measured in their nominal `sizes`; this needs numbers. `independent` fixes the choice, and
+    then the function works under `jit`.
+
+    Raises `ModelError` where the rows of G are not independent, as in a singular position of a mechanism.
+    """
+    G, sizes = jnp.asarray(G) * sizes, np.asarray(sizes)
+    if independent is None:
+        independent = _independent(G)
+    independent = np.asarray(independent)
+    dependent = np.setdiff1d(np.arange(G.shape[1]), independent)
+    tied = -jnp.linalg.solve(G[:, dependent], G[:, independent])
+    basis = jnp.zeros((G.shape[1], len(independent)))
+    basis = basis.at[independent, np.arange(len(independent))].set(1.0).at[dependent].set(tied)
+    basis = sizes[:, None] * basis / sizes[independent]
+    return Reduced(A[independent] @ basis, B[independent], C @ basis, basis, independent)
+
+
+def _independent(G: Any) -> np.ndarray:
+    if is_traced(G):
+        raise ModelError(
+            "Which states are independent is chosen from numbers: linearise a model with invariants outside jit, vmap "
+            "and grad, or fix the choice."
+        )
+    matrix = np.asarray(G)
+    # Rows of one size, so that the rank is not a matter of the units of the constraints.
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    _, triangle, pivots = qr(  # pyright: ignore[reportAssignmentType]
+        matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True
+    )
+    size = np.abs(np.diag(triangle))
+    if len(matrix) and (len(size) < len(matrix) or size[-1] <= RANK * size[0]):
+        raise ModelError(
+            "The constraints between the states are not independent at the operating point, as in a singular position "
+            "of a mechanism: linearise beside it."
+        )
+    return np.sort(pivots[len(matrix) :])
+
+
+def curvature(invariants: Any, y: Any, direction: Any, independent: np.ndarray) -> Any:
+    """d2y/ds2 of the curve on g(y) = 0 whose independent states move along `direction` at constant rate.
+
+    G d2y/ds2 = -d2g/dy2 [direction, direction], with no part in the independent states.
+    """
+
+    def first(point: Any) -> Any:
+        return jax.jvp(invariants, (point,), (direction,))[1]
+
+    dependent = np.setdiff1d(np.arange(len(y)), independent)
+    bend = jax.jvp(first, (y,), (direction,))[1]
+    G = jax.jacfwd(invariants)(y)
+    return jnp.zeros(len(y)).at[dependent].set(-jnp.linalg.solve(G[:, dependent], bend))

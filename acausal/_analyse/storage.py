@@ -1,0 +1,62 @@
+"""The energy that each component stores in each mode."""
+
+import functools as ft
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._integrate.energy import stored
+from .._integrate.quantity import Quantity, trace
+from .._reduce.jaxpr import slice_output
+from .modes import Shares
+from .point import Point, invariants_at
+from .redundant import curvature
+
+NOTHING = 1e-22  # part of the energy of other modes that is the square of a rounding error
+
+
+def energy_shares(point: Point, poles: Any, shapes: Any, independent: tuple[int, ...]) -> Shares:
+    """The share of each component with stored energy in each mode; `shapes` are directions of all states.
+
+    For a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
+    the energy that it stores in that mode, averaged over a period. Divided by the sum of their absolute values.
+    """
+    quantity, constants = trace(stored, point.system.flat, "energy")
+    values = _second_variations(quantity, independent, constants, point, shapes)
+    total = jnp.sum(jnp.abs(values), axis=0)
+    total = jnp.where(total > NOTHING * jnp.max(total, initial=0.0), total, jnp.inf)
+    names = jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs))
+    stores = {name: i for name, i in names.items() if _depends(quantity, len(constants), i)}
+    shares = (values / total)[np.array(list(stores.values()), int)]
+    return Shares(shares, poles, tuple(stores), "energy")
+
+
+def _depends(quantity: Quantity, n_constants: int, output: int) -> bool:
+    """Whether a component's stored energy depends on anything, as a mass's does and a resistor's does not."""
+    return any(position >= n_constants for position in slice_output(quantity.closed, output).used)
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _second_variations(
+    quantity: Quantity, independent: tuple[int, ...], constants: list[Any], point: Point, v: Any
+) -> Any:
+    """v^H H v for each output of `quantity` (down) and each column of `v` (across), along the invariants."""
+    invariants = invariants_at(point)
+
+    def energies(y: Any) -> Any:
+        values = quantity(constants, point.read(quantity.leaves, y))
+        return jnp.stack(values) if values else jnp.zeros(0)
+
+    def along(direction: Any) -> Any:
+        def slope(y: Any) -> Any:
+            return jax.jvp(energies, (y,), (direction,))[1]
+
+        second = jax.jvp(slope, (point.y,), (direction,))[1]
+        if invariants is None:
+            return second
+        bend = curvature(invariants, point.y, direction, np.array(independent))
+        return second + jax.jvp(energies, (point.y,), (bend,))[1]
+
+    return jax.vmap(lambda column: along(column.real) + along(column.imag), in_axes=1, out_axes=1)(v)
