@@ -11,10 +11,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
+from .._declare.node import complete_leaves, layout_of
 from .._errors import ModelError, ParameterError, SimulationError
-from .._evaluate.initial import constrained_names, initial_state, is_plain
+from .._evaluate.initial import constrained_names, initial_state
 from .._evaluate.observe import observe
-from .._evaluate.system import Inputs, System
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
 
@@ -28,11 +30,12 @@ class Point(eqx.Module):
     y: Float[Array, " n"]
     params: list[Any]  # the leaves of the model, None where they are variables
     starts: Any
+    given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
 
     def inputs(self, params: Sequence[Any] | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
-        return Inputs(self.system.pack_params(self.params if params is None else params), self.starts)
+        return Inputs(self.system.pack_params(self.params if params is None else params), self.starts, self.given)
 
     def read(self, leaves: Sequence[int], y: Any, params: Sequence[Any] | None = None) -> list[Any]:
         """The values of leaves by number, in the state `y`."""
@@ -45,15 +48,15 @@ class Point(eqx.Module):
 
 def invariants_at(point: Point) -> Callable[[Any], Any] | None:
     """The functions of the state vector that stay zero, where the states are more than the degrees of freedom."""
-    if not getattr(point.system, "has_invariants", False):
+    if not point.system.ordered.invariants:
         return None
-    return lambda y: point.system.invariants(point.t, y, point.inputs())  # pyright: ignore[reportAttributeAccessIssue]
+    return lambda y: point.system.missed_invariants(point.t, y, point.inputs())
 
 
 def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     """The point that `linearise` is asked for; see there."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
-    leaves = jax.tree_util.tree_leaves(model)
+    leaves, _ = complete_leaves(model)
     params = [None if i in system.variable_leaves else jnp.asarray(leaf, float) for i, leaf in enumerate(leaves)]
     _check_parameters(system, params)
     starts = jnp.asarray(system.starts.pack(leaves))
@@ -61,7 +64,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-    point = Point(jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system)
+    point = Point(jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system)
     return eqx.tree_at(lambda p: p.y, point, _state(point, at))
 
 
@@ -87,7 +90,7 @@ def _state(point: Point, at: Any) -> Any:
 
 def check_structure(model: Any, system: System, what: str) -> None:
     """Raise unless a model, or a view of one, has the structure that the system was made from."""
-    if jax.tree_util.tree_structure(model) != system.flat.structure:
+    if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
         raise ModelError(
             f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
             "parts and static fields have to be the same."
@@ -113,7 +116,7 @@ def _check_parameters(system: System, params: list[Any]) -> None:
 
 def _start(point: Point) -> Any:
     """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
-    y, bad = _initial_state(point, is_plain(point.system, point.starts))
+    y, bad = _initial_state(point)
     if not is_traced(bad) and np.any(bad):
         name = constrained_names(point.system)[int(np.argmax(np.asarray(bad)))]
         raise SimulationError(
@@ -123,9 +126,9 @@ def _start(point: Point) -> Any:
     return jnp.where(jnp.any(bad), jnp.nan, y)
 
 
-@ft.partial(jax.jit, static_argnums=1)
-def _initial_state(point: Point, plain: bool) -> tuple[Any, Any]:
-    return initial_state(point.system, point.t, point.inputs(), plain=plain)
+@jax.jit
+def _initial_state(point: Point) -> tuple[Any, Any]:
+    return initial_state(point.system, point.t, point.inputs())
 
 
 def _time_of(system: System, view: Any) -> Any:

@@ -175,6 +175,18 @@ class System:
         new = new if len(y) == n else jnp.where(jnp.isfinite(new), new, y[n:])
         return jnp.concatenate([y[:n], jax.lax.stop_gradient(new)])
 
+    @ft.cached_property
+    def _invariant_groups(self) -> list[Group]:
+        rows = sorted(self.ordered.invariants)
+        return self.plan.residual_groups(residual_programme(self.ordered, [row], self.kind_index) for row in rows)
+
+    def missed_invariants(self, t: Any, y: Any, inputs: Inputs) -> Any:
+        """The invariants as functions of the state vector, zero where they hold."""
+        also = {segment for group in self._invariant_groups for segment in group.depends}
+        store = self.evaluate(t, y, inputs, [], also)
+        parts = [jnp.ravel(r) for group in self._invariant_groups for r in group_residuals(group, store, inputs.params)]
+        return jnp.concatenate(parts) if parts else jnp.zeros(0)
+
     def projected(self, t: Any, y: Any, inputs: Inputs) -> Any:
         """The state vector moved onto the invariants; it has drifted by no more than an error of integration."""
         if not self.ordered.invariants:
