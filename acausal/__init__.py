@@ -30,6 +30,7 @@ from ._errors import ModelError as ModelError
 from ._errors import ParameterError as ParameterError
 from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
+from ._errors import UnitError as UnitError
 from ._evaluate.compiling import compile as compile
 from ._evaluate.system import Inputs as Inputs
 from ._evaluate.system import System as System
@@ -42,6 +43,8 @@ from ._integrate.solvers import Rodas5P as Rodas5P
 from ._precision import compile_loops_whole, enable_double_precision
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
+from ._units.quantity import magnitude as magnitude
+from ._units.quantity import quantity as quantity
 
 enable_double_precision()
 compile_loops_whole()

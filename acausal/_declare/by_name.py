@@ -29,5 +29,7 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
         if name not in places:
             raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, places)}")
         index = places[name]
-        leaves[index] = as_parameter(value) if declared[index].declaration.role == "param" else as_start(value)
+        declaration = declared[index].declaration
+        convert = as_parameter if declaration.role == "param" else as_start
+        leaves[index] = convert(value, unit=declaration.unit, where=name)
     return structure.unflatten(leaves)

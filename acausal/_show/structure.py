@@ -8,6 +8,7 @@ from .._evaluate.system import System
 from .._integrate.simulate import system_of
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
+from .._units.check import unchecked_equations
 from .plot import equation_name
 
 
@@ -31,6 +32,7 @@ class Structure:
     - `states` and `dummies`: the variables integrated, and the derivatives that became algebraic.
     - `blocks`: the algebraic unknowns in the order in which they are computed.
     - `groups`: how many separate computations those are, alike blocks together.
+    - `unchecked`: equations that are stated with `check_units=False`.
     """
 
     parameters: int
@@ -43,6 +45,7 @@ class Structure:
     dummies: tuple[str, ...]
     blocks: tuple[BlockReport, ...]
     groups: int
+    unchecked: tuple[str, ...]
     system: System = dataclasses.field(repr=False, compare=False)
 
     def __str__(self) -> str:
@@ -73,6 +76,7 @@ def structure(model: Component | System) -> Structure:
         dummies=tuple(_dummies(system)),
         blocks=tuple(_block(system, torn) for torn in system.torn),
         groups=len(system.plan.groups),
+        unchecked=tuple(unchecked_equations(flat)),
         system=system,
     )
 
@@ -105,6 +109,8 @@ def _lines(report: Structure) -> list[str]:
         f"  {report.aliases} variables are aliases, {report.zeros} vanish; {report.equations} equations remain",
         f"States ({len(report.states)}): " + (", ".join(report.states) or "none"),
     ]
+    if report.unchecked:
+        lines.append(f"Units not checked ({len(report.unchecked)}): " + ", ".join(report.unchecked))
     if report.differentiated:
         lines.append(f"Differentiated equations ({len(report.differentiated)}):")
         lines += [

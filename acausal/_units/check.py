@@ -1,0 +1,46 @@
+"""The units of a whole model."""
+
+from .._errors import UnitError
+from .._reduce.flatten import FlatModel, Instances
+from .kinds import kind_units
+from .signals import signal_problems
+
+_REMEDY = (
+    "Remedy: correct the equation or the declared unit, and make a constant that has a unit a parameter. A leaf with "
+    "the unit '' fits any; eq(..., check_units=False) leaves an equation unchecked."
+)
+
+
+def unit_problems(flat: FlatModel) -> list[str]:
+    """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
+    found = [
+        f"{_where(instances, flat)}, {where}: {problem}."
+        for instances in flat.instances
+        for where, problem in kind_units(instances.kind).problems
+    ]
+    return found + signal_problems(flat)
+
+
+def check_units(flat: FlatModel) -> None:
+    """Raise `UnitError` with all unit problems of a model."""
+    found = unit_problems(flat)
+    if found:
+        raise UnitError("\n  ".join(["The units of the model do not agree.", *found, _REMEDY]))
+
+
+def unchecked_equations(flat: FlatModel) -> list[str]:
+    """The equations that are stated with `check_units=False`, by path; those of an array of components once."""
+    return [
+        f"{path}.{name}" if path else name
+        for instances in flat.instances
+        for path in instances.paths
+        for name in kind_units(instances.kind).unchecked
+    ]
+
+
+def _where(instances: Instances, flat: FlatModel) -> str:
+    name = instances.kind.cls.__name__
+    if not instances.paths[0]:
+        return name
+    others = instances.total - 1
+    return f"{name} ({instances.name(0)}{f' and {others} more' if others else ''})"
