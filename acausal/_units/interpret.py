@@ -1,5 +1,6 @@
 """The dimensions of what a jaxpr computes, and where they contradict each other."""
 
+import itertools
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -111,7 +112,7 @@ class Interpreter:
     def _equal(self, verb: str, name: str, values: Sequence[Value]) -> Value:
         """The result of an operation whose operands must be of one dimension."""
         leaves = [value.leaf for value in values if value.leaf is not None]
-        self.alike |= set(zip(leaves, leaves[1:], strict=False))
+        self.alike |= set(itertools.pairwise(leaves))
         known = [value for value in values if value.dimension is not None]
         for value in values:
             self._infer(value, known[0].dimension if known else None)

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from .._declare.component import Component
 from .._reduce.flatten import Kind
 from .._reduce.jaxpr import structs
-from .._reduce.template import Input, Template, templates
+from .._reduce.template import Input, templates
 from .dimension import DERIVED, TIME, Dimension, described
 from .interpret import Interpreter
 from .parsing import UnknownUnit, parsed

@@ -26,8 +26,8 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
 
     `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit, whichever it is.
 
-    Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min) given as
-    an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost.
+    Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min)
+    given as an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost.
     """
     if not has_unit(value):
         return value
