@@ -14,7 +14,7 @@ _REMEDY = (
 def unit_problems(flat: FlatModel) -> list[str]:
     """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
     found = [
-        f"{_where(instances, flat)}, {where}: {problem}."
+        f"{_where(instances, flat)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
         for instances in flat.instances
         for where, problem in kind_units(instances.kind).problems
     ]

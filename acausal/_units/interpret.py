@@ -69,6 +69,8 @@ class Interpreter:
                 return [_power(values[0], Fraction(eqn.params["y"]))]
             case "pow":
                 return [self._general_power(*values)]
+            case "stack":
+                return [_stacked(values)]
             case "select_n":
                 return [self._choice(values[1:])]
             case "cond":
@@ -112,7 +114,7 @@ class Interpreter:
     def _equal(self, verb: str, name: str, values: Sequence[Value]) -> Value:
         """The result of an operation whose operands must be of one dimension."""
         leaves = [value.leaf for value in values if value.leaf is not None]
-        self.alike |= set(itertools.pairwise(leaves))
+        self.alike |= {(a, b) for a, b in itertools.pairwise(leaves) if a != b}
         known = [value for value in values if value.dimension is not None]
         for value in values:
             self._infer(value, known[0].dimension if known else None)
@@ -211,6 +213,12 @@ def _product(a: Value, b: Value) -> Value:
 def _quotient(a: Value, b: Value) -> Value:
     dimension = None if a.dimension is None or b.dimension is None else a.dimension / b.dimension
     return written(dimension, f"{a.within(PRODUCT)} / {b.within(ATOM)}", PRODUCT)
+
+
+def _stacked(values: list[Value]) -> Value:
+    """Rows may be different quantities, such as the coefficients of a polynomial; then the array has no dimension."""
+    dimensions = {value.dimension for value in values}
+    return written(dimensions.pop() if len(dimensions) == 1 else None, f"[{', '.join(v.text for v in values)}]")
 
 
 def _power(value: Value, exponent: Fraction, function: str | None = None) -> Value:

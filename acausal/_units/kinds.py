@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,7 +13,7 @@ from .._declare.component import Component
 from .._reduce.flatten import Kind
 from .._reduce.jaxpr import structs
 from .._reduce.template import Input, templates
-from .dimension import DERIVED, TIME, Dimension, described
+from .dimension import DERIVED, NUMBER, TIME, Dimension, described
 from .interpret import Interpreter
 from .parsing import UnknownUnit, parsed
 from .values import Value
@@ -24,7 +25,7 @@ class KindUnits:
 
     - `problems`: each as where it is and what it is, such as ("equation ohm", "equates ... with ...").
     - `dimensions`: of its leaves by slot, declared or, where no unit is declared, following from the equations.
-    - `alike`: pairs of slots without a unit that have the same dimension.
+    - `alike`: pairs of variables without a unit that have the same dimension.
     - `unchecked`: the equations that are stated with `check_units=False`.
     """
 
@@ -38,18 +39,32 @@ class KindUnits:
 def kind_units(kind: Kind) -> KindUnits:
     """Check the units of a kind of components."""
     values, problems = _leaves(kind)
-    dimensions = [value.dimension for value in values]
+    found: dict[int, set[Dimension]] = {slot: set() for slot in range(len(values))}
     alike: set[tuple[int, int]] = set()
-    inferred: dict[int, set[Dimension]] = {}
-    unchecked = [template.name for template in templates(kind) if not template.check_units]
     for where, checked in _interpreted(kind, values):
         problems += [(where, problem) for problem in dict.fromkeys(checked.problems)]
         alike |= checked.alike
-        for slot, found in checked.inferred.items():
-            inferred.setdefault(slot, set()).update(found)
-    for slot, found in inferred.items():
-        dimensions[slot] = next(iter(found)) if len(found) == 1 else None
-    return KindUnits(tuple(problems), tuple(dimensions), frozenset(alike), tuple(unchecked))
+        for slot, dimensions in checked.inferred.items():
+            found[slot] |= dimensions
+    dimensions = [value.dimension for value in values]
+    pairs: set[tuple[int, int]] = set()
+    for group in _groups(len(values), alike):
+        follow = set().union(*(found[slot] for slot in group))
+        for slot in group if len(follow) == 1 else ():
+            dimensions[slot] = next(iter(follow))
+        pairs |= set(itertools.pairwise(slot for slot in group if kind.declarations[slot].role != "param"))
+    unchecked = tuple(template.name for template in templates(kind) if not template.check_units)
+    return KindUnits(tuple(problems), tuple(dimensions), frozenset(pairs), unchecked)
+
+
+def _groups(count: int, pairs: set[tuple[int, int]]) -> list[list[int]]:
+    """The slots that have the same dimension, one list for each such dimension."""
+    group = {slot: [slot] for slot in range(count)}
+    for a, b in pairs:
+        if group[a] is not group[b]:
+            group[a] += group[b]
+            group |= dict.fromkeys(group[b], group[a])
+    return list({id(members): sorted(members) for members in group.values()}.values())
 
 
 def _interpreted(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpreter]]:
@@ -72,15 +87,18 @@ def _leaves(kind: Kind) -> tuple[list[Value], list[tuple[str, str]]]:
             problems.append((f"declaration of {name}", str(error)))
             unit = None
         if unit is not None and not unit.is_si:
-            problems.append((f"declaration of {name}", _not_si(declaration.unit, unit.dimension)))
+            problems.append((f"declaration of {name}", _not_si(declaration.unit, unit.dimension, unit.has_angle)))
         dimension = None if unit is None else unit.dimension
         leaf = slot if not declaration.unit else None
         values.append(Value(dimension, f"self.{name}", unit=declaration.unit or None, leaf=leaf))
     return values, problems
 
 
-def _not_si(unit: str, dimension: Dimension) -> str:
-    wanted = DERIVED.get(dimension, str(dimension))
+_ANGULAR = {NUMBER: "rad", TIME**-1: "rad/s", TIME**-2: "rad/s2"}
+
+
+def _not_si(unit: str, dimension: Dimension, has_angle: bool) -> str:
+    wanted = _ANGULAR[dimension] if has_angle and dimension in _ANGULAR else DERIVED.get(dimension, str(dimension))
     return f"the unit {unit!r} is not coherent with SI: declare {wanted!r} and give values by quantity(..., {unit!r})"
 
 

@@ -31,10 +31,10 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     """
     if not has_unit(value):
         return value
-    given = _own(value, where)
+    given, source = _own(value, where)
     if not unit:
         return given.to_base_units().magnitude
-    source, target = unit_of(given.units), _parsed(unit, where)
+    target = _parsed(unit, where)
     if source.dimension != target.dimension:
         raise ParameterError(
             f"{where} is in {described(target.dimension, unit)}, but is given in "
@@ -61,14 +61,17 @@ def _parsed(unit: str, where: str) -> Unit:
         raise ParameterError(f"{where}: {error}") from error
 
 
-def _own(value: Any, where: str) -> Any:
-    """The quantity in the registry of this library."""
-    own = registry()
-    exponents = own.UnitsContainer(dict(value.unit_items()))
+def _own(value: Any, where: str) -> tuple[Any, Unit]:
+    """The quantity in the registry of this library, and its unit."""
     try:
-        return own.Quantity(value.magnitude, exponents)
+        unit = unit_of(registry().Unit(registry().UnitsContainer(dict(value.unit_items()))))
     except AttributeError as error:  # pint's UndefinedUnitError
-        raise ParameterError(f"{where} is given in {value.units}, a unit that only its own registry knows.") from error
+        raise ParameterError(
+            f"{where} is given in {value.units}, a unit that only another registry knows: convert it first."
+        ) from error
+    except UnknownUnit as error:
+        raise ParameterError(f"{where}: {error}") from error
+    return registry().Quantity(value.magnitude, unit.pint), unit
 
 
 def _confuses_turns(a: Unit, b: Unit) -> bool:
