@@ -32,7 +32,6 @@ class Unit:
     and 1/min.
     """
 
-    pint: Any
     dimension: Dimension
     is_si: bool
     has_angle: bool
@@ -41,7 +40,7 @@ class Unit:
 
 @ft.cache
 def registry() -> Any:
-    """The registry of this library, made when the first unit is read, which takes 0.2 s."""
+    """All units that pint knows, and `rev`; made when the first one is used, which takes 0.1 s."""
     import pint
 
     made = pint.UnitRegistry()
@@ -50,19 +49,51 @@ def registry() -> Any:
     return made
 
 
+_SI = """
+kilogram = [mass] = kg	meter = [length] = m	second = [time] = s	ampere = [current] = A	kelvin = [temperature] = K
+mole = [substance] = mol	candela = [luminosity] = cd	radian = [] = rad	hertz = 1 / second = Hz
+newton = kilogram * meter / second**2 = N	pascal = newton / meter**2 = Pa	joule = newton * meter = J
+watt = joule / second = W	coulomb = ampere * second = C	volt = watt / ampere = V	ohm = volt / ampere = Ω = Ohm
+farad = coulomb / volt = F	weber = volt * second = Wb	henry = weber / ampere = H	tesla = weber / meter**2 = T
+"""
+
+
+@ft.cache
+def _si_registry() -> Any:
+    """The units in which components are declared, by themselves: they are there at once."""
+    import pint
+
+    return pint.UnitRegistry([line.strip() for line in re.split(r"[\t\n]", _SI.strip())])
+
+
 @ft.cache
 def parsed(unit: str) -> Unit:
     """The unit that a string stands for; raises `UnknownUnit`."""
+    expression = _expression(unit)
+    try:
+        return unit_of(_si_registry().parse_units(expression), _si_registry())
+    except AttributeError:  # pint's UndefinedUnitError
+        return unit_of(pint_unit(unit), registry())
+
+
+@ft.cache
+def pint_unit(unit: str) -> Any:
+    """The unit of pint's registry that a string stands for; raises `UnknownUnit`."""
+    try:
+        return registry().parse_units(_expression(unit))
+    except AttributeError as error:  # pint's UndefinedUnitError
+        raise UnknownUnit(_unknown(unit, "pint has no such unit")) from error
+
+
+def _expression(unit: str) -> str:
+    """The unit as pint writes it."""
     tokens = list(_TOKEN.finditer(unit))
     kinds = "".join("f" if token["symbol"] or token[0] == "1" else token[0] for token in tokens)
     if "".join(token[0] for token in tokens) != unit or not _SHAPE.fullmatch(kinds):
         raise UnknownUnit(_unknown(unit, "write it as in N.m.s/rad or m3/(s.Pa)"))
     if any(token["symbol"] == "Nm" for token in tokens):  # to pint a measure of yarn
         raise UnknownUnit(_unknown(unit, "newton metre is N.m"))
-    try:
-        return unit_of(registry().parse_units("".join(map(_translated, tokens))))
-    except AttributeError as error:  # pint's UndefinedUnitError
-        raise UnknownUnit(_unknown(unit, "pint has no such unit")) from error
+    return "".join(map(_translated, tokens))
 
 
 def _translated(token: re.Match[str]) -> str:
@@ -71,22 +102,19 @@ def _translated(token: re.Match[str]) -> str:
     return "*" if token[0] == "." else token[0]
 
 
-def unit_of(unit: Any) -> Unit:
-    """A unit of the registry, with its dimension and whether it needs conversion."""
-    exponents = dict(registry().get_dimensionality(unit))
+def unit_of(unit: Any, units: Any) -> Unit:
+    """A unit of a registry, with its dimension and whether it needs conversion."""
+    exponents = dict(units.get_dimensionality(unit))
     if set(exponents) - set(_QUANTITIES):
         raise UnknownUnit(_unknown(str(unit), "it measures no physical quantity"))
     dimension = Dimension(tuple(_fraction(exponents.get(name, 0)) for name in _QUANTITIES))
-    factor, basic = registry().get_base_units(unit)
-    zero = registry().Quantity(0.0, unit).to(basic).magnitude
+    factor, basic = units.get_base_units(unit)
+    zero = units.Quantity(0.0, unit).to(basic).magnitude
     is_si = bool(abs(factor - 1.0) < 1e-12 and zero == 0.0)
-    has_angle = "radian" in _names(basic)
+    names = {name for name, _ in units.Quantity(1.0, unit).unit_items()}
+    has_angle = "radian" in {name for name, _ in units.Quantity(1.0, basic).unit_items()}
     per_time = dimension == TIME**-1 and not is_si and not has_angle
-    return Unit(unit, dimension, is_si, has_angle, per_time or any(name.endswith("hertz") for name in _names(unit)))
-
-
-def _names(unit: Any) -> set[str]:
-    return {name for name, _ in registry().Quantity(1.0, unit).unit_items()}
+    return Unit(dimension, is_si, has_angle, per_time or any(name.endswith("hertz") for name in names))
 
 
 def _fraction(exponent: float) -> Fraction:

@@ -1,11 +1,12 @@
 """Numbers with a unit, and what they are in SI units."""
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from .._errors import ParameterError
 from .dimension import described
-from .parsing import Unit, UnknownUnit, parsed, registry, unit_of
+from .parsing import Unit, UnknownUnit, parsed, pint_unit, registry, unit_of
 
 
 def quantity(value: Any, unit: str) -> Any:
@@ -18,7 +19,7 @@ def quantity(value: Any, unit: str) -> Any:
     The unit is written as in declarations: `N.m.s/rad`, `m3/(s.Pa)`, `cm3/rev`. `degC` is a temperature on its scale,
     `delta_degC` a difference. Raises `ParameterError` for a unit that is not known.
     """
-    return registry().Quantity(value, _parsed(unit, "quantity").pint)
+    return registry().Quantity(value, _named("quantity", pint_unit, unit))
 
 
 def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
@@ -34,7 +35,7 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     given, source = _own(value, where)
     if not unit:
         return given.to_base_units().magnitude
-    target = _parsed(unit, where)
+    target = _named(where, parsed, unit)
     if source.dimension != target.dimension:
         raise ParameterError(
             f"{where} is in {described(target.dimension, unit)}, but is given in "
@@ -45,7 +46,7 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
             f"{where} is in {unit}, but is given in {_text(given)}: Hz and 1/min count turns, rad/s and rpm "
             "measure an angle; convert by hand."
         )
-    return given.to(target.pint).magnitude
+    return given.to(pint_unit(unit)).magnitude
 
 
 def has_unit(value: Any) -> bool:
@@ -54,24 +55,26 @@ def has_unit(value: Any) -> bool:
     return pint is not None and isinstance(value, pint.Quantity)
 
 
-def _parsed(unit: str, where: str) -> Unit:
+def _named(where: str, read: Callable[[str], Any], unit: str) -> Any:
+    """What `read` makes of a unit, with an error that says where the unit stands."""
     try:
-        return parsed(unit)
+        return read(unit)
     except UnknownUnit as error:
         raise ParameterError(f"{where}: {error}") from error
 
 
 def _own(value: Any, where: str) -> tuple[Any, Unit]:
     """The quantity in the registry of this library, and its unit."""
+    units = registry()
     try:
-        unit = unit_of(registry().Unit(registry().UnitsContainer(dict(value.unit_items()))))
+        unit = units.Unit(units.UnitsContainer(dict(value.unit_items())))
+        return units.Quantity(value.magnitude, unit), unit_of(unit, units)
     except AttributeError as error:  # pint's UndefinedUnitError
         raise ParameterError(
             f"{where} is given in {value.units}, a unit that only another registry knows: convert it first."
         ) from error
     except UnknownUnit as error:
         raise ParameterError(f"{where}: {error}") from error
-    return registry().Quantity(value.magnitude, unit.pint), unit
 
 
 def _confuses_turns(a: Unit, b: Unit) -> bool:

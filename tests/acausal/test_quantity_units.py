@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -121,3 +122,9 @@ def test_back_to_other_units() -> None:
     assert magnitude(3.0, "m") == 3.0
     with pytest.raises(ModelError, match="magnitude is in m, but is given in s"):
         magnitude(quantity(3.0, "s"), "m")
+
+
+def test_a_quantity_put_into_a_model_behind_its_back() -> None:
+    model = eqx.tree_at(lambda model: model.c.C, rc(), quantity(2.0, "mF"))
+    with pytest.raises(ParameterError, match=r"changed to 2\.0 millifarad: use replace"):
+        simulate(model, 0.1)

@@ -92,8 +92,8 @@ class Rates(Component):
     n: int
     tau: Param[Scalar, "s"]
     t: Time[Scalar, "s"] = 0.0
-    x: Var[Vector, "m", shape("n")] = 0.0
-    v: Var[Vector, "m/s", shape("n")] = 0.0
+    x: Var[Vector, "m", shape("n")] = 0.0  # pyright: ignore[reportAssignmentType]
+    v: Var[Vector, "m/s", shape("n")] = 0.0  # pyright: ignore[reportAssignmentType]
 
     def equations(self, d: Self) -> Equations:
         return dict(speed=eq(self.v, d.x), decay=eq(self.tau * d.v, -self.v * jnp.exp(-self.t / self.tau)))
