@@ -63,7 +63,8 @@ def _si_registry() -> Any:
     """The units in which components are declared, by themselves: they are there at once."""
     import pint
 
-    return pint.UnitRegistry([line.strip() for line in re.split(r"[\t\n]", _SI.strip())])
+    definitions: Any = [line.strip() for line in re.split(r"[\t\n]", _SI.strip())]
+    return pint.UnitRegistry(definitions)
 
 
 @ft.cache
