@@ -1,7 +1,8 @@
 """The units of a whole model."""
 
 from .._errors import UnitError
-from .._reduce.flatten import FlatModel, Instances
+from .._reduce.flatten import FlatModel, Instances, Kind
+from .composites import accounting_composites
 from .kinds import kind_units
 from .signals import signal_problems
 
@@ -13,10 +14,12 @@ _REMEDY = (
 
 def unit_problems(flat: FlatModel) -> list[str]:
     """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
+    places = [(_instances(instances), instances.kind) for instances in flat.instances]
+    places += [(path, kind) for kind, path in {kind: path for path, kind in accounting_composites(flat)}.items()]
     found = [
-        f"{_where(instances, flat)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
-        for instances in flat.instances
-        for where, problem in kind_units(instances.kind).problems
+        f"{_named(kind, place)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
+        for place, kind in places
+        for where, problem in kind_units(kind).problems
     ]
     return found + signal_problems(flat)
 
@@ -38,9 +41,10 @@ def unchecked_equations(flat: FlatModel) -> list[str]:
     ]
 
 
-def _where(instances: Instances, flat: FlatModel) -> str:
-    name = instances.kind.cls.__name__
-    if not instances.paths[0]:
-        return name
+def _instances(instances: Instances) -> str:
     others = instances.total - 1
-    return f"{name} ({instances.name(0)}{f' and {others} more' if others else ''})"
+    return f"{instances.name(0)} and {others} more" if others else instances.name(0)
+
+
+def _named(kind: Kind, place: str) -> str:
+    return f"{kind.cls.__name__} ({place})" if place else kind.cls.__name__

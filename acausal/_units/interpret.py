@@ -1,6 +1,7 @@
 """The dimensions of what a jaxpr computes, and where they contradict each other."""
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -126,8 +127,10 @@ class Interpreter:
         return written(known[0].dimension if known else None, text, rank, leaves[0] if leaves and not known else None)
 
     def _choice(self, values: Sequence[Value]) -> Value:
+        if all(value.number is not None for value in values):
+            return self._equal("chooses between", "where", values)
         # A plain 1 guards a denominator, as in 1 / jnp.where(x > 0, x, 1).
-        quantities = [value for value in values if value.number != 1.0] or values
+        quantities = [value for value in values if value.number != 1.0]
         return self._equal("chooses between", "where", quantities)
 
     def _function(self, name: str, value: Value) -> Value:
@@ -136,7 +139,7 @@ class Interpreter:
         return written(NUMBER, text)
 
     def _general_power(self, x: Value, y: Value) -> Value:
-        if y.number is not None:
+        if y.number is not None and math.isfinite(y.number):
             return _power(x, Fraction(y.number).limit_denominator(1000))
         text = f"{x.within(ATOM)}**{y.within(ATOM)}"
         self.require(y, NUMBER, f"takes {x.text} to the power of {y}, which is not a number")
@@ -176,10 +179,7 @@ class Interpreter:
 
 
 def _count(atom: Any) -> int:
-    count = 1
-    for size in shape_of(atom):
-        count *= size
-    return count
+    return math.prod(shape_of(atom))
 
 
 def _contradiction(verb: str, a: Value, b: Value) -> str:

@@ -48,7 +48,7 @@ def written(dimension: Dimension | None, text: str, rank: int = ATOM, leaf: int 
 
 def constant(value: Any) -> Value:
     """A number; one that is zero, infinite or not a number fits any dimension."""
-    if is_traced(value) or not np.size(value):
+    if is_traced(value) or not np.size(value) or np.asarray(value).dtype.kind not in "biuf":
         return Value(None, "[...]")
     array = np.asarray(value, dtype=float)
     first = float(array.flat[0])

@@ -86,6 +86,30 @@ class Holder(Component):
     part: Component
 
 
+class Accounted(Component):
+    """A composite with an energy account for its parts."""
+
+    rotor: Inertia
+    more: Array[Inertia]
+
+    def connections(self) -> Connections:
+        return ()
+
+    def energy(self) -> Energy:
+        return Energy(stored=self.rotor.J * self.rotor.w**2, dissipated=jnp.sum(self.more.item.J * self.more.item.w))
+
+
+def test_energy_of_a_composite() -> None:
+    composite = Accounted(rotor=Inertia(J=1.0), more=repeat(Inertia(J=1.0), 2))
+    expected = (
+        "energy: states dissipated as sum(self.more[].J * self.more[].w) in N.m.s (kg.m2/s), which should be in W "
+        "(kg.m2/s3)."
+    )
+    assert unit_problems(flatten(composite)) == [f"Accounted, {expected}"]
+    assert unit_problems(flatten(Holder(part=composite))) == [f"Accounted (part), {expected}"]
+    assert unit_problems(flatten(Holder(part=repeat(composite, 3)))) == [f"Accounted (part[]), {expected}"]
+
+
 class Rates(Component):
     """Derivatives, the time, and arrays."""
 

@@ -115,6 +115,7 @@ RULES: dict[str, tuple[Callable[..., Any], tuple[str, ...], str]] = {
     "positive part": (lambda a: jnp.maximum(a, 0.0), ("N",), "N"),
     "choice with zero": (lambda a: jnp.where(a > 0.0, a, 0.0), ("N",), "N"),
     "guarded quotient": (lambda a, b: jnp.where(b > 0, a / jnp.where(b > 0, b, 1), 0.0), ("N", "m"), "N/m"),
+    "switch": (lambda a, b: a * jnp.where(b > 0.0, 1.0, 0.0), ("N", "s"), "N"),
     "limits": (lambda a, b, c: jnp.clip(a, b, c), ("m", "m", "m"), "m"),
     "limits of a number": (lambda a: jnp.clip(a, 0, 1), ("1",), "1"),
     "infinite limit": (lambda a: jnp.minimum(a, jnp.inf), ("m",), "m"),
