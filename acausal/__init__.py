@@ -33,6 +33,7 @@ from ._errors import ModelError as ModelError
 from ._errors import ParameterError as ParameterError
 from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
+from ._errors import UnitError as UnitError
 from ._evaluate.compiling import compile as compile
 from ._evaluate.starts import Inputs as Inputs
 from ._evaluate.system import System as System
@@ -48,6 +49,8 @@ from ._show.check import Check as Check
 from ._show.check import check as check
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
+from ._units.quantity import magnitude as magnitude
+from ._units.quantity import quantity as quantity
 
 enable_double_precision()
 compile_loops_whole()

@@ -18,6 +18,10 @@ class ParameterError(ModelError, ValueError):
     """A parameter outside its admissible range."""
 
 
+class UnitError(ModelError):
+    """Equations or connections whose units do not agree; the message lists all that were found."""
+
+
 class SimulationError(RuntimeError):
     """A run that failed numerically, or never met its stop condition."""
 

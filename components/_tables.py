@@ -4,10 +4,14 @@ Between knots x_0 and x_1 = x_0 + h with values y and slopes m, and with u = x -
 y = y_0 + m_0 u + (3 D - 2 m_0 - m_1)/h u^2 + (m_0 + m_1 - 2 D)/h^2 u^3.
 """
 
+from typing import TypeAlias
+
 import jax.numpy as jnp
 from jax import Array
 
 from acausal import Scalar, Vector
+
+Cubic: TypeAlias = tuple[Array, Array, Array, Array]  # coefficients, that of the lowest power first
 
 
 def interval(x: Scalar, knots: Vector) -> Array:
@@ -15,30 +19,30 @@ def interval(x: Scalar, knots: Vector) -> Array:
     return jnp.sum(x >= knots[1:-1])
 
 
-def cubic(coefficients: Array, u: Scalar) -> Scalar:
-    """The cubic with the given coefficients, that of the lowest power first."""
+def cubic(coefficients: Cubic | Array, u: Scalar) -> Scalar:
+    """The cubic with the given coefficients."""
     c0, c1, c2, c3 = coefficients
     return c0 + u * (c1 + u * (c2 + u * c3))
 
 
-def _slope(coefficients: Array, u: Scalar) -> Scalar:
+def _slope(coefficients: Cubic | Array, u: Scalar) -> Scalar:
     _, c1, c2, c3 = coefficients
     return c1 + u * (2.0 * c2 + u * 3.0 * c3)
 
 
-def _area(coefficients: Array, u: Scalar) -> Scalar:
+def _area(coefficients: Cubic | Array, u: Scalar) -> Scalar:
     """The integral of the cubic from 0 to u."""
     c0, c1, c2, c3 = coefficients
     return u * (c0 + u * (c1 / 2.0 + u * (c2 / 3.0 + u * c3 / 4.0)))
 
 
-def hermite(y0: Scalar, y1: Scalar, m0: Scalar, m1: Scalar, h: Scalar) -> Array:
+def hermite(y0: Array, y1: Array, m0: Array, m1: Array, h: Array) -> Cubic:
     """The four coefficients of the cubic with the given end values and slopes on an interval of length h."""
     chord = (y1 - y0) / h
-    return jnp.stack([y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2])
+    return y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2
 
 
-def _monotone_slope(left: Scalar, right: Scalar, h_left: Scalar, h_right: Scalar) -> Scalar:
+def _monotone_slope(left: Array, right: Array, h_left: Array, h_right: Array) -> Array:
     """Slope at a knot between two chords: their weighted harmonic mean, 0 at an extremum (Fritsch, Butland 1984)."""
     w_left, w_right = 2.0 * h_right + h_left, h_right + 2.0 * h_left
     same = left * right > 0.0
@@ -46,10 +50,10 @@ def _monotone_slope(left: Scalar, right: Scalar, h_left: Scalar, h_right: Scalar
     return jnp.where(same, (w_left + w_right) * left * right / denominator, 0.0)
 
 
-def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Array:
+def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Cubic:
     """Coefficients on interval(s) i. At the two ends of the table, the slope is that of the outermost chord."""
 
-    def chord(j: Array) -> tuple[Scalar, Scalar]:
+    def chord(j: Array) -> tuple[Array, Array]:
         j = jnp.clip(j, 0, len(knots) - 2)
         h = knots[j + 1] - knots[j]
         return (values[j + 1] - values[j]) / h, h
@@ -81,7 +85,8 @@ def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     intervals = jnp.arange(len(knots) - 1)
     coefficients = _monotone_cubics(knots, values, intervals)
     whole = jnp.sum(jnp.where(intervals < i, _area(coefficients, jnp.diff(knots)), 0.0))
-    here, u, outside = coefficients[:, i], inside - knots[i], x - inside
+    c0, c1, c2, c3 = coefficients
+    here, u, outside = (c0[i], c1[i], c2[i], c3[i]), inside - knots[i], x - inside
     return whole + _area(here, u) + outside * (cubic(here, u) + 0.5 * _slope(here, u) * outside)
 
 
@@ -102,4 +107,4 @@ def periodic_spline(knots: Vector, values: Vector) -> Array:
         + left[:, None] * jnp.roll(identity, 1, axis=1)
     )
     slopes = jnp.linalg.solve(matrix, 3.0 * (h * chords_left + left * chords))
-    return hermite(values[:-1], values[1:], slopes, jnp.roll(slopes, -1), h)
+    return jnp.stack(hermite(values[:-1], values[1:], slopes, jnp.roll(slopes, -1), h))

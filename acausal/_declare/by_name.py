@@ -31,6 +31,7 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
     def new(path: str, declaration: Declaration, value: Any) -> Any:
         if path not in values:
             return value
-        return (as_parameter if declaration.role == "param" else as_start)(values[path])
+        convert = as_parameter if declaration.role == "param" else as_start
+        return convert(values[path], unit=declaration.unit, where=path)
 
     return rebuilt(model, new)

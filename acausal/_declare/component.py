@@ -10,16 +10,20 @@ class Equation(NamedTuple):
     """An equation, kept as its residual: left side minus right side."""
 
     residual: Any
+    check_units: bool = True
 
 
 Equations: TypeAlias = dict[str, Equation]
 
 
-def eq(left: Any, right: Any = 0.0) -> Equation:
-    """State that `left` equals `right`; the two need the same shape, or one of them is a scalar."""
+def eq(left: Any, right: Any = 0.0, *, check_units: bool = True) -> Equation:
+    """State that `left` equals `right`; the two need the same shape, or one of them is a scalar.
+
+    `check_units=False` is for a law between numbers, such as an empirical one, whose units do not agree.
+    """
     if isinstance(right, int | float) and right == 0:
-        return Equation(left)
-    return Equation(left - right)
+        return Equation(left, check_units)
+    return Equation(left - right, check_units)
 
 
 class Connection(NamedTuple):

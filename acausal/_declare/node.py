@@ -15,21 +15,23 @@ import numpy as np
 
 from .._errors import ModelError, ParameterError
 from .._tracing import is_traced
+from .._units.quantity import magnitude
 from .annotations import Declaration, declared
 
 
-def as_parameter(value: Any) -> Any:
-    """A float array; an integer would break differentiation."""
+def as_parameter(value: Any, *, unit: str, where: str) -> Any:
+    """A float array, in `unit`; an integer would break differentiation."""
     if isinstance(value, jax.Array) and jnp.issubdtype(value.dtype, jnp.floating):
         return value
-    return jnp.asarray(value, dtype=float)
+    return jnp.asarray(magnitude(value, unit, where), dtype=float)
 
 
-def as_start(value: Any) -> Any:
+def as_start(value: Any, *, unit: str, where: str) -> Any:
     """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
     if value is None:
         return None
-    return float(value) if isinstance(value, bool | int | float) else as_parameter(value)
+    value = magnitude(value, unit, where)
+    return float(value) if isinstance(value, bool | int | float) else as_parameter(value, unit=unit, where=where)
 
 
 _CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start}
@@ -132,7 +134,8 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
             raise ModelError(f"{where} must start from a plain number, got {start!r}.")
         declaration, default = dataclasses.replace(declaration, start=float(start)), None
     metadata = {"declaration": declaration}
-    return eqx.field(converter=_CONVERTERS[declaration.role], kw_only=True, default=default, metadata=metadata)
+    converter = ft.partial(_CONVERTERS[declaration.role], unit=declaration.unit, where=where)
+    return eqx.field(converter=converter, kw_only=True, default=default, metadata=metadata)
 
 
 class Node(eqx.Module, metaclass=NodeMeta, partial=True):

@@ -17,6 +17,7 @@ from .._reduce.index import Reduced, reduce_index
 from .._reduce.sort import Sorted, sort
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
+from .._units.check import check_units
 from .plan import Pair, Plan
 from .program import programme
 from .system import System
@@ -51,6 +52,7 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
 def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
     """Arrays are kept whole, unless the model determines one of them piece by piece."""
     flat = flatten(model)
+    check_units(flat)
     try:
         merged = merge(flat)
         return flat, merged, reduce_index(tabulate(flat, merged))

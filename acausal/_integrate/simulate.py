@@ -11,10 +11,11 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.node import Layout, layout_of
-from .._errors import ModelError
+from .._errors import ModelError, ParameterError
 from .._evaluate.building import build
 from .._evaluate.system import System
 from .._tracing import is_traced
+from .._units.quantity import has_unit
 from .energy import powers
 from .failure import report_failure
 from .quantity import Quantity, trace
@@ -127,6 +128,8 @@ def _as_number(value: Any) -> Any:
         return value
     if isinstance(value, jax.Array | np.ndarray) and jnp.issubdtype(value.dtype, jnp.floating):
         return value
+    if has_unit(value):
+        raise ParameterError(f"A number of the model was changed to {value}: use replace(...), which converts units.")
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
 
 

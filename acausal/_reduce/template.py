@@ -39,7 +39,10 @@ class Input(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Template:
-    """An equation as a residual: `jaxpr` maps `inputs` to it. `level` counts its differentiations in time."""
+    """An equation as a residual: `jaxpr` maps `inputs` to it. `level` counts its differentiations in time.
+
+    `check_units`: whether its units are to be checked, which concerns the equation as it is stated.
+    """
 
     name: str
     owner: Kind | None  # None for the sum of flows at a connection
@@ -47,6 +50,7 @@ class Template:
     inputs: tuple[Input, ...]
     signs: tuple[frozenset[int], ...]
     level: int = 0
+    check_units: bool = True
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -166,7 +170,7 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
         for slot, role in enumerate(roles)
     ]
     inputs += [Input(slot, 1, "var") for slot in variables]
-    names: list[str] = []
+    checks: dict[str, bool] = {}  # by name of the equation
 
     def residuals(*values: Any) -> tuple[Any, ...]:
         self = kind.component(values[: len(roles)])
@@ -178,7 +182,7 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
             stated = _checked(self.equations(d), kind)
         except (TypeError, ValueError) as error:
             raise ModelError(f"{kind.cls.__name__}.equations: {error}") from error
-        names.extend(stated)
+        checks.update((name, equation.check_units) for name, equation in stated.items())
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 
     closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
@@ -186,7 +190,10 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     for item in inputs:
         sign = kind.declarations[item.slot].sign
         signs.append(_SIGNS[sign.name if sign else None])
-    whole = [_sliced(name, kind, closed, i, inputs, signs, 0) for i, name in enumerate(names)]
+    whole = [
+        dataclasses.replace(_sliced(name, kind, closed, i, inputs, signs, 0), check_units=check)
+        for i, (name, check) in enumerate(checks.items())
+    ]
     return tuple(part for template in whole for part in _by_element(template)) if split else tuple(whole)
 
 

@@ -8,6 +8,7 @@ from .._evaluate.system import System
 from .._integrate.simulate import system_of
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
+from .._units.check import unchecked_equations
 from .plot import equation_name
 
 
@@ -33,6 +34,7 @@ class Structure:
     - `invariants`: equations on which a run is kept, because no choice of fewer states is good in every position.
     - `blocks`: the algebraic unknowns in the order in which they are computed.
     - `groups`: how many separate computations those are, alike blocks together.
+    - `unchecked`: equations that are stated with `check_units=False`.
     """
 
     parameters: int
@@ -46,6 +48,7 @@ class Structure:
     invariants: tuple[str, ...]
     blocks: tuple[BlockReport, ...]
     groups: int
+    unchecked: tuple[str, ...]
     system: System = dataclasses.field(repr=False, compare=False)
 
     def __str__(self) -> str:
@@ -77,6 +80,7 @@ def structure(model: Component | System) -> Structure:
         invariants=tuple(equation_name(system.ordered, row) for row in sorted(system.ordered.invariants)),
         blocks=tuple(_block(system, torn) for torn in system.torn),
         groups=len(system.plan.groups),
+        unchecked=tuple(unchecked_equations(flat)),
         system=system,
     )
 
@@ -129,6 +133,8 @@ def _lines(report: Structure) -> list[str]:
     if report.invariants:
         lines.append(f"Invariants ({len(report.invariants)}), onto which each step is projected, since no choice of")
         lines.append("  fewer states is good in every position: " + ", ".join(report.invariants))
+    if report.unchecked:
+        lines.append(f"Units not checked ({len(report.unchecked)}): " + ", ".join(report.unchecked))
     if report.differentiated:
         lines.append(f"Differentiated equations ({len(report.differentiated)}):")
         lines += [

@@ -11,7 +11,7 @@ class Signal(Port, partial=True):
     The unit is that of the quantity it carries, given in the docstring of the component that owns the port.
     """
 
-    value: Var[Scalar, "1"] = 0.0
+    value: Var[Scalar, ""] = 0.0
 
 
 class Input(Signal):

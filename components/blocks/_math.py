@@ -10,7 +10,7 @@ from ._interfaces import Input, Output
 class Gain(Component):
     """y = k u."""
 
-    k: Param[Scalar, "1"]  # gain
+    k: Param[Scalar, ""]  # gain
     u: Input = Input()
     y: Output = Output()
 
@@ -21,8 +21,8 @@ class Gain(Component):
 class Sum(Component):
     """y = k1 u1 + k2 u2; with k2 = -1 the difference."""
 
-    k1: Param[Scalar, "1"] = 1.0  # weight of u1
-    k2: Param[Scalar, "1"] = 1.0  # weight of u2
+    k1: Param[Scalar, ""] = 1.0  # weight of u1
+    k2: Param[Scalar, ""] = 1.0  # weight of u2
     u1: Input = Input()
     u2: Input = Input()
     y: Output = Output()

@@ -19,7 +19,7 @@ class TimeSeries(SignalSource):
     """
 
     times: Param[Vector, "s"]  # increasing
-    values: Param[Vector, "1"]  # y at these times
+    values: Param[Vector, ""]  # y at these times
     smooth: bool = True
 
     def __check_init__(self) -> None:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from acausal import Param, ParameterError, Record, Scalar, Vector, positive
+from acausal import Param, ParameterError, Record, Scalar, Vector, magnitude, positive
 
 from .._checks import check, increasing
 from .._tables import cubic, interval, periodic_spline
@@ -66,8 +66,8 @@ class TabulatedLift(CamProfile):
     coefficients: Param[Vector, "m"]  # of the powers 0 to 3 (rows) of the angle on each interval (columns)
 
     def __init__(self, *, angles: Vector, lifts: Vector) -> None:
-        self.angles = jnp.asarray(angles, dtype=float)
-        lifts = jnp.asarray(lifts, dtype=float)
+        self.angles = jnp.asarray(magnitude(angles, "rad", "TabulatedLift.angles"), dtype=float)
+        lifts = jnp.asarray(magnitude(lifts, "m", "TabulatedLift.lifts"), dtype=float)
         check(self, "angles", increasing, "increasing")
         if not isinstance(lifts, Tracer):
             first, last = np.asarray(lifts)[[0, -1]]

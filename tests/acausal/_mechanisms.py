@@ -4,7 +4,7 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Equations, Param, Scalar, Var, Vector, connect, eq, positive, shape
+from acausal import Component, Connections, Equations, Nominal, Param, Scalar, Var, Vector, connect, eq, positive, shape
 from components.blocks import Sine
 from components.electrical import Capacitor, Ground, Resistor, SignalVoltage
 
@@ -18,7 +18,7 @@ class Pendulum(Component):
     y: Var[Scalar, "m"] = 0.0
     u: Var[Scalar, "m/s"] = 0.0
     v: Var[Scalar, "m/s"] = 0.0
-    force: Var[Scalar, "N"] = 0.0  # in the rod, per length
+    force: Var[Scalar, "1/s2", Nominal(100.0)] = 0.0  # in the rod, per length and mass
 
     def equations(self, d: Self) -> Equations:
         return dict(

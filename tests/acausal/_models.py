@@ -73,9 +73,10 @@ def gear_train(ratio: Scalar, *, torque: Scalar = 0.0, **starts: Scalar) -> Gear
 
 
 class Diode(Component):
-    """Shockley's equation, i = I_s (exp(v / V_t) - 1), with V_t = 25 mV."""
+    """Shockley's equation, i = I_s (exp(v / V_t) - 1)."""
 
-    saturation: Param[Scalar, "A", positive]
+    saturation: Param[Scalar, "A", positive]  # I_s
+    thermal: Param[Scalar, "V", positive] = 0.025  # V_t
     v: Var[Scalar, "V"] = 0.6  # where Newton's method starts
     p: Pin = Pin()
     n: Pin = Pin()
@@ -83,7 +84,7 @@ class Diode(Component):
     def equations(self, d: Self) -> Equations:
         return dict(
             voltage=eq(self.v, self.p.v - self.n.v),
-            shockley=eq(self.p.i, self.saturation * (jnp.exp(self.v / 0.025) - 1.0)),
+            shockley=eq(self.p.i, self.saturation * (jnp.exp(self.v / self.thermal) - 1.0)),
             kirchhoff=eq(self.p.i + self.n.i),
         )
 

@@ -28,8 +28,8 @@ from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor, 
 class Loose(Component):
     """A variable that no equation mentions."""
 
-    x: Var[Scalar, "m"] = 1.0
-    loose: Var[Scalar, "m"] = 0.0
+    x: Var[Scalar, ""] = 1.0
+    loose: Var[Scalar, ""] = 0.0
 
     def equations(self, d: Self) -> Equations:
         return dict(decay=eq(d.x, -self.x))
@@ -149,9 +149,9 @@ def test_ideal_sources_in_parallel() -> None:
 class Twice(Component):
     """A variable that two equations determine."""
 
-    x: Var[Scalar, "m"] = 1.0
-    y: Var[Scalar, "m"] = 1.0
-    k: Param[Scalar, "1"] = 2.0
+    x: Var[Scalar, ""] = 1.0
+    y: Var[Scalar, ""] = 1.0
+    k: Param[Scalar, ""] = 2.0
 
     def equations(self, d: Self) -> Equations:
         return dict(law=eq(d.x, -self.x), level=eq(self.y, self.k), again=eq(self.y, self.k * self.k))

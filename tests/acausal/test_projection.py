@@ -145,6 +145,7 @@ class Swing(Component):
     """A pendulum that is known to stay below the horizontal, so that x will do as its state."""
 
     L: Param[Scalar, "m"] = 1.0
+    g: Param[Scalar, "m/s2"] = G
     x: Var[Scalar, "m"] = 0.0
     y: Var[Scalar, "m", never] = -1.0
     u: Var[Scalar, "m/s"] = 0.0
@@ -156,7 +157,7 @@ class Swing(Component):
             speed_x=eq(self.u, d.x),
             speed_y=eq(self.v, d.y),
             newton_x=eq(d.u, -self.force * self.x),
-            newton_y=eq(d.v, -self.force * self.y - G),
+            newton_y=eq(d.v, -self.force * self.y - self.g),
             rod=eq(self.x**2 + self.y**2, self.L**2),
         )
 

@@ -28,7 +28,7 @@ from components.translational import Mass
 class BlowUp(Component):
     """x = tan(t): infinite at pi/2."""
 
-    x: Var[Scalar, "1"] = 0.0
+    x: Var[Scalar, ""] = 0.0
 
     def equations(self, d: Self) -> Equations:
         return dict(growth=eq(d.x, 1.0 + self.x**2))
@@ -37,8 +37,8 @@ class BlowUp(Component):
 class Root(Component):
     """x = 1 - t, of which no state depends on the root."""
 
-    x: Var[Scalar, "m"] = 1.0
-    root: Var[Scalar, "m"] = 0.0
+    x: Var[Scalar, ""] = 1.0
+    root: Var[Scalar, ""] = 0.0
 
     def equations(self, d: Self) -> Equations:
         return dict(fall=eq(d.x, -1.0), root=eq(self.root, jnp.sqrt(self.x)))
@@ -47,7 +47,7 @@ class Root(Component):
 class Unbounded(Component):
     """A rate that is not a number from the start if k is negative."""
 
-    k: Param[Scalar, "1"]
+    k: Param[Scalar, "1/s2"]
     x: Var[Scalar, "m"] = 1.0
     rate: Var[Scalar, "m/s"] = 0.0
 

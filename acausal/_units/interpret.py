@@ -1,0 +1,226 @@
+"""The dimensions of what a jaxpr computes, and where they contradict each other."""
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal
+
+from .._reduce.jaxpr import shape_of
+from .dimension import NUMBER, Dimension
+from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
+from .values import ATOM, PRODUCT, SUM, Value, constant, written
+
+
+class Interpreter:
+    """Computes with `Value`s, and collects contradictions.
+
+    - `problems`: what is wrong, in the order of computation.
+    - `inferred`: dimensions that inputs without a unit must have, from what they are added to or compared with.
+    - `alike`: pairs of such inputs that are added to or compared with each other.
+
+    After a contradiction, and after an operation that is not known, the dimension of the result fits any.
+    """
+
+    def __init__(self) -> None:
+        self.problems: list[str] = []
+        self.inferred: dict[int, set[Dimension]] = {}
+        self.alike: set[tuple[int, int]] = set()
+
+    def residual(self, closed: ClosedJaxpr, inputs: Sequence[Value]) -> None:
+        """Interpret an equation; the difference that is its residual counts as its two sides."""
+        (result,) = closed.jaxpr.outvars
+        self._run(closed, inputs, lambda eqn: "equates" if eqn.outvars[0] is result else None)
+
+    def run(self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value]) -> list[Value]:
+        """The values of the outputs."""
+        return self._run(closed, inputs, lambda eqn: None)
+
+    def require(self, value: Value, dimension: Dimension, complaint: str) -> None:
+        """Note that a value must have a dimension."""
+        self._infer(value, dimension)
+        if value.dimension not in (None, dimension):
+            self.problems.append(complaint)
+
+    def _run(
+        self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value], verb: Callable[[JaxprEqn], str | None]
+    ) -> list[Value]:
+        jaxpr = closed.jaxpr if isinstance(closed, ClosedJaxpr) else closed
+        known: dict[Any, Value] = dict(zip(jaxpr.invars, inputs, strict=True))
+        known |= {v: constant(c) for v, c in zip(jaxpr.constvars, getattr(closed, "consts", ()), strict=True)}
+
+        def read(atom: Any) -> Value:
+            return constant(atom.val) if isinstance(atom, Literal) else known[atom]
+
+        for eqn in jaxpr.eqns:
+            results = self._apply(eqn, [read(atom) for atom in eqn.invars], verb(eqn))
+            known |= dict(zip(eqn.outvars, results, strict=True))
+        return [read(atom) for atom in jaxpr.outvars]
+
+    def _apply(self, eqn: JaxprEqn, values: list[Value], verb: str | None) -> list[Value]:
+        name = eqn.primitive.name
+        match name:
+            case "mul" | "dot_general":
+                return [_product(*values)]
+            case "div":
+                return [_quotient(*values)]
+            case "integer_pow":
+                return [_power(values[0], Fraction(eqn.params["y"]))]
+            case "pow":
+                return [self._general_power(*values)]
+            case "stack":
+                return [_stacked(values)]
+            case "select_n":
+                return [self._choice(values[1:])]
+            case "cond":
+                return self._branches(eqn.params["branches"], values[1:])
+            case "while":
+                return self._while(eqn, values)
+            case "scan":
+                return self._scan(eqn, values)
+            case "reduce_prod" if values[0].number is None:
+                ratio = Fraction(_count(eqn.invars[0]), max(_count(eqn.outvars[0]), 1))
+                return [_power(values[0], ratio)]
+        if name in SAME:
+            return [_kept(name, value) for value in (values * len(eqn.outvars))[: len(eqn.outvars)]]
+        if name in EQUAL:
+            operands = values[::2] if name.startswith("scatter") else values
+            return [self._equal(verb or EQUAL[name], name, operands[:2] if "update" in name else operands)]
+        if name in COMPARED:
+            self._equal("compares", name, values)
+            return [written(NUMBER, f"{name}({values[0].text}, {values[1].text})")]
+        if name in NUMBERS:
+            return [self._function(name, values[0])]
+        if name in POWERS:
+            return [_power(values[0], POWERS[name], name)]
+        if name in PLAIN:
+            return [written(NUMBER, f"{name}(...)") for _ in eqn.outvars]
+        return self._call(eqn, values) or [Value(None, f"{name}(...)") for _ in eqn.outvars]
+
+    def _call(self, eqn: JaxprEqn, values: list[Value]) -> list[Value] | None:
+        """A primitive that applies one jaxpr to its operands, such as `jit`, `custom_jvp_call` or `checkpoint`."""
+        bodies = [param for param in eqn.params.values() if isinstance(param, ClosedJaxpr | Jaxpr)]
+        if len(bodies) != 1:
+            return None
+        jaxpr = bodies[0].jaxpr if isinstance(bodies[0], ClosedJaxpr) else bodies[0]
+        fits = (len(jaxpr.invars), len(jaxpr.outvars)) == (len(values), len(eqn.outvars))
+        return self.run(bodies[0], values) if fits else None
+
+    def _infer(self, value: Value, dimension: Dimension | None) -> None:
+        if value.leaf is not None and dimension is not None:
+            self.inferred.setdefault(value.leaf, set()).add(dimension)
+
+    def _equal(self, verb: str, name: str, values: Sequence[Value]) -> Value:
+        """The result of an operation whose operands must be of one dimension."""
+        leaves = [value.leaf for value in values if value.leaf is not None]
+        self.alike |= {(a, b) for a, b in itertools.pairwise(leaves) if a != b}
+        known = [value for value in values if value.dimension is not None]
+        for value in values:
+            self._infer(value, known[0].dimension if known else None)
+        text, rank = _joined(name, values)
+        if len({value.dimension for value in known}) > 1:
+            other = next(value for value in known if value.dimension != known[0].dimension)
+            self.problems.append(_contradiction(verb, known[0], other))
+            return written(None, text, rank)
+        return written(known[0].dimension if known else None, text, rank, leaves[0] if leaves and not known else None)
+
+    def _choice(self, values: Sequence[Value]) -> Value:
+        if all(value.number is not None for value in values):
+            return self._equal("chooses between", "where", values)
+        # A plain 1 guards a denominator, as in 1 / jnp.where(x > 0, x, 1).
+        quantities = [value for value in values if value.number != 1.0]
+        return self._equal("chooses between", "where", quantities)
+
+    def _function(self, name: str, value: Value) -> Value:
+        text = f"{name}({value.text})"
+        self.require(value, NUMBER, f"takes {name} of {value}, which is not a number")
+        return written(NUMBER, text)
+
+    def _general_power(self, x: Value, y: Value) -> Value:
+        if y.number is not None and math.isfinite(y.number):
+            return _power(x, Fraction(y.number).limit_denominator(1000))
+        text = f"{x.within(ATOM)}**{y.within(ATOM)}"
+        self.require(y, NUMBER, f"takes {x.text} to the power of {y}, which is not a number")
+        if x.dimension is not None:
+            self.require(x, NUMBER, f"takes {x} to a power that varies, so that the result has no unit")
+        return written(NUMBER if x.dimension == NUMBER else None, text)
+
+    def _branches(self, branches: Sequence[ClosedJaxpr], values: list[Value]) -> list[Value]:
+        results = [self.run(branch, values) for branch in branches]
+        return [self._equal("chooses between", "cond", list(column)) for column in zip(*results, strict=True)]
+
+    def _while(self, eqn: JaxprEqn, values: list[Value]) -> list[Value]:
+        n_test, n_body = eqn.params["cond_nconsts"], eqn.params["body_nconsts"]
+        test, fixed, carry = values[:n_test], values[n_test : n_test + n_body], values[n_test + n_body :]
+        carry = self._settled(carry, lambda inner, now: inner.run(eqn.params["body_jaxpr"], [*fixed, *now]))
+        self.run(eqn.params["cond_jaxpr"], [*test, *carry])
+        return self.run(eqn.params["body_jaxpr"], [*fixed, *carry])
+
+    def _scan(self, eqn: JaxprEqn, values: list[Value]) -> list[Value]:
+        body, n_fixed, n_carry = eqn.params["jaxpr"], eqn.params["num_consts"], eqn.params["num_carry"]
+        fixed, carry, rows = values[:n_fixed], values[n_fixed : n_fixed + n_carry], values[n_fixed + n_carry :]
+        carry = self._settled(carry, lambda inner, now: inner.run(body, [*fixed, *now, *rows])[:n_carry])
+        return self.run(body, [*fixed, *carry, *rows])
+
+    def _settled(self, carry: list[Value], step: Callable[["Interpreter", list[Value]], list[Value]]) -> list[Value]:
+        """What a loop carries from turn to turn: what starts at zero gets a dimension, what changes it has none."""
+        carry = [Value(value.dimension, value.text) for value in carry]
+        for _ in carry:
+            after = step(Interpreter(), carry)
+            carry = [
+                a if a.dimension is not None else Value(b.dimension, a.text) for a, b in zip(carry, after, strict=True)
+            ]
+        after = step(Interpreter(), carry)
+        return [
+            a if b.dimension in (None, a.dimension) else Value(None, a.text) for a, b in zip(carry, after, strict=True)
+        ]
+
+
+def _count(atom: Any) -> int:
+    return math.prod(shape_of(atom))
+
+
+def _contradiction(verb: str, a: Value, b: Value) -> str:
+    word = {"adds": "to", "subtracts": "from", "equates": "with", "compares": "with"}.get(verb, "and")
+    first, second = (b, a) if verb == "subtracts" else (a, b)
+    return f"{verb} {first} {word} {second}"
+
+
+def _kept(name: str, value: Value) -> Value:
+    if name in SILENT:
+        return value
+    if name == "neg":
+        return Value(value.dimension, f"-{value.within(PRODUCT)}", PRODUCT, value.unit, None, value.leaf)
+    shown = name.removeprefix("reduce_")
+    return written(value.dimension, f"{shown}({value.text})", ATOM, value.leaf)
+
+
+def _joined(name: str, values: Sequence[Value]) -> tuple[str, int]:
+    if name in ("add", "add_any"):
+        return f"{values[0].text} + {values[1].text}", SUM
+    if name == "sub":
+        return f"{values[0].text} - {values[1].within(PRODUCT)}", SUM
+    return f"{name}({', '.join(value.text for value in values)})", ATOM
+
+
+def _product(a: Value, b: Value) -> Value:
+    dimension = None if a.dimension is None or b.dimension is None else a.dimension * b.dimension
+    return written(dimension, f"{a.within(PRODUCT)} * {b.within(PRODUCT)}", PRODUCT)
+
+
+def _quotient(a: Value, b: Value) -> Value:
+    dimension = None if a.dimension is None or b.dimension is None else a.dimension / b.dimension
+    return written(dimension, f"{a.within(PRODUCT)} / {b.within(ATOM)}", PRODUCT)
+
+
+def _stacked(values: list[Value]) -> Value:
+    """Rows may be different quantities, such as the coefficients of a polynomial; then the array has no dimension."""
+    dimensions = {value.dimension for value in values}
+    return written(dimensions.pop() if len(dimensions) == 1 else None, f"[{', '.join(v.text for v in values)}]")
+
+
+def _power(value: Value, exponent: Fraction, function: str | None = None) -> Value:
+    text = f"{function}({value.text})" if function and function != "square" else f"{value.within(ATOM)}**{exponent}"
+    return written(None if value.dimension is None else value.dimension**exponent, text)

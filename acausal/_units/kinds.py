@@ -1,0 +1,127 @@
+"""The units of one kind of components: its equations and its energy account."""
+
+import dataclasses
+import functools as ft
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from .._declare.component import Component
+from .._reduce.flatten import Kind
+from .._reduce.jaxpr import structs
+from .._reduce.template import Input, templates
+from .dimension import DERIVED, NUMBER, TIME, Dimension, described
+from .interpret import Interpreter
+from .parsing import UnknownUnit, parsed
+from .values import Value
+
+
+@dataclasses.dataclass(frozen=True)
+class KindUnits:
+    """What is found once for all components of a kind.
+
+    - `problems`: each as where it is and what it is, such as ("equation ohm", "equates ... with ...").
+    - `dimensions`: of its leaves by slot, declared or, where no unit is declared, following from the equations.
+    - `alike`: pairs of variables without a unit that have the same dimension.
+    - `unchecked`: the equations that are stated with `check_units=False`.
+    """
+
+    problems: tuple[tuple[str, str], ...]
+    dimensions: tuple[Dimension | None, ...]
+    alike: frozenset[tuple[int, int]]
+    unchecked: tuple[str, ...]
+
+
+@ft.cache
+def kind_units(kind: Kind) -> KindUnits:
+    """Check the units of a kind of components."""
+    values, problems = _leaves(kind)
+    found: dict[int, set[Dimension]] = {slot: set() for slot in range(len(values))}
+    alike: set[tuple[int, int]] = set()
+    for where, checked in _interpreted(kind, values):
+        problems += [(where, problem) for problem in dict.fromkeys(checked.problems)]
+        alike |= checked.alike
+        for slot, dimensions in checked.inferred.items():
+            found[slot] |= dimensions
+    dimensions = [value.dimension for value in values]
+    pairs: set[tuple[int, int]] = set()
+    for group in _groups(len(values), alike):
+        follow = set().union(*(found[slot] for slot in group))
+        for slot in group if len(follow) == 1 else ():
+            dimensions[slot] = next(iter(follow))
+        pairs |= set(itertools.pairwise(slot for slot in group if kind.declarations[slot].role != "param"))
+    unchecked = tuple(template.name for template in templates(kind) if not template.check_units)
+    return KindUnits(tuple(problems), tuple(dimensions), frozenset(pairs), unchecked)
+
+
+def _groups(count: int, pairs: set[tuple[int, int]]) -> list[list[int]]:
+    """The slots that have the same dimension, one list for each such dimension."""
+    group = {slot: [slot] for slot in range(count)}
+    for a, b in pairs:
+        if group[a] is not group[b]:
+            group[a] += group[b]
+            group |= dict.fromkeys(group[b], group[a])
+    return list({id(members): sorted(members) for members in group.values()}.values())
+
+
+def _interpreted(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpreter]]:
+    for template in templates(kind):
+        if template.check_units:
+            checked = Interpreter()
+            checked.residual(template.jaxpr, [_input(item, values) for item in template.inputs])
+            yield f"equation {template.name}", checked
+    if kind.cls.energy is not Component.energy:
+        yield "energy", _account(kind, values)
+
+
+def _leaves(kind: Kind) -> tuple[list[Value], list[tuple[str, str]]]:
+    """The leaves of a kind as values, and the units that are not what they should be."""
+    values, problems = [], []
+    for slot, (name, declaration) in enumerate(zip(kind.names, kind.declarations, strict=True)):
+        try:
+            unit = parsed(declaration.unit) if declaration.unit else None
+        except UnknownUnit as error:
+            problems.append((f"declaration of {name}", str(error)))
+            unit = None
+        if unit is not None and not unit.is_si:
+            problems.append((f"declaration of {name}", _not_si(declaration.unit, unit.dimension, unit.has_angle)))
+        dimension = None if unit is None else unit.dimension
+        leaf = slot if not declaration.unit else None
+        values.append(Value(dimension, f"self.{name}", unit=declaration.unit or None, leaf=leaf))
+    return values, problems
+
+
+_ANGULAR = {NUMBER: "rad", TIME**-1: "rad/s", TIME**-2: "rad/s2"}
+
+
+def _not_si(unit: str, dimension: Dimension, has_angle: bool) -> str:
+    wanted = _ANGULAR[dimension] if has_angle and dimension in _ANGULAR else DERIVED.get(dimension, str(dimension))
+    return f"the unit {unit!r} is not coherent with SI: declare {wanted!r} and give values by quantity(..., {unit!r})"
+
+
+def _input(item: Input, values: list[Value]) -> Value:
+    value = values[item.slot]
+    if item.order == 0:
+        return value
+    rate = None if value.dimension is None else value.dimension / TIME
+    return Value(rate, "d" + value.text.removeprefix("self"))
+
+
+def _account(kind: Kind, values: list[Value]) -> Interpreter:
+    """The energy account must be stated in J, W and W."""
+
+    def account(*leaves: Any) -> list[Any]:
+        return [jnp.asarray(item, float) for item in kind.component(leaves).energy() or ()]
+
+    closed = jax.make_jaxpr(account)(*structs(kind.sizes))
+    checked = Interpreter()
+    watt = parsed("W").dimension
+    for name, dimension, value in zip(
+        ("stored", "dissipated", "supplied"), (watt * TIME, watt, watt), checked.run(closed, values), strict=False
+    ):
+        unit = described(dimension, "J" if name == "stored" else "W")
+        checked.require(value, dimension, f"states {name} as {value}, which should be in {unit}")
+    return checked

@@ -1,0 +1,126 @@
+"""Unit strings in Modelica's notation, read by pint.
+
+`.` multiplies, digits after a symbol are its exponent, and what is divided by stands behind one `/`, in parentheses if
+it is more than one factor: `N.m.s/rad`, `m3/(s.Pa)`, `kg.m2`, `1/s`. Exponents may be decimal: `m3/(s.Pa0.5)`.
+"""
+
+import dataclasses
+import functools as ft
+import re
+from fractions import Fraction
+from typing import Any
+
+from .._errors import suggestion
+from .dimension import BASE_UNITS, DERIVED, TIME, Dimension
+
+_TOKEN = re.compile(r"(?P<symbol>[^\W\d](?:\w*[^\W\d])?)(?P<exponent>[+-]?\d+(?:\.\d+)?)?|1|[./()]")
+_GROUP = r"(?:f|\(f(?:\.f)*\))"  # f: a factor
+_SHAPE = re.compile(rf"{_GROUP}(?:\.{_GROUP})*(?:/{_GROUP})?")
+_COMMON = (*BASE_UNITS, *DERIVED.values(), "rad", "rad/s", "rev", "deg", "Hz", "J", "m2", "m3", "m/s", "m3/s", "1")
+_QUANTITIES = ("[mass]", "[length]", "[time]", "[current]", "[temperature]", "[substance]", "[luminosity]")
+
+
+class UnknownUnit(ValueError):
+    """A string that is not a unit; the message says why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Unit:
+    """What pint makes of a unit. `is_si`: a value in it is that in SI base units, angles in rad.
+
+    An angle is a number in a dimension, but turns are not radians: `has_angle` is true of rad/s and rpm, `counts` of Hz
+    and 1/min.
+    """
+
+    dimension: Dimension
+    is_si: bool
+    has_angle: bool
+    counts: bool
+
+
+@ft.cache
+def registry() -> Any:
+    """All units that pint knows, and `rev`; made when the first one is used, which takes 0.1 s."""
+    import pint
+
+    made = pint.UnitRegistry()
+    made.define("rev = turn")
+    made.define("@alias ohm = Ohm")
+    return made
+
+
+_SI = """
+kilogram = [mass] = kg	meter = [length] = m	second = [time] = s	ampere = [current] = A	kelvin = [temperature] = K
+mole = [substance] = mol	candela = [luminosity] = cd	radian = [] = rad	hertz = 1 / second = Hz
+newton = kilogram * meter / second**2 = N	pascal = newton / meter**2 = Pa	joule = newton * meter = J
+watt = joule / second = W	coulomb = ampere * second = C	volt = watt / ampere = V	ohm = volt / ampere = Ω = Ohm
+farad = coulomb / volt = F	weber = volt * second = Wb	henry = weber / ampere = H	tesla = weber / meter**2 = T
+"""
+
+
+@ft.cache
+def _si_registry() -> Any:
+    """The units in which components are declared, by themselves: they are there at once."""
+    import pint
+
+    definitions: Any = [line.strip() for line in re.split(r"[\t\n]", _SI.strip())]
+    return pint.UnitRegistry(definitions)
+
+
+@ft.cache
+def parsed(unit: str) -> Unit:
+    """The unit that a string stands for; raises `UnknownUnit`."""
+    expression = _expression(unit)
+    try:
+        return unit_of(_si_registry().parse_units(expression), _si_registry())
+    except AttributeError:  # pint's UndefinedUnitError
+        return unit_of(pint_unit(unit), registry())
+
+
+@ft.cache
+def pint_unit(unit: str) -> Any:
+    """The unit of pint's registry that a string stands for; raises `UnknownUnit`."""
+    try:
+        return registry().parse_units(_expression(unit))
+    except AttributeError as error:  # pint's UndefinedUnitError
+        raise UnknownUnit(_unknown(unit, "pint has no such unit")) from error
+
+
+def _expression(unit: str) -> str:
+    """The unit as pint writes it."""
+    tokens = list(_TOKEN.finditer(unit))
+    kinds = "".join("f" if token["symbol"] or token[0] == "1" else token[0] for token in tokens)
+    if "".join(token[0] for token in tokens) != unit or not _SHAPE.fullmatch(kinds):
+        raise UnknownUnit(_unknown(unit, "write it as in N.m.s/rad or m3/(s.Pa)"))
+    if any(token["symbol"] == "Nm" for token in tokens):  # to pint a measure of yarn
+        raise UnknownUnit(_unknown(unit, "newton metre is N.m"))
+    return "".join(map(_translated, tokens))
+
+
+def _translated(token: re.Match[str]) -> str:
+    if token["exponent"]:
+        return f"{token['symbol']}**({token['exponent']})"
+    return "*" if token[0] == "." else token[0]
+
+
+def unit_of(unit: Any, units: Any) -> Unit:
+    """A unit of a registry, with its dimension and whether it needs conversion."""
+    exponents = dict(units.get_dimensionality(unit))
+    if set(exponents) - set(_QUANTITIES):
+        raise UnknownUnit(_unknown(str(unit), "it measures no physical quantity"))
+    dimension = Dimension(tuple(_fraction(exponents.get(name, 0)) for name in _QUANTITIES))
+    factor, basic = units.get_base_units(unit)
+    zero = units.Quantity(0.0, unit).to(basic).magnitude
+    is_si = bool(abs(factor - 1.0) < 1e-12 and zero == 0.0)
+    names = {name for name, _ in units.Quantity(1.0, unit).unit_items()}
+    has_angle = "radian" in {name for name, _ in units.Quantity(1.0, basic).unit_items()}
+    per_time = dimension == TIME**-1 and not is_si and not has_angle
+    return Unit(dimension, is_si, has_angle, per_time or any(name.endswith("hertz") for name in names))
+
+
+def _fraction(exponent: float) -> Fraction:
+    return Fraction(exponent).limit_denominator(1000)
+
+
+def _unknown(unit: str, why: str) -> str:
+    return f"the unit {unit!r} is not known: {why}.{suggestion(unit, _COMMON)}"

@@ -1,0 +1,85 @@
+"""Numbers with a unit, and what they are in SI units."""
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from .._errors import ParameterError
+from .dimension import described
+from .parsing import Unit, UnknownUnit, parsed, pint_unit, registry, unit_of
+
+
+def quantity(value: Any, unit: str) -> Any:
+    """A value in another unit than that of SI, as in `Inertia(J=quantity(120.0, "g.cm2"))` or `quantity(3000, "rpm")`.
+
+    It is a quantity of pint, so `quantity(1.5, "GPa") / quantity(10.0, "cm3")` is one too. A component converts it to
+    the declared unit when it is built; quantities of any other pint registry are taken as well. `value` may be an
+    array, and may be traced.
+
+    The unit is written as in declarations: `N.m.s/rad`, `m3/(s.Pa)`, `cm3/rev`. `degC` is a temperature on its scale,
+    `delta_degC` a difference. Raises `ParameterError` for a unit that is not known.
+    """
+    return registry().Quantity(value, _named("quantity", pint_unit, unit))
+
+
+def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
+    """The number of a quantity in a unit; a plain number is taken to be in it already.
+
+    `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit, whichever it is.
+
+    Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min)
+    given as an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost.
+    """
+    if not has_unit(value):
+        return value
+    given, source = _own(value, where)
+    if not unit:
+        return given.to_base_units().magnitude
+    target = _named(where, parsed, unit)
+    if source.dimension != target.dimension:
+        raise ParameterError(
+            f"{where} is in {described(target.dimension, unit)}, but is given in "
+            f"{described(source.dimension, _text(given))}."
+        )
+    if _confuses_turns(source, target):
+        raise ParameterError(
+            f"{where} is in {unit}, but is given in {_text(given)}: Hz and 1/min count turns, rad/s and rpm "
+            "measure an angle; convert by hand."
+        )
+    return given.to(pint_unit(unit)).magnitude
+
+
+def has_unit(value: Any) -> bool:
+    """Whether a value is a quantity of pint, whose import costs nothing where there is none."""
+    pint = sys.modules.get("pint")
+    return pint is not None and isinstance(value, pint.Quantity)
+
+
+def _named(where: str, read: Callable[[str], Any], unit: str) -> Any:
+    """What `read` makes of a unit, with an error that says where the unit stands."""
+    try:
+        return read(unit)
+    except UnknownUnit as error:
+        raise ParameterError(f"{where}: {error}") from error
+
+
+def _own(value: Any, where: str) -> tuple[Any, Unit]:
+    """The quantity in the registry of this library, and its unit."""
+    units = registry()
+    try:
+        unit = units.Unit(units.UnitsContainer(dict(value.unit_items())))
+        return units.Quantity(value.magnitude, unit), unit_of(unit, units)
+    except AttributeError as error:  # pint's UndefinedUnitError
+        raise ParameterError(
+            f"{where} is given in {value.units}, a unit that only another registry knows: convert it first."
+        ) from error
+    except UnknownUnit as error:
+        raise ParameterError(f"{where}: {error}") from error
+
+
+def _confuses_turns(a: Unit, b: Unit) -> bool:
+    return (a.counts and b.has_angle) or (b.counts and a.has_angle)
+
+
+def _text(given: Any) -> str:
+    return f"{given.units:~D}".replace(" * ", ".").replace(" ** ", "").replace(" / ", "/") or "1"

@@ -1,0 +1,62 @@
+"""Signals that are joined: no unit is declared for them, but the equations at both ends may determine one."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .._reduce.flatten import FlatModel, Instances
+from .dimension import Dimension, described
+from .kinds import kind_units
+
+
+def signal_problems(flat: FlatModel) -> list[str]:
+    """The connections, possibly by way of blocks that pass a signal on, of ports that carry different quantities."""
+    known = _dimensions(flat)
+    unlike = np.array([not leaf.declaration.unit for leaf in flat.leaves], dtype=bool)[flat.leaf_of_node]
+    pairs = flat.across[unlike[flat.across].any(axis=1)]
+    edges = np.concatenate([pairs, *_passed_on(flat)]).astype(int)
+    if not len(edges):
+        return []
+    nodes, edges = np.unique(edges, return_inverse=True)
+    edges = edges.reshape(-1, 2)
+    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
+    count, label = connected_components(graph, directed=False)
+    first: list[dict[Dimension, int]] = [{} for _ in range(count)]
+    for node, net in zip(nodes.tolist(), label.tolist(), strict=True):
+        dimension = known.get(int(flat.leaf_of_node[node]))
+        if dimension is not None:
+            first[net].setdefault(dimension, node)
+    return [_problem(flat, found) for found in first if len(found) > 1]
+
+
+def _problem(flat: FlatModel, found: dict[Dimension, int]) -> str:
+    names = [f"{flat.node_name(node)} is in {described(dimension)}" for dimension, node in found.items()]
+    return f"These signals are joined, but carry different quantities: {', '.join(names)}."
+
+
+def _dimensions(flat: FlatModel) -> dict[int, Dimension]:
+    """The dimension of each leaf that belongs to a component with equations, where it is known."""
+    return {
+        first + slot: dimension
+        for instances in flat.instances
+        for slot, dimension in enumerate(kind_units(instances.kind).dimensions)
+        if dimension is not None
+        for first in instances.first_leaf
+    }
+
+
+def _passed_on(flat: FlatModel) -> Iterator[np.ndarray]:
+    """Pairs of nodes that equations of a component relate."""
+    for instances in flat.instances:
+        alike = kind_units(instances.kind).alike
+        if alike:
+            yield from _node_pairs(flat, instances, alike)
+
+
+def _node_pairs(flat: FlatModel, instances: Instances, alike: frozenset[tuple[int, int]]) -> Iterator[np.ndarray]:
+    nodes = flat.nodes(instances)
+    for a, b in sorted(alike):
+        pairs = nodes[:, [a, b]]
+        yield pairs[(pairs >= 0).all(axis=1)]

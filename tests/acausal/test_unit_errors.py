@@ -1,0 +1,351 @@
+"""Units of whole models: what is reported, where, and how to silence it."""
+
+import dataclasses
+from typing import Any, Self
+
+import jax.numpy as jnp
+import pytest
+
+from acausal import (
+    Array,
+    Component,
+    Connections,
+    Energy,
+    Equations,
+    Param,
+    Scalar,
+    Time,
+    UnitError,
+    Var,
+    Vector,
+    compile,
+    connect,
+    eq,
+    repeat,
+    shape,
+    structure,
+)
+from acausal._reduce.flatten import flatten
+from acausal._units.check import check_units, unit_problems
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components.blocks import Gain, Input, Output, Ramp, Sum
+from components.rotational import AngleSensor, ConstantTorque, Inertia, SignalTorque, SpeedSensor, TorqueSensor
+
+
+class Wrong(Component):
+    """Several mistakes."""
+
+    J: Param[Scalar, "kg.m2"]
+    k: Param[Scalar, "N.m/A"]
+    i: Var[Scalar, "A"] = 0.0
+    w: Var[Scalar, "rad/s"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            newton=eq(self.J * d.w, self.k * self.i - self.w),
+            law=eq(self.i, self.w),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.J * self.w, dissipated=self.k * self.i * self.w)
+
+
+class Pair(Component):
+    first: Wrong
+    second: Wrong
+
+    def connections(self) -> Connections:
+        return ()
+
+
+def test_all_mistakes_are_listed_with_their_place() -> None:
+    wrong = Wrong(J=1.0, k=1.0)
+    with pytest.raises(UnitError) as caught:
+        compile(Pair(first=wrong, second=wrong))
+    assert str(caught.value).splitlines()[:-1] == [
+        "The units of the model do not agree.",
+        "  Wrong (first and 1 more), equation newton: subtracts self.w in rad/s (1/s) from self.k * self.i in N.m "
+        "(kg.m2/s2).",
+        "  Wrong (first and 1 more), equation law: equates self.i in A with self.w in rad/s (1/s).",
+        "  Wrong (first and 1 more), energy: states stored as 0.5 * self.J * self.w in N.m.s (kg.m2/s), which should "
+        "be in J (kg.m2/s2).",
+    ]
+    assert str(caught.value).splitlines()[-1].startswith("  Remedy: ")
+
+
+def test_a_model_without_parts_is_named_by_its_class() -> None:
+    assert unit_problems(flatten(Wrong(J=1.0, k=1.0)))[1].startswith("Wrong, equation law: ")
+
+
+def test_members_of_an_array_are_named() -> None:
+    problems = unit_problems(flatten(Holder(part=repeat(Wrong(J=1.0, k=1.0), 3))))
+    assert problems[1].startswith("Wrong (part[0] and 2 more), equation law: ")
+
+
+class Holder(Component):
+    part: Component
+
+
+class Accounted(Component):
+    """A composite with an energy account for its parts."""
+
+    rotor: Inertia
+    more: Array[Inertia]
+
+    def connections(self) -> Connections:
+        return ()
+
+    def energy(self) -> Energy:
+        return Energy(stored=self.rotor.J * self.rotor.w**2, dissipated=jnp.sum(self.more.item.J * self.more.item.w))
+
+
+def test_energy_of_a_composite() -> None:
+    composite = Accounted(rotor=Inertia(J=1.0), more=repeat(Inertia(J=1.0), 2))
+    expected = (
+        "energy: states dissipated as sum(self.more[].J * self.more[].w) in N.m.s (kg.m2/s), which should be in W "
+        "(kg.m2/s3)."
+    )
+    assert unit_problems(flatten(composite)) == [f"Accounted, {expected}"]
+    assert unit_problems(flatten(Holder(part=composite))) == [f"Accounted (part), {expected}"]
+    assert unit_problems(flatten(Holder(part=repeat(composite, 3)))) == [f"Accounted (part[]), {expected}"]
+
+
+class Rates(Component):
+    """Derivatives, the time, and arrays."""
+
+    n: int
+    tau: Param[Scalar, "s"]
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Vector, "m", shape("n")] = 0.0  # pyright: ignore[reportAssignmentType]
+    v: Var[Vector, "m/s", shape("n")] = 0.0  # pyright: ignore[reportAssignmentType]
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(self.v, d.x), decay=eq(self.tau * d.v, -self.v * jnp.exp(-self.t / self.tau)))
+
+
+def test_derivatives_have_their_unit_per_second() -> None:
+    assert unit_problems(flatten(Rates(n=3, tau=1.0))) == []
+
+
+class Declared(Component):
+    angle: Param[Scalar, "deg"]
+    torque: Param[Scalar, "Nm"]
+    x: Var[Scalar, "rad"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(law=eq(self.x, self.angle))
+
+
+def test_declared_units_must_be_known_and_si() -> None:
+    assert unit_problems(flatten(Declared(angle=1.0, torque=1.0))) == [
+        "Declared, declaration of angle: the unit 'deg' is not coherent with SI: declare 'rad' and give values by "
+        "quantity(..., 'deg').",
+        "Declared, declaration of torque: the unit 'Nm' is not known: newton metre is N.m. Did you mean N/m or N.m or "
+        "m?",
+    ]
+
+
+class Empirical(Component):
+    """A law between numbers."""
+
+    T: Var[Scalar, "K"] = 300.0
+    mu: Var[Scalar, "Pa.s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(walther=eq(jnp.log(self.mu), 3.0 - 0.01 * self.T, check_units=False), cooling=eq(d.T))
+
+
+def test_what_is_not_checked_is_listed() -> None:
+    model = Holder(part=Empirical())
+    assert unit_problems(flatten(model)) == []
+    report = structure(model)
+    assert report.unchecked == ("part.walther",)
+    assert "Units not checked (1): part.walther" in str(report)
+    assert structure(_drive(TorqueSensor())).unchecked == ()
+
+
+class Loop(Component):
+    """A sensor whose signal goes to a drive."""
+
+    drive: ConstantTorque
+    sensor: AngleSensor | SpeedSensor | TorqueSensor
+    block: Component
+    torque: SignalTorque
+    rotor: Inertia
+
+    def connections(self) -> Connections:
+        sensor, block = self.sensor, self.block
+        assert isinstance(block, Gain | Limiter | Integrator)
+        if isinstance(sensor, TorqueSensor):
+            mechanics = connect(self.drive.flange, sensor.a), connect(sensor.b, self.rotor.a)
+        else:
+            mechanics = (connect(self.drive.flange, sensor.flange, self.rotor.a),)
+        return (
+            *mechanics,
+            connect(sensor.y, block.u),
+            connect(block.y, self.torque.u),
+            connect(self.torque.flange, self.rotor.b),
+        )
+
+
+class Limiter(Component):
+    """y = u within limits."""
+
+    most: Param[Scalar, ""]
+    u: Input = Input()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(limit=eq(self.y.value, jnp.clip(self.u.value, -self.most, self.most)))
+
+
+class Integrator(Component):
+    """dy/dt = u."""
+
+    u: Input = Input()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(integral=eq(d.y.value, self.u.value))
+
+
+def _drive(sensor: Any, block: Component | None = None) -> Loop:
+    return Loop(
+        drive=ConstantTorque(torque=1.0),
+        sensor=sensor,
+        block=block or Limiter(most=1.0),
+        torque=SignalTorque(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+def test_a_signal_of_the_right_quantity() -> None:
+    assert unit_problems(flatten(_drive(TorqueSensor()))) == []
+
+
+def test_a_signal_of_another_quantity() -> None:
+    """The limiter passes the speed on, so that it would drive with a speed for a torque."""
+    (problem,) = unit_problems(flatten(_drive(SpeedSensor())))
+    assert problem == (
+        "These signals are joined, but carry different quantities: sensor.y.value is in 1/s, torque.u.value is in N.m "
+        "(kg.m2/s2)."
+    )
+    with pytest.raises(UnitError, match=r"sensor\.y\.value is in 1/s, torque\.u\.value is in N\.m"):
+        check_units(flatten(_drive(SpeedSensor())))
+
+
+@pytest.mark.parametrize("block", [Gain(k=3.0), Integrator()])
+def test_a_gain_has_any_unit(block: Component) -> None:
+    assert unit_problems(flatten(_drive(SpeedSensor(), block))) == []
+
+
+class Banks(Component):
+    """Arrays of sensors and drives, joined member by member by way of a port of a composite."""
+
+    sensors: Array[Any]
+    drives: Array[SignalTorque]
+    outer: Output = Output()
+
+    def connections(self) -> Connections:
+        return connect(self.sensors[:].y, self.drives[:].u), connect(self.sensors[0].y, self.outer)
+
+
+def test_arrays_of_signals() -> None:
+    wrong = Banks(sensors=repeat(AngleSensor(), 2), drives=repeat(SignalTorque(), 2))
+    problems = unit_problems(flatten(wrong))
+    assert len(problems) == 2
+    assert "drives[1].u.value is in N.m (kg.m2/s2)" in problems[1]
+    right = Banks(sensors=repeat(TorqueSensor(), 2), drives=repeat(SignalTorque(), 2))
+    assert unit_problems(flatten(right)) == []
+
+
+class Valve(Component):
+    """A ramp and a clock for a valve that wants a number."""
+
+    source: Component
+    valve: hydraulic.OnOffValve
+
+    def connections(self) -> Connections:
+        assert isinstance(self.source, blocks.Clock | Ramp)
+        return (connect(self.source.y, self.valve.u),)
+
+
+def test_a_number_is_wanted() -> None:
+    valve = hydraulic.OnOffValve(area=1e-6, density=850.0)
+    assert unit_problems(flatten(Valve(source=Ramp(height=1.0, duration=1.0), valve=valve))) == []
+    (problem,) = unit_problems(flatten(Valve(source=blocks.Clock(), valve=valve)))
+    assert "source.y.value is in s" in problem
+    assert "valve.u.value is in 1" in problem
+
+
+class Weighted(Component):
+    """Sums whose weights have units too."""
+
+    angle: AngleSensor
+    speed: SpeedSensor
+    sum: Sum
+    torque: SignalTorque
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.angle.y, self.sum.u1),
+            connect(self.speed.y, self.sum.u2),
+            connect(self.sum.y, self.torque.u),
+        )
+
+
+def test_a_controller_with_gains() -> None:
+    model = Weighted(angle=AngleSensor(), speed=SpeedSensor(), sum=Sum(k1=2.0, k2=0.1), torque=SignalTorque())
+    assert unit_problems(flatten(model)) == []
+
+
+ARRAYS: dict[str, dict[str, Any]] = {
+    "TabulatedSpring": dict(positions=jnp.arange(4.0), forces=jnp.arange(4.0)),
+    "TimeSeries": dict(times=jnp.arange(4.0), values=jnp.arange(4.0)),
+    "TabulatedLift": dict(angles=jnp.arange(4.0), lifts=jnp.zeros(4)),
+    "EccentricDisc": dict(eccentricity=1.0, radius=2.0),
+    "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "TimeFunction": dict(function=jnp.sin),
+    "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
+}
+
+
+def _library() -> list[type]:
+    modules = (blocks, electrical, hydraulic, rotational, thermal, translational)
+    found = [cls for module in modules for cls in vars(module).values() if isinstance(cls, type)]
+    return [cls for cls in found if issubclass(cls, Component) and not getattr(cls, "_partial", False)]
+
+
+def _built(cls: type) -> Any:
+    if cls.__name__ in ARRAYS:
+        return cls(**ARRAYS[cls.__name__])
+    fields = dataclasses.fields(cls)
+    return cls(**{field.name: 1.0 for field in fields if field.default is dataclasses.MISSING})
+
+
+PROFILES = [
+    rotational.LinearLift(rate=1.0),
+    rotational.EccentricDisc(**ARRAYS["EccentricDisc"]),
+    rotational.TabulatedLift(**ARRAYS["TabulatedLift"]),
+]
+LIBRARY = [_built(cls) for cls in _library() if cls.__name__ != "Cam"]
+LIBRARY += [rotational.Cam(profile=profile, J=1.0) for profile in PROFILES]
+LIBRARY += [blocks.TimeSeries(**ARRAYS["TimeSeries"], smooth=False)]
+
+
+@pytest.mark.parametrize("component", LIBRARY, ids=lambda component: type(component).__name__)
+def test_every_component_of_the_library(component: Component) -> None:
+    assert unit_problems(flatten(component)) == []
+
+
+def test_the_library_is_covered() -> None:
+    assert len({type(component) for component in LIBRARY}) > 50
+    unchecked = [name for component in LIBRARY for name in _unchecked(component)]
+    assert unchecked == ["function"]
+
+
+def _unchecked(component: Component) -> list[str]:
+    from acausal._units.check import unchecked_equations
+
+    return unchecked_equations(flatten(component))
