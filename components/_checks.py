@@ -23,7 +23,7 @@ def increasing(knots: np.ndarray) -> bool:
 
 def check_order(owner: Component | Record, low: str, high: str) -> None:
     """Raise `ParameterError` unless the parameter `low` is smaller than `high`, where both are known."""
-    below, above = getattr(owner, low), getattr(owner, high)
+    above = getattr(owner, high)
     if not isinstance(above, Tracer):
         check(owner, low, lambda value: value < np.asarray(above), f"smaller than {high} = {above}")
 

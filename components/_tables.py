@@ -97,7 +97,7 @@ def linear(x: Scalar, knots: Vector, values: Array) -> Array:
     return values[i] + share * (values[i + 1] - values[i])
 
 
-def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Array:
+def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Scalar:
     """A curve with continuous slope through values along their first axis, linear in the values; a line beyond them.
 
     The slope at a knot is that of the parabola through it and its neighbours, and at an end of the table that of the

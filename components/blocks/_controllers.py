@@ -45,9 +45,9 @@ class PID(SISO):
 class LimitedController(Component, partial=True):
     """Control by u_s - u_m, within y_min <= y <= y_max, whose integral part does not wind up.
 
-    Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`): what the limits cut off is fed back into
-    the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, with kinks
-    where it reaches and leaves them, where the integrator shortens its step once.
+    Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`): what the limits cut off is fed back
+    into the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, with
+    kinks where it reaches and leaves them, where the integrator shortens its steps.
     """
 
     k: Param[Scalar, "1", nonzero]  # gain

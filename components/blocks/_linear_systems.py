@@ -1,6 +1,6 @@
 """Linear systems of any order (as MSL `TransferFunction` and `StateSpace`)."""
 
-from typing import Self
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +9,11 @@ from acausal import Component, Equations, Param, ParameterError, Var, Vector, eq
 
 from .._checks import check
 from ._interfaces import SISO, Input, Output
+
+
+def _start(x: Vector | None) -> Any:
+    # A float is a start value that `eqx.filter_grad` leaves alone.
+    return 0.0 if x is None else jnp.asarray(x, dtype=float)
 
 
 class TransferFunction(SISO):
@@ -28,10 +33,10 @@ class TransferFunction(SISO):
     b: Param[Vector, "1"]  # those of the numerator
     x: Var[Vector, "1", shape("order")]  # state
 
-    def __init__(self, *, b: Vector | list[float], a: Vector | list[float], x: Vector | float = 0.0) -> None:
+    def __init__(self, *, b: Vector | list[float], a: Vector | list[float], x: Vector | None = None) -> None:
         self.a, self.b = jnp.asarray(a, dtype=float), jnp.asarray(b, dtype=float)
         self.order = len(self.a) - 1
-        self.x = x if isinstance(x, float) else jnp.asarray(x, dtype=float)
+        self.x = _start(x)
         self.u, self.y = Input(), Output()
         check(self, "a", lambda a: a[0] != 0.0, "led by a coefficient that is not zero")
         if not 1 <= len(self.b) <= len(self.a) or self.order < 1:
@@ -67,13 +72,13 @@ class StateSpace(Component):
     u: tuple[Input, ...]
     y: tuple[Output, ...]
 
-    def __init__(self, *, A: Vector, B: Vector, C: Vector, D: Vector | None = None, x: Vector | float = 0.0) -> None:
+    def __init__(self, *, A: Vector, B: Vector, C: Vector, D: Vector | None = None, x: Vector | None = None) -> None:
         self.A, self.B, self.C = (jnp.asarray(matrix, dtype=float) for matrix in (A, B, C))
         if not all(matrix.ndim == 2 for matrix in (self.A, self.B, self.C)):
             raise ParameterError("StateSpace needs matrices, arrays with two axes: reshape B to (order, inputs).")
         self.order, inputs, outputs = len(self.A), self.B.shape[1], len(self.C)
         self.D = jnp.zeros((outputs, inputs)) if D is None else jnp.asarray(D, dtype=float)
-        self.x = x if isinstance(x, float) else jnp.asarray(x, dtype=float)
+        self.x = _start(x)
         self.u, self.y = tuple(Input() for _ in range(inputs)), tuple(Output() for _ in range(outputs))
         self._check_shapes({"A": (self.order,) * 2, "B": (self.order, inputs), "C": (outputs, self.order)})
         self._check_shapes({"D": (outputs, inputs)})
@@ -81,9 +86,8 @@ class StateSpace(Component):
     def _check_shapes(self, expected: dict[str, tuple[int, ...]]) -> None:
         for name, wanted in expected.items():
             if np.shape(getattr(self, name)) != wanted:
-                raise ParameterError(
-                    f"StateSpace.{name} must have shape {wanted}, got {np.shape(getattr(self, name))}."
-                )
+                found = np.shape(getattr(self, name))
+                raise ParameterError(f"StateSpace.{name} must have shape {wanted}, got {found}.")
 
     def equations(self, d: Self) -> Equations:
         inputs = [(j, u.value) for j, u in enumerate(self.u)]

@@ -12,9 +12,9 @@ class PWMAverage(Component):
     """The mean of a pulse-width modulated voltage: y = supply duty in V, with the duty limited to duty_min .. 1.
 
     Averaged over one switching period: `supply` is on for the share `duty` of it and zero for the rest; with
-    duty_min = -1, a full bridge that applies it in either direction. The average is the drive's response where its time
-    constants are much longer than the switching period. Left out: the ripple of current and torque, dead time, switching
-    and conduction losses. Kinks where the duty reaches its limits.
+    duty_min = -1, a full bridge that applies it in either direction. The average is what a drive responds to whose time
+    constants are much longer than the switching period. Left out: the ripple of current and torque, dead time, losses
+    of switching and conduction. There are kinks where the duty reaches its limits.
 
     A signal carries no power: use it with `SignalVoltage`, or take `electrical.AveragedBridge` where the current drawn
     from the supply matters.

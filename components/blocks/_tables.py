@@ -46,8 +46,8 @@ class Table1D(SISO):
 class Table2D(SI2SO):
     """y(u1, u2) through samples on a grid, differentiable with respect to all of them (MSL `CombiTable2Ds`).
 
-    With `smooth`, piecewise bicubic with continuous slopes: at each knot that of the parabola through the neighbours, so
-    that the surface can overshoot steep steps of the samples; else bilinear, whose kinks cost the integrator steps.
+    With `smooth`, piecewise bicubic with continuous slopes: at each knot that of the parabola through the neighbours,
+    so that the surface can overshoot steep steps of the samples; else bilinear, whose kinks cost the integrator steps.
     Beyond the samples, the outermost values are held, with a kink there, or go on linearly.
     """
 

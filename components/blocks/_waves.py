@@ -1,9 +1,8 @@
 """Signals of time that repeat, decay or sweep (as in MSL `Modelica.Blocks.Sources`).
 
-`Pulse`, `SawTooth` and `Trapezoid` jump or have kinks. The integrator meets them as an error estimate that is suddenly
-large, and shortens its steps; but a pulse that is shorter than a step can be missed altogether. A run over many periods
-is safer with a smooth signal, or with saved times or several runs that end at the jumps. The derivatives with respect to
-times of jumps are zero.
+`Pulse` and `SawTooth` jump, `Trapezoid` has kinks. The integrator meets them as an error estimate that is suddenly
+large, and shortens its steps; but a pulse that is shorter than a step can be missed altogether: keep steps short, or
+split the run at the jumps. The derivatives with respect to the times of jumps are zero.
 """
 
 from typing import Self
@@ -57,7 +56,7 @@ class SawTooth(Periodic):
 
 
 class Trapezoid(Periodic):
-    """In each period, rises linearly to offset + amplitude, stays there for `width`, falls linearly, stays at offset."""
+    """In each period, rises linearly to offset + amplitude, stays for `width`, falls linearly and stays at offset."""
 
     rising: Param[Scalar, "s", positive]  # duration of the rise
     width: Param[Scalar, "s", nonnegative]  # duration of the plateau
@@ -99,8 +98,8 @@ class ExpSine(SignalSource):
 class Exponentials(SignalSource):
     """Rises from offset towards offset + height and falls back, both exponentially, with kinks at start and turn.
 
-    From `start_time` on, y = offset + height (1 - exp(-t' / rise_tau)); after a further `rise_time`, that part decays as
-    exp(-t'' / fall_tau).
+    From `start_time` on, y = offset + height (1 - exp(-t' / rise_tau)); after a further `rise_time`, that part decays
+    as exp(-t'' / fall_tau).
     """
 
     height: Param[Scalar, "1"]  # height that the rise tends to
