@@ -2,6 +2,8 @@
 
 from typing import Literal, Self
 
+import jax.numpy as jnp
+
 from acausal import Component, Equations, Param, ParameterError, Scalar, Vector, eq
 
 from .._checks import check_samples
@@ -65,4 +67,5 @@ class Table2D(SI2SO):
         u1 = _argument(self.u1.value, self.points1, self.extrapolation)
         u2 = _argument(self.u2.value, self.points2, self.extrapolation)
         curve = cubic_in_samples if self.smooth else linear
-        return dict(table=eq(self.y.value, curve(u2, self.points2, curve(u1, self.points1, self.values))))
+        row = jnp.asarray(curve(u1, self.points1, self.values))
+        return dict(table=eq(self.y.value, curve(u2, self.points2, row)))

@@ -13,8 +13,8 @@ from ._interfaces import Pin, TwoPin
 class Diode(TwoPin):
     """Shockley's law with a parallel resistance, i = Ids (exp(v / Vt) - 1) + v / R, forward from p to n.
 
-    Above v = max_exponent Vt the exponential goes on as a line, with continuous slope (MSL `Diode`). Not modelled: series
-    resistance, breakdown, capacitance, temperature.
+    Above v = max_exponent Vt the exponential goes on as a line, with continuous slope (MSL `Diode`). Not modelled:
+    series resistance, breakdown, capacitance, temperature.
     """
 
     Ids: Param[Scalar, "A", positive] = 1e-6  # saturation current
@@ -35,8 +35,8 @@ class Diode(TwoPin):
 def _knee(share: Scalar) -> Scalar:
     """The x > 0 with x arctan(1/x) = share, for 0 < share < 1.
 
-    By Newton's method for z = 1/x. As arctan(z) - share z is concave with one positive zero, iterates that start above it
-    come down to it; the start is above by at most 28 %. The steps are traced, so that all derivatives are those of x.
+    By Newton's method for z = 1/x. As arctan(z) - share z is concave with one positive zero, iterates that start above
+    it come down to it; the start is above by at most 29 %. The steps are traced, and so differentiable.
     """
     z = 0.5 * jnp.pi * jnp.sqrt(1.0 / share**2 - 1.0)
     for _ in range(6):

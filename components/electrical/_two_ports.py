@@ -65,8 +65,8 @@ class AveragedBridge(TwoPort):
     """A lossless switched converter, averaged over its switching period: v2 = duty v1 and i1 = -duty i2.
 
     Port 1 is the direct-current supply, port 2 the load: a half bridge or buck converter for 0 <= duty <= 1, a full
-    bridge for -1 <= duty <= 1. Power passes in both directions. Left out: the ripple, dead time, losses; the duty is not
-    limited, see `blocks.Limiter`.
+    bridge for -1 <= duty <= 1. Power passes in both directions. Left out: the ripple, dead time, losses. The duty is
+    not limited here: see `blocks.Limiter`.
     """
 
     duty: Input = Input()

@@ -4,13 +4,14 @@ from typing import Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
+from .._limit import limited
 from ..blocks import Input
 from ..thermal import HeatPort
 from ._interfaces import Pin, TwoPin
 
 
 class VariableResistor(TwoPin):
-    """v = u i, with the resistance u in ohm, not negative."""
+    """v = u i, with the resistance u in ohm. A negative one would give energy."""
 
     u: Input = Input()
 
@@ -66,7 +67,7 @@ class VariableInductor(TwoPin):
 class Potentiometer(Component):
     """A resistor R between p and n with a contact at the share u of it, counted from n (MSL `Potentiometer`).
 
-    v_contact - v_n = u R i_n' and v_p - v_contact = (1 - u) R i_p, with i_n' the current out of n; 0 <= u <= 1.
+    v_p - v_contact = (1 - u) R i_p and v_n - v_contact = u R i_n. The contact stops at the ends, where u leaves 0 to 1.
     """
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance from p to n
@@ -75,16 +76,20 @@ class Potentiometer(Component):
     contact: Pin = Pin()
     u: Input = Input()
 
+    def _share(self) -> Scalar:
+        return limited(self.u.value, 0.0, 1.0)
+
     def equations(self, d: Self) -> Equations:
+        share = self._share()
         return dict(
             kirchhoff=eq(self.p.i + self.n.i + self.contact.i),
-            upper=eq(self.p.v - self.contact.v, (1.0 - self.u.value) * self.R * self.p.i),
-            lower=eq(self.n.v - self.contact.v, self.u.value * self.R * self.n.i),
+            upper=eq(self.p.v - self.contact.v, (1.0 - share) * self.R * self.p.i),
+            lower=eq(self.n.v - self.contact.v, share * self.R * self.n.i),
         )
 
     def energy(self) -> Energy:
-        upper, lower = (1.0 - self.u.value) * self.p.i**2, self.u.value * self.n.i**2
-        return Energy(dissipated=self.R * (upper + lower))
+        share = self._share()
+        return Energy(dissipated=self.R * ((1.0 - share) * self.p.i**2 + share * self.n.i**2))
 
 
 class HeatingResistor(TwoPin):

@@ -16,8 +16,8 @@ class EddyCurrentBrake(ToGround):
     tau = 2 tau_nominal x / (1 + x^2): the torque is largest at x = 1. The speed there grows with the resistance of the
     disc, x = w / [w_nominal (1 + alpha (T - T_ref))], with alpha = alpha20 / (1 + alpha20 (T_ref - 293.15 K)).
 
-    The heat port takes the loss tau w, and has to be connected, if only to a `FixedTemperature`. No energy is lost: what
-    goes out by the heat port is on its account.
+    The heat port takes the loss tau w, and has to be connected, if only to a `FixedTemperature`. No energy is lost:
+    what goes out by the heat port is on its account.
     """
 
     tau_nominal: Param[Scalar, "N.m", nonnegative]  # largest torque
@@ -30,7 +30,7 @@ class EddyCurrentBrake(ToGround):
     def torque(self) -> Scalar:
         """The braking torque at the present speed and temperature."""
         alpha = self.alpha20 / (1.0 + self.alpha20 * (self.T_ref - 293.15))
-        # Expanded by the resistance ratio r, so that no temperature divides by zero.
+        # x = w / r, and the law expanded by r^2.
         r = self.w_nominal * (1.0 + alpha * (self.heat.T - self.T_ref))
         return 2.0 * self.tau_nominal * self.w * r / (r**2 + self.w**2)
 

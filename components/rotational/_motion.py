@@ -1,7 +1,7 @@
 """Ideal drives by motion, whatever the torque; the reaction acts on the ground.
 
-A motion has to be smooth enough to have the accelerations that inertias need. To follow a signal that jumps, put a filter
-before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before an angle.
+A motion has to be smooth enough to have the accelerations that inertias need. To follow a signal that jumps, put a
+filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before an angle.
 """
 
 from typing import Self
