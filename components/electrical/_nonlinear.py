@@ -67,11 +67,12 @@ class SaturatingInductor(TwoPin):
         return self.Inom * _knee((self.Lnom - self.Linf) / (self.Lzer - self.Linf))
 
     def equations(self, d: Self) -> Equations:
-        knee = self.knee()
-        saturating = (self.Lzer - self.Linf) * knee * jnp.arctan(self.i / knee)
+        knee, saturating = self.knee(), self.Lzer - self.Linf
+        # Not d.Psi, which would make the flux the state and the current the root of an equation at each step.
+        inductance = self.Linf + saturating / (1.0 + (self.i / knee) ** 2)
         return super().equations(d) | dict(
-            flux=eq(self.Psi, self.Linf * self.i + saturating),
-            induction=eq(d.Psi, self.v),
+            flux=eq(self.Psi, self.Linf * self.i + saturating * knee * jnp.arctan(self.i / knee)),
+            induction=eq(inductance * d.i, self.v),
         )
 
     def energy(self) -> Energy:
