@@ -37,6 +37,7 @@ from ._sources import Ramp as Ramp
 from ._sources import Sine as Sine
 from ._sources import Step as Step
 from ._sources import TimeFunction as TimeFunction
+from ._tables import Extrapolation as Extrapolation
 from ._tables import Table1D as Table1D
 from ._tables import Table2D as Table2D
 from ._time_series import TimeSeries as TimeSeries

@@ -3,11 +3,10 @@
 from typing import Any, Self
 
 import jax.numpy as jnp
-import numpy as np
 
 from acausal import Component, Equations, Param, ParameterError, Var, Vector, eq, shape
 
-from .._checks import check
+from .._checks import check, check_shape
 from ._interfaces import SISO, Input, Output
 
 
@@ -44,6 +43,8 @@ class TransferFunction(SISO):
                 f"TransferFunction needs a denominator of order 1 or more and a numerator of at most its order, got "
                 f"{len(self.b)} coefficients in b and {len(self.a)} in a. For a plain factor use Gain."
             )
+        if x is not None:
+            check_shape(self, "x", (self.order,))
 
     def equations(self, d: Self) -> Equations:
         a, u = self.a, self.u.value
@@ -80,14 +81,10 @@ class StateSpace(Component):
         self.D = jnp.zeros((outputs, inputs)) if D is None else jnp.asarray(D, dtype=float)
         self.x = _start(x)
         self.u, self.y = tuple(Input() for _ in range(inputs)), tuple(Output() for _ in range(outputs))
-        self._check_shapes({"A": (self.order,) * 2, "B": (self.order, inputs), "C": (outputs, self.order)})
-        self._check_shapes({"D": (outputs, inputs)})
-
-    def _check_shapes(self, expected: dict[str, tuple[int, ...]]) -> None:
-        for name, wanted in expected.items():
-            if np.shape(getattr(self, name)) != wanted:
-                found = np.shape(getattr(self, name))
-                raise ParameterError(f"StateSpace.{name} must have shape {wanted}, got {found}.")
+        n = self.order
+        shapes = {"A": (n, n), "B": (n, inputs), "C": (outputs, n), "D": (outputs, inputs)}
+        for name, wanted in shapes.items() if x is None else {**shapes, "x": (n,)}.items():
+            check_shape(self, name, wanted)
 
     def equations(self, d: Self) -> Equations:
         inputs = [(j, u.value) for j, u in enumerate(self.u)]

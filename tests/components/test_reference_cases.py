@@ -1,8 +1,8 @@
 """Smooth examples of the Modelica Standard Library against published results, and a motor against its closed form.
 
-The rows are those of the public repository modelica/MAP-LIB_ReferenceResults, version 4.0.0: Dymola 2020x with DASSL, at
-a tolerance of 1e-6 (DCPM_Start: 1e-7). They carry errors of their own, up to 5e-4 of a signal's range, so the agreement
-asked for is 1e-3 of the range that the whole published trajectory has.
+The rows are those of the public repository modelica/MAP-LIB_ReferenceResults, version 4.0.0: Dymola 2020x with DASSL,
+at a tolerance of 1e-6 (DCPM_Start: 1e-7). They carry errors of their own, up to 5e-4 of the range of a signal, so the
+agreement asked for is 1e-3 of the range that the whole published trajectory has.
 """
 
 from collections.abc import Callable
