@@ -25,17 +25,14 @@ class EMF(Component):
     support: Flange | None = None
 
     def equations(self, d: Self) -> Equations:
+        held = self.support is None or d.support is None
         conversion = dict(
             kirchhoff=eq(self.p.i + self.n.i),
+            speed=eq(self.w, d.shaft.phi if held else d.shaft.phi - d.support.phi),
             back_emf=eq(self.p.v - self.n.v, self.k * self.w),
             torque=eq(self.shaft.tau, -self.k * self.p.i),
         )
-        if self.support is None or d.support is None:
-            return conversion | dict(speed=eq(self.w, d.shaft.phi))
-        return conversion | dict(
-            speed=eq(self.w, d.shaft.phi - d.support.phi),
-            reaction=eq(self.support.tau, -self.shaft.tau),
-        )
+        return conversion if held else conversion | dict(reaction=eq(self.support.tau, -self.shaft.tau))
 
 
 class TranslationalEMF(Component):

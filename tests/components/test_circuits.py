@@ -2,14 +2,13 @@
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
 from scipy import linalg, optimize
 
-from acausal import Connections, ParameterError, Scalar, connect, simulate
+from acausal import Connections, ParameterError, connect, simulate
 from components import blocks, electrical, rotational, thermal, translational
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 
@@ -60,7 +59,7 @@ V1, R1, R2 = 5.0, 0.8, 1.5
     ],
     ids=lambda item: type(item).__name__,
 )
-def test_two_port_between_source_and_load(part: electrical.TwoPort, i1: float, v2: float) -> None:
+def test_two_port_between_source_and_load(part: Any, i1: float, v2: float) -> None:
     """A source V1 with inner resistance R1 at port 1, a resistor R2 at port 2."""
     rig = Rig(parts=(ConstantVoltage(V=V1), Resistor(R=R1), part, Resistor(R=R2), Ground()), wiring=wire_transformer)
     end = simulate(rig, 1.0, save="end").final.parts[2]
@@ -77,12 +76,12 @@ def wire_bridge(supply: Any, bridge: Any, motor: Any, duty: Any, ground: Any) ->
 
 
 def test_averaged_bridge_draws_the_power_it_gives() -> None:
-    """At rest at first, the motor's current is duty V / R, and the supply's the duty times that."""
+    """At rest at first, duty V / R flows in the motor, and duty times that out of the supply."""
     motor = electrical.DCMotor(R=0.5, k=0.1, J=1e-3)
     parts = (ConstantVoltage(V=24.0), electrical.AveragedBridge(), motor, blocks.Constant(k=-0.25), Ground())
     solution = simulate(Rig(parts=parts, wiring=wire_bridge), 3.0, save=jnp.array([0.0, 3.0]), rtol=1e-9)
     np.testing.assert_allclose(solution["parts[1].i2"][0], 12.0, rtol=1e-12)
-    np.testing.assert_allclose(solution["parts[0].i"][0], -0.25 * -12.0 * -1.0, rtol=1e-12)
+    np.testing.assert_allclose(solution["parts[0].i"][0], -3.0, rtol=1e-12)
     np.testing.assert_allclose(solution["parts[2].rotor.w"][-1], -6.0 / 0.1, rtol=1e-9)
 
 
@@ -106,58 +105,9 @@ def test_diode_and_resistor(V: float) -> None:
         exponential = np.exp(x) if x < 13.0 else np.exp(13.0) * (1.0 + x - 13.0)
         return 1e-6 * (exponential - 1.0) + v / 1e8
 
-    v = optimize.brentq(lambda v: V - 10.0 * current(v) - v, -6.0, 6.0, xtol=1e-14)
+    v: Any = optimize.brentq(lambda v: V - 10.0 * current(v) - v, -6.0, 6.0, xtol=1e-14)
     np.testing.assert_allclose(end.v, v, rtol=1e-7)
     np.testing.assert_allclose(end.i, current(v), rtol=1e-6)
-
-
-COIL = {"Lnom": 1.0, "Inom": 1.0, "Lzer": 2.0, "Linf": 0.5}
-
-
-@pytest.mark.parametrize("Lnom", [0.500001, 0.6, 1.0, 1.8, 1.999999])
-def test_saturating_inductor_has_its_nominal_inductance(Lnom: float) -> None:
-    """The knee Ipar solves Psi(Inom) = Lnom Inom, from an almost square curve to an almost straight one."""
-    coil = electrical.SaturatingInductor(**{**COIL, "Lnom": Lnom, "Inom": 3.0})
-    knee = coil.knee()
-    psi = 0.5 * 3.0 + 1.5 * knee * jnp.arctan(3.0 / knee)
-    np.testing.assert_allclose(psi / 3.0, Lnom, rtol=1e-10)
-
-
-def test_knee_of_saturating_inductor_is_differentiable() -> None:
-    """First and second derivative by the implicit function theorem, against the traced Newton steps."""
-
-    def knee(Lnom: Scalar) -> Scalar:
-        return electrical.SaturatingInductor(**{**COIL, "Lnom": Lnom}).knee()
-
-    slope = jax.grad(knee)
-    x, share_slope = knee(1.0), lambda x: jnp.arctan(1.0 / x) - x / (1.0 + x**2)
-    np.testing.assert_allclose(slope(1.0), 1.0 / (1.5 * share_slope(x)), rtol=1e-9)
-    np.testing.assert_allclose(jax.grad(slope)(1.0), (slope(1.0 + 1e-5) - slope(1.0 - 1e-5)) / 2e-5, rtol=1e-6)
-
-
-@pytest.mark.parametrize("bad", [{"Lnom": 0.4}, {"Lnom": 2.5}])
-def test_nominal_inductance_has_to_lie_between_the_limits(bad: dict[str, float]) -> None:
-    with pytest.raises(ParameterError, match=r"SaturatingInductor\.(Linf must be smaller than Lnom|Lnom must)"):
-        electrical.SaturatingInductor(**{**COIL, **bad})
-
-
-def test_saturating_inductor_on_a_constant_voltage() -> None:
-    """The flux grows as V t, and the gradient of the current with respect to Inom is that of the implicit law."""
-
-    def current(Inom: Scalar) -> Scalar:
-        coil = electrical.SaturatingInductor(**{**COIL, "Inom": Inom})
-        parts = (ConstantVoltage(V=2.0), Resistor(R=0.0), coil, Ground())
-        end = simulate(Rig(parts=parts, wiring=wire_series), 2.0, save="end", rtol=1e-10).final.parts[2]
-        return end.i, end.Psi
-
-    def exact(Inom: float) -> float:
-        knee = float(electrical.SaturatingInductor(**{**COIL, "Inom": Inom}).knee())
-        return optimize.brentq(lambda i: 0.5 * i + 1.5 * knee * np.arctan(i / knee) - 4.0, 0.0, 20.0, xtol=1e-13)
-
-    i, psi = current(1.0)
-    np.testing.assert_allclose([i, psi], [exact(1.0), 4.0], rtol=1e-8)
-    slope = jax.jacfwd(lambda Inom: current(Inom)[0])(1.0)
-    np.testing.assert_allclose(slope, (exact(1.0 + 1e-5) - exact(1.0 - 1e-5)) / 2e-5, rtol=1e-6)
 
 
 def wire_signal(source: Any, resistor: Any, part: Any, signal: Any, ground: Any) -> Connections:
