@@ -25,14 +25,16 @@ class EMF(Component):
     support: Flange | None = None
 
     def equations(self, d: Self) -> Equations:
-        held = self.support is None or d.support is None
-        conversion = dict(
+        speed, reaction = d.shaft.phi, {}
+        if self.support is not None and d.support is not None:
+            speed = d.shaft.phi - d.support.phi
+            reaction = dict(reaction=eq(self.support.tau, -self.shaft.tau))
+        return reaction | dict(
             kirchhoff=eq(self.p.i + self.n.i),
-            speed=eq(self.w, d.shaft.phi if held else d.shaft.phi - d.support.phi),
+            speed=eq(self.w, speed),
             back_emf=eq(self.p.v - self.n.v, self.k * self.w),
             torque=eq(self.shaft.tau, -self.k * self.p.i),
         )
-        return conversion if held else conversion | dict(reaction=eq(self.support.tau, -self.shaft.tau))
 
 
 class TranslationalEMF(Component):
