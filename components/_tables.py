@@ -90,6 +90,35 @@ def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     return whole + _area(here, u) + outside * (cubic(here, u) + 0.5 * _slope(here, u) * outside)
 
 
+def _weight_last(weights: Array, values: Array) -> Array:
+    """Weights of samples along the first axis, with room for the other axes."""
+    return jnp.reshape(weights, weights.shape + (1,) * (values.ndim - 1))
+
+
+def linear(x: Scalar, knots: Vector, values: Array) -> Array:
+    """Straight lines through values along their first axis; the outermost ones go on beyond the table."""
+    i = interval(x, knots)
+    share = (x - knots[i]) / (knots[i + 1] - knots[i])
+    return values[i] + share * (values[i + 1] - values[i])
+
+
+def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Scalar:
+    """A curve with continuous slope through values along their first axis, linear in the values; a line beyond them.
+
+    The slope at a knot is that of the parabola through it and its neighbours, and at an end of the table that of the
+    outermost chord. Linear in the values, it makes a surface with continuous slope when applied axis by axis.
+    """
+    inside = clamped(x, knots)
+    i, h = interval(inside, knots), jnp.diff(knots)
+    chords = jnp.diff(values, axis=0) / _weight_last(h, values)
+    left, right = _weight_last(h[:-1], values), _weight_last(h[1:], values)
+    inner = (right * chords[:-1] + left * chords[1:]) / (left + right)
+    slopes = jnp.concatenate([chords[:1], inner, chords[-1:]])
+    coefficients = hermite(values[i], values[i + 1], slopes[i], slopes[i + 1], h[i])
+    u = inside - knots[i]
+    return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
+
+
 def periodic_spline(knots: Vector, values: Vector) -> Array:
     """Coefficients, four rows and a column for each interval, of the periodic cubic spline (continuous curvature).
 

@@ -29,3 +29,18 @@ class SignalSource(Component, partial=True):
 
     t: Time[Scalar, "s"] = 0.0
     y: Output = Output()
+
+
+class SISO(Component, partial=True):
+    """A block with one input and one output."""
+
+    u: Input = Input()
+    y: Output = Output()
+
+
+class SI2SO(Component, partial=True):
+    """A block with two inputs and one output."""
+
+    u1: Input = Input()
+    u2: Input = Input()
+    y: Output = Output()

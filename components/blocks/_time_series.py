@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from acausal import Equations, Param, Vector, eq
 
-from .._checks import check, increasing
+from .._checks import check_samples
 from .._tables import clamped, monotone_cubic
 from ._interfaces import SignalSource
 
@@ -23,7 +23,7 @@ class TimeSeries(SignalSource):
     smooth: bool = True
 
     def __check_init__(self) -> None:
-        check(self, "times", increasing, "increasing")
+        check_samples(self, "values", "times")
 
     def equations(self, d: Self) -> Equations:
         t = clamped(self.t, self.times)

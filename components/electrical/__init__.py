@@ -2,9 +2,15 @@
 
 from ._interfaces import Pin as Pin
 from ._interfaces import TwoPin as TwoPin
+from ._interfaces import TwoPort as TwoPort
 from ._machines import EMF as EMF
 from ._machines import DCMotor as DCMotor
+from ._machines import TranslationalEMF as TranslationalEMF
+from ._nonlinear import Diode as Diode
+from ._nonlinear import IdealOpAmp as IdealOpAmp
+from ._nonlinear import SaturatingInductor as SaturatingInductor
 from ._passive import Capacitor as Capacitor
+from ._passive import Conductor as Conductor
 from ._passive import Ground as Ground
 from ._passive import Inductor as Inductor
 from ._passive import Resistor as Resistor
@@ -15,3 +21,16 @@ from ._sources import ConstantCurrent as ConstantCurrent
 from ._sources import ConstantVoltage as ConstantVoltage
 from ._sources import SignalCurrent as SignalCurrent
 from ._sources import SignalVoltage as SignalVoltage
+from ._two_ports import CCC as CCC
+from ._two_ports import CCV as CCV
+from ._two_ports import VCC as VCC
+from ._two_ports import VCV as VCV
+from ._two_ports import AveragedBridge as AveragedBridge
+from ._two_ports import Gyrator as Gyrator
+from ._two_ports import IdealTransformer as IdealTransformer
+from ._two_ports import Transformer as Transformer
+from ._variable import HeatingResistor as HeatingResistor
+from ._variable import Potentiometer as Potentiometer
+from ._variable import VariableCapacitor as VariableCapacitor
+from ._variable import VariableInductor as VariableInductor
+from ._variable import VariableResistor as VariableResistor

@@ -5,6 +5,7 @@ from typing import Self
 from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq
 
 from ..rotational import Bearing, Flange, Inertia
+from ..translational import Flange as Rod
 from ._interfaces import Pin
 from ._passive import Inductor, Resistor
 
@@ -12,7 +13,8 @@ from ._passive import Inductor, Resistor
 class EMF(Component):
     """Ideal electromechanical conversion, v = k w and tau = -k i; lossless (MSL `RotationalEMF`).
 
-    The machine's stator is the ground: its reaction torque is not modelled.
+    The stator is the ground, unless `support=Flange()` makes it a flange of its own: w is then relative to it, and it
+    takes the reaction torque.
     """
 
     k: Param[Scalar, "N.m/A"]  # torque constant, equal to the back-emf constant in V.s/rad
@@ -20,13 +22,39 @@ class EMF(Component):
     p: Pin = Pin()
     n: Pin = Pin()
     shaft: Flange = Flange()
+    support: Flange | None = None
+
+    def equations(self, d: Self) -> Equations:
+        speed, reaction = d.shaft.phi, {}
+        if self.support is not None and d.support is not None:
+            speed = d.shaft.phi - d.support.phi
+            reaction = dict(reaction=eq(self.support.tau, -self.shaft.tau))
+        return reaction | dict(
+            kirchhoff=eq(self.p.i + self.n.i),
+            speed=eq(self.w, speed),
+            back_emf=eq(self.p.v - self.n.v, self.k * self.w),
+            torque=eq(self.shaft.tau, -self.k * self.p.i),
+        )
+
+
+class TranslationalEMF(Component):
+    """Ideal electromechanical conversion, v_p - v_n = k v and f = -k i; lossless, such as a voice coil or linear motor.
+
+    As MSL `TranslationalEMF`. The stator is the ground: its reaction force is not modelled.
+    """
+
+    k: Param[Scalar, "N/A"]  # force constant, equal to the back-emf constant in V.s/m
+    v: Var[Scalar, "m/s"] = 0.0  # speed of the rod
+    p: Pin = Pin()
+    n: Pin = Pin()
+    rod: Rod = Rod()
 
     def equations(self, d: Self) -> Equations:
         return dict(
             kirchhoff=eq(self.p.i + self.n.i),
-            speed=eq(self.w, d.shaft.phi),
-            back_emf=eq(self.p.v - self.n.v, self.k * self.w),
-            torque=eq(self.shaft.tau, -self.k * self.p.i),
+            speed=eq(self.v, d.rod.s),
+            back_emf=eq(self.p.v - self.n.v, self.k * self.v),
+            force=eq(self.rod.f, -self.k * self.p.i),
         )
 
 

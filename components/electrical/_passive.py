@@ -28,6 +28,18 @@ class Resistor(TwoPin):
         return Energy(dissipated=self.R * self.i**2)
 
 
+class Conductor(TwoPin):
+    """Ohm's law, i = G v, which may be open: G = 0. Not modelled: temperature dependence."""
+
+    G: Param[Scalar, "S", nonnegative]  # conductance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(ohm=eq(self.i, self.G * self.v))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.G * self.v**2)
+
+
 class Inductor(TwoPin):
     """L di/dt = v. Not modelled: saturation, winding resistance, coupling to other coils."""
 

@@ -1,6 +1,7 @@
 """One-dimensional rotational mechanics (as in MSL `Modelica.Mechanics.Rotational`)."""
 
 from ._basic import Damper as Damper
+from ._basic import Disc as Disc
 from ._basic import Fixed as Fixed
 from ._basic import Inertia as Inertia
 from ._basic import Spring as Spring
@@ -10,6 +11,7 @@ from ._cam_profiles import CamProfile as CamProfile
 from ._cam_profiles import EccentricDisc as EccentricDisc
 from ._cam_profiles import LinearLift as LinearLift
 from ._cam_profiles import TabulatedLift as TabulatedLift
+from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._friction import Bearing as Bearing
 from ._friction import StribeckFriction as StribeckFriction
 from ._gears import IdealGear as IdealGear
@@ -20,9 +22,22 @@ from ._gears import WormGear as WormGear
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._motion import ConstantSpeed as ConstantSpeed
+from ._motion import SignalAcceleration as SignalAcceleration
+from ._motion import SignalAngle as SignalAngle
+from ._motion import SignalSpeed as SignalSpeed
+from ._sensors import AccelerationSensor as AccelerationSensor
 from ._sensors import AngleSensor as AngleSensor
+from ._sensors import MultiSensor as MultiSensor
+from ._sensors import PowerSensor as PowerSensor
+from ._sensors import RelativeAngleSensor as RelativeAngleSensor
+from ._sensors import RelativeSpeedSensor as RelativeSpeedSensor
 from ._sensors import SpeedSensor as SpeedSensor
 from ._sensors import TorqueSensor as TorqueSensor
 from ._sources import ConstantTorque as ConstantTorque
-from ._sources import SignalSpeed as SignalSpeed
+from ._sources import LinearSpeedDependentTorque as LinearSpeedDependentTorque
+from ._sources import QuadraticSpeedDependentTorque as QuadraticSpeedDependentTorque
 from ._sources import SignalTorque as SignalTorque
+from ._sources import SignalTorque2 as SignalTorque2
+from ._wheels import IdealGearR2T as IdealGearR2T
+from ._wheels import IdealRollingWheel as IdealRollingWheel

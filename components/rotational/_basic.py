@@ -35,6 +35,17 @@ class Inertia(Component):
         return Energy(stored=0.5 * self.J * self.w**2)
 
 
+class Disc(Component):
+    """A rigid shaft without inertia whose flanges are turned against each other, phi_b = phi_a + delta_phi."""
+
+    delta_phi: Param[Scalar, "rad"] = 0.0  # fixed angle from a to b
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rigid=eq(self.b.phi, self.a.phi + self.delta_phi), balance=eq(self.a.tau + self.b.tau))
+
+
 class Spring(Compliant):
     """Linear torsion spring, tau = c (phi_rel - phi_rel0)."""
 

@@ -1,4 +1,4 @@
-"""Ideal gears, and reducers with inertia and losses. The housing is the ground: its reaction is not modelled."""
+"""Ideal gears, and reducers with inertia and losses. Their housing is the ground, unless said otherwise."""
 
 from typing import Self
 
@@ -11,16 +11,25 @@ from ._interfaces import Flange
 
 
 class IdealGear(Component):
-    """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without play (MSL `IdealGear`)."""
+    """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without play (MSL `IdealGear`).
+
+    The housing is the ground, unless `support=Flange()` makes it a flange of its own: the angles are then relative to
+    it, and it takes the reaction -(tau_a + tau_b).
+    """
 
     ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b; negative where the sense changes
     a: Flange = Flange()
     b: Flange = Flange()
+    support: Flange | None = None
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            kinematics=eq(self.a.phi, self.ratio * self.b.phi),
-            torques=eq(self.ratio * self.a.tau + self.b.tau),
+        torques = dict(torques=eq(self.ratio * self.a.tau + self.b.tau))
+        if self.support is None:
+            return dict(kinematics=eq(self.a.phi, self.ratio * self.b.phi)) | torques
+        housing = self.support.phi
+        return torques | dict(
+            kinematics=eq(self.a.phi - housing, self.ratio * (self.b.phi - housing)),
+            reaction=eq(self.support.tau + self.a.tau + self.b.tau),
         )
 
 

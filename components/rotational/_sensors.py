@@ -1,8 +1,8 @@
 """Ideal sensors: no torque, no inertia."""
 
-from typing import Self
+from typing import Any, Self
 
-from acausal import Component, Equations, eq
+from acausal import Component, Equations, Scalar, Var, eq
 
 from ..blocks import Output
 from ._interfaces import Flange
@@ -40,4 +40,83 @@ class TorqueSensor(Component):
             rigid=eq(self.a.phi, self.b.phi),
             balance=eq(self.a.tau + self.b.tau),
             reading=eq(self.y.value, self.a.tau),
+        )
+
+
+class AccelerationSensor(Component):
+    """y = d2phi/dt2 in rad/s2."""
+
+    w: Var[Scalar, "rad/s"] = 0.0  # speed
+    flange: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            no_torque=eq(self.flange.tau),
+            speed=eq(self.w, d.flange.phi),
+            reading=eq(self.y.value, d.w),
+        )
+
+
+class RelativeSensor(Component, partial=True):
+    """A sensor between two flanges, with phi_rel = phi_b - phi_a."""
+
+    phi_rel: Var[Scalar, "rad"] = 0.0  # relative angle
+    a: Flange = Flange()
+    b: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Any) -> Equations:
+        return dict(
+            no_torque_a=eq(self.a.tau),
+            no_torque_b=eq(self.b.tau),
+            relative=eq(self.phi_rel, self.b.phi - self.a.phi),
+        )
+
+
+class RelativeAngleSensor(RelativeSensor):
+    """y = phi_b - phi_a in rad."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(reading=eq(self.y.value, self.phi_rel))
+
+
+class RelativeSpeedSensor(RelativeSensor):
+    """y = d(phi_b - phi_a)/dt in rad/s."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(reading=eq(self.y.value, d.phi_rel))
+
+
+class PowerSensor(Component):
+    """y = power passed from a to b in W."""
+
+    a: Flange = Flange()
+    b: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.phi, self.b.phi),
+            balance=eq(self.a.tau + self.b.tau),
+            reading=eq(self.y.value, self.a.tau * d.a.phi),
+        )
+
+
+class MultiSensor(Component):
+    """Speed in rad/s, torque in N.m and power in W passed from a to b, at three outputs."""
+
+    a: Flange = Flange()
+    b: Flange = Flange()
+    speed: Output = Output()
+    torque: Output = Output()
+    power: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.phi, self.b.phi),
+            balance=eq(self.a.tau + self.b.tau),
+            speed=eq(self.speed.value, d.a.phi),
+            torque=eq(self.torque.value, self.a.tau),
+            power=eq(self.power.value, self.torque.value * self.speed.value),
         )

@@ -1,11 +1,13 @@
-"""Ideal drives; the reaction acts on the ground."""
+"""Ideal drives by torque; the reaction acts on the ground, unless there is a second flange."""
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, eq
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero
 
 from ..blocks import Input
-from ._interfaces import Flange, ToGround
+from ._interfaces import Compliant, ToGround
 
 
 class ConstantTorque(ToGround):
@@ -32,14 +34,55 @@ class SignalTorque(ToGround):
         return Energy(supplied=self.u.value * self.w)
 
 
-class SignalSpeed(Component):
-    """Turns the flange with the speed u in rad/s, whatever the torque."""
+class SignalTorque2(Compliant):
+    """Drives b with the torque u in N.m against a: tau_b = -u = -tau_a (MSL `Torque2`)."""
 
+    w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
     u: Input = Input()
-    flange: Flange = Flange()
 
     def equations(self, d: Self) -> Equations:
-        return dict(drive=eq(d.flange.phi, self.u.value))
+        return super().equations(d) | dict(
+            relative_speed=eq(self.w_rel, d.phi_rel),
+            drive=eq(self.tau, -self.u.value),
+        )
 
     def energy(self) -> Energy:
-        return Energy(supplied=-self.flange.tau * self.u.value)
+        return Energy(supplied=self.u.value * self.w_rel)
+
+
+class LinearSpeedDependentTorque(ToGround):
+    """Drives the flange with torque w / w_nominal; a load for torque < 0."""
+
+    torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
+    w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(self.flange.tau, -self._drive()))
+
+    def _drive(self) -> Scalar:
+        return self.torque * self.w / self.w_nominal
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self._drive() * self.w)
+
+
+class QuadraticSpeedDependentTorque(ToGround):
+    """Drives the flange with torque (w / w_nominal)^2; a load such as a fan or pump for torque < 0.
+
+    The torque keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
+    it too: torque w |w| / w_nominal^2.
+    """
+
+    torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
+    w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
+    one_sign: bool = True
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(self.flange.tau, -self._drive()))
+
+    def _drive(self) -> Scalar:
+        square = self.w**2 if self.one_sign else self.w * jnp.abs(self.w)
+        return self.torque * square / self.w_nominal**2
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self._drive() * self.w)

@@ -31,3 +31,18 @@ class HeatFlowSensor(Component):
             balance=eq(self.a.Q_flow + self.b.Q_flow),
             reading=eq(self.y.value, self.a.Q_flow),
         )
+
+
+class RelativeTemperatureSensor(Component):
+    """y = T_a - T_b in K (MSL `RelTemperatureSensor`)."""
+
+    a: HeatPort = HeatPort()
+    b: HeatPort = HeatPort()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            no_heat_a=eq(self.a.Q_flow),
+            no_heat_b=eq(self.b.Q_flow),
+            reading=eq(self.y.value, self.a.T - self.b.T),
+        )

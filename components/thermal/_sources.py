@@ -1,4 +1,4 @@
-"""Sources of heat, whatever the temperature."""
+"""Sources of heat, and a temperature that is given."""
 
 from typing import Self
 
@@ -32,3 +32,16 @@ class SignalHeatFlow(Component):
 
     def energy(self) -> Energy:
         return Energy(supplied=self.u.value)
+
+
+class SignalTemperature(Component):
+    """Surroundings at the temperature u in K, which give and take any heat (MSL `PrescribedTemperature`)."""
+
+    u: Input = Input()
+    port: HeatPort = HeatPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(temperature=eq(self.port.T, self.u.value))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.port.Q_flow)

@@ -35,6 +35,42 @@ class Mass(Component):
         return Energy(stored=0.5 * self.m * self.v**2)
 
 
+class Rod(Component):
+    """A rigid rod without mass, s_b = s_a + L."""
+
+    L: Param[Scalar, "m"]  # length from a to b
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rigid=eq(self.b.s, self.a.s + self.L), balance=eq(self.a.f + self.b.f))
+
+
+class SlidingMass(Component):
+    """A rigid body with a length, m dv/dt = f_a + f_b, s_a = s - L/2 and s_b = s + L/2 (MSL `Mass`).
+
+    Where positions only matter as displacements, `Mass` has fewer equations.
+    """
+
+    m: Param[Scalar, "kg", positive]  # mass
+    L: Param[Scalar, "m"] = 0.0  # length from a to b
+    s: Var[Scalar, "m", prefer] = 0.0  # position of the centre
+    v: Var[Scalar, "m/s", prefer] = 0.0  # speed
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            front=eq(self.b.s, self.s + 0.5 * self.L),
+            back=eq(self.a.s, self.s - 0.5 * self.L),
+            speed=eq(self.v, d.s),
+            newton=eq(self.m * d.v, self.a.f + self.b.f),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.m * self.v**2)
+
+
 class Spring(Compliant):
     """Linear spring, f = c (s_rel - s_rel0)."""
 

@@ -4,7 +4,7 @@ from typing import Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Vector, eq, nonnegative
 
-from .._checks import check, increasing
+from .._checks import check_samples
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ._interfaces import Flange, ToGround
 
@@ -35,7 +35,7 @@ class TabulatedSpring(Component):
     flange: Flange = Flange()
 
     def __check_init__(self) -> None:
-        check(self, "positions", increasing, "increasing")
+        check_samples(self, "forces", "positions")
 
     def equations(self, d: Self) -> Equations:
         return dict(characteristic=eq(self.flange.f, monotone_cubic(self.flange.s, self.positions, self.forces)))

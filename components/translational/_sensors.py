@@ -1,8 +1,8 @@
 """Ideal sensors: no force, no mass."""
 
-from typing import Self
+from typing import Any, Self
 
-from acausal import Component, Equations, eq
+from acausal import Component, Equations, Scalar, Var, eq
 
 from ..blocks import Output
 from ._interfaces import Flange
@@ -40,4 +40,83 @@ class ForceSensor(Component):
             rigid=eq(self.a.s, self.b.s),
             balance=eq(self.a.f + self.b.f),
             reading=eq(self.y.value, self.a.f),
+        )
+
+
+class AccelerationSensor(Component):
+    """y = d2s/dt2 in m/s2."""
+
+    v: Var[Scalar, "m/s"] = 0.0  # speed
+    flange: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            no_force=eq(self.flange.f),
+            speed=eq(self.v, d.flange.s),
+            reading=eq(self.y.value, d.v),
+        )
+
+
+class RelativeSensor(Component, partial=True):
+    """A sensor between two flanges, with s_rel = s_b - s_a."""
+
+    s_rel: Var[Scalar, "m"] = 0.0  # relative position
+    a: Flange = Flange()
+    b: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Any) -> Equations:
+        return dict(
+            no_force_a=eq(self.a.f),
+            no_force_b=eq(self.b.f),
+            relative=eq(self.s_rel, self.b.s - self.a.s),
+        )
+
+
+class RelativePositionSensor(RelativeSensor):
+    """y = s_b - s_a in m."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(reading=eq(self.y.value, self.s_rel))
+
+
+class RelativeSpeedSensor(RelativeSensor):
+    """y = d(s_b - s_a)/dt in m/s."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(reading=eq(self.y.value, d.s_rel))
+
+
+class PowerSensor(Component):
+    """y = power passed from a to b in W."""
+
+    a: Flange = Flange()
+    b: Flange = Flange()
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.s, self.b.s),
+            balance=eq(self.a.f + self.b.f),
+            reading=eq(self.y.value, self.a.f * d.a.s),
+        )
+
+
+class MultiSensor(Component):
+    """Speed in m/s, force in N and power in W passed from a to b, at three outputs."""
+
+    a: Flange = Flange()
+    b: Flange = Flange()
+    speed: Output = Output()
+    force: Output = Output()
+    power: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            rigid=eq(self.a.s, self.b.s),
+            balance=eq(self.a.f + self.b.f),
+            speed=eq(self.speed.value, d.a.s),
+            force=eq(self.force.value, self.a.f),
+            power=eq(self.power.value, self.force.value * self.speed.value),
         )

@@ -1,11 +1,13 @@
-"""Ideal drives; the reaction acts on the ground."""
+"""Ideal drives by force; the reaction acts on the ground, unless there is a second flange."""
 
 from typing import Self
 
-from acausal import Energy, Equations, Param, Scalar, eq
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero
 
 from ..blocks import Input
-from ._interfaces import ToGround
+from ._interfaces import Compliant, ToGround
 
 
 class ConstantForce(ToGround):
@@ -32,13 +34,55 @@ class SignalForce(ToGround):
         return Energy(supplied=self.u.value * self.v)
 
 
-class SignalPosition(ToGround):
-    """Holds the flange at the position u in m, whatever the force; u has to be smooth."""
+class SignalForce2(Compliant):
+    """Pushes b with the force u in N against a: f_b = -u = -f_a (MSL `Force2`)."""
 
+    v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
     u: Input = Input()
 
     def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(drive=eq(self.flange.s, self.u.value))
+        return super().equations(d) | dict(
+            relative_speed=eq(self.v_rel, d.s_rel),
+            drive=eq(self.f, -self.u.value),
+        )
 
     def energy(self) -> Energy:
-        return Energy(supplied=-self.flange.f * self.v)
+        return Energy(supplied=self.u.value * self.v_rel)
+
+
+class LinearSpeedDependentForce(ToGround):
+    """Pushes the flange with force v / v_nominal; a load for force < 0."""
+
+    force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
+    v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(self.flange.f, -self._drive()))
+
+    def _drive(self) -> Scalar:
+        return self.force * self.v / self.v_nominal
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self._drive() * self.v)
+
+
+class QuadraticSpeedDependentForce(ToGround):
+    """Pushes the flange with force (v / v_nominal)^2; a load such as air drag for force < 0.
+
+    The force keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
+    it too: force v |v| / v_nominal^2.
+    """
+
+    force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
+    v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
+    one_sign: bool = True
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(self.flange.f, -self._drive()))
+
+    def _drive(self) -> Scalar:
+        square = self.v**2 if self.one_sign else self.v * jnp.abs(self.v)
+        return self.force * square / self.v_nominal**2
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self._drive() * self.v)

@@ -1,6 +1,7 @@
 """The energy account of any component at random points that satisfy its equations and their time derivative."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ from jax.flatten_util import ravel_pytree
 
 from acausal import Component, Energy, Port
 from acausal._declare.node import complete_leaves
-from acausal._reduce.flatten import FlatModel, flatten
+from acausal._reduce.flatten import FlatLeaf, FlatModel, flatten
 from components.blocks import Signal
 from components.electrical import Pin
 from components.hydraulic import FluidPort
@@ -81,24 +82,34 @@ class _Account:
         own = {leaf.first for leaf in flows if leaf.path.count(".") == 1}
         self.flow_sets = [item for item in self.flat.flow_sets if not own.issuperset(item[0][:1]) or len(item[0]) > 1]
         self.times = [leaf.first for leaf in self.flat.leaves if leaf.declaration.role == "time"]
+        # An array variable is one node, and takes as many places in a point as it has elements.
+        sizes = np.ones(self.flat.n_nodes, dtype=int)
+        for leaf in self.flat.leaves:
+            if leaf.declaration.role != "param":
+                sizes[leaf.first] = math.prod(leaf.sizes)
+        self.start: list[int] = np.concatenate([[0], np.cumsum(sizes)]).tolist()
 
     def fill(self, x: Array) -> Any:
         """The model with the variables' values in place; parameters stay."""
         filled = [
-            value if leaf.declaration.role == "param" else x[leaf.first]
+            value if leaf.declaration.role == "param" else self._value(x, leaf)
             for leaf, value in zip(self.flat.leaves, self.leaves, strict=True)
         ]
         return jax.tree_util.tree_unflatten(self.flat.structure, filled)
+
+    def _value(self, x: Array, leaf: FlatLeaf) -> Array:
+        return jnp.reshape(x[self.start[leaf.first] : self.start[leaf.first + 1]], leaf.sizes)
 
     def equations(self, x: Array, dx: Array) -> Array:
         here, slope = self.fill(x), self.fill(dx)
         terms: list[Any] = []
         for part, d in zip(components(here), components(slope), strict=True):
             terms.extend(equation.residual for equation in part.equations(d).values())
-        terms.extend(x[a] - x[b] for a, b in self.flat.across)
-        terms.extend(sum(s * x[n] for n, s in zip(nodes, signs, strict=True)) for nodes, signs in self.flow_sets)
-        terms.extend(dx[n] - 1.0 for n in self.times)
-        return jnp.stack([jnp.asarray(term) for term in terms])
+        at = self.start
+        terms.extend(x[at[a]] - x[at[b]] for a, b in self.flat.across)
+        terms.extend(sum(s * x[at[n]] for n, s in zip(nodes, signs, strict=True)) for nodes, signs in self.flow_sets)
+        terms.extend(dx[at[n]] - 1.0 for n in self.times)
+        return jnp.concatenate([jnp.ravel(term) for term in terms])
 
     def residual(self, point: Point) -> Array:
         value, rate = jax.jvp(self.equations, (point.x, point.dx), (point.dx, point.ddx))
@@ -119,7 +130,7 @@ class _Account:
 def _balances(model: Component, seeds: int = 6) -> Balance:
     """The energy account at random points, found by Gauss-Newton steps of least norm from random guesses."""
     account = _Account(model)
-    n = account.flat.n_nodes
+    n = account.start[-1]
     guess, unravel = ravel_pytree(Point(*(jnp.zeros(n) for _ in range(3))))
     residual: Callable[[Array], Array] = lambda z: account.residual(unravel(z))  # noqa: E731
     both = jax.jit(jax.vmap(lambda z: (residual(z), jax.jacfwd(residual)(z))))

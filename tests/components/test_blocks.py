@@ -37,6 +37,30 @@ def cosine(t: Scalar) -> Scalar:
         (blocks.Ramp(height=2.0, duration=1.4, offset=0.5, start_time=0.3), [0.5, 0.5, 1.5, 2.5, 2.5]),
         (blocks.Sine(amplitude=2.0, frequency=0.5, phase=0.1), 2.0 * np.sin(np.pi * TIMES + 0.1)),
         (blocks.TimeFunction(function=cosine), np.cos(TIMES)),
+        (blocks.Pulse(amplitude=2.0, period=1.0, width=0.5, offset=0.5, start_time=0.3), [0.5, 2.5, 0.5, 2.5, 0.5]),
+        (blocks.SawTooth(amplitude=2.0, period=1.0, start_time=0.3), [0.0, 0.0, 1.4, 0.8, 1.2]),
+        (
+            blocks.Trapezoid(amplitude=2.0, period=2.0, rising=0.8, width=0.5, falling=0.4, start_time=0.2),
+            [0.0, 0.25, 2.0, 1.0, 1.75],
+        ),
+        (
+            blocks.ExpSine(amplitude=2.0, frequency=0.5, damping=0.3, phase=0.2, offset=0.5, start_time=0.3),
+            np.where(TIMES < 0.3, 0.5, 0.5 + 2.0 * np.exp(-0.3 * (TIMES - 0.3)) * np.sin(np.pi * (TIMES - 0.3) + 0.2)),
+        ),
+        (
+            blocks.Exponentials(height=2.0, rise_time=1.0, rise_tau=0.5, fall_tau=0.8, start_time=0.3),
+            [
+                0.0,
+                0.0,
+                2.0 * (1.0 - np.exp(-1.4)),
+                2.0 * (1.0 - np.exp(-2.0)) * np.exp(-0.5),
+                2.0 * (1.0 - np.exp(-2.0)) * np.exp(-2.0),
+            ],
+        ),
+        (
+            blocks.ChirpSine(amplitude=2.0, f0=0.2, f1=0.6, duration=2.0, offset=0.5),
+            0.5 + 2.0 * np.sin(2.0 * np.pi * (0.2 * TIMES + 0.1 * TIMES**2)),
+        ),
     ],
     ids=lambda item: type(item).__name__ if isinstance(item, Component) else "",
 )

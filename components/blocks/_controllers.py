@@ -1,0 +1,103 @@
+"""Proportional, integral and derivative control (as in MSL `Modelica.Blocks.Continuous`)."""
+
+from typing import Any, Self
+
+from acausal import Component, Equations, Param, Scalar, Var, eq, nonnegative, nonzero, positive, prefer
+
+from .._checks import check_order
+from .._limit import limited
+from ._interfaces import SISO, Input, Output
+
+
+class PI(SISO):
+    """y = k (u + x) with the integral T dx/dt = u. It has no limits: see `LimPI`."""
+
+    k: Param[Scalar, "1"]  # gain
+    T: Param[Scalar, "s", positive]  # integral time
+    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            integral=eq(self.T * d.x, self.u.value),
+            output=eq(self.y.value, self.k * (self.u.value + self.x)),
+        )
+
+
+class PID(SISO):
+    """y = k (1 + 1 / (Ti s) + Td s / (1 + Td s / Nd)) u. It has no limits: see `LimPID`."""
+
+    k: Param[Scalar, "1"]  # gain
+    Ti: Param[Scalar, "s", positive]  # integral time
+    Td: Param[Scalar, "s", positive]  # derivative time
+    Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
+    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
+    x_d: Var[Scalar, "1", prefer] = 0.0  # u behind the filter of the derivative part
+
+    def equations(self, d: Self) -> Equations:
+        u, lead = self.u.value, self.u.value - self.x_d
+        return dict(
+            integral=eq(self.Ti * d.x, u),
+            filter=eq(self.Td * d.x_d, self.Nd * lead),
+            output=eq(self.y.value, self.k * (u + self.x + self.Nd * lead)),
+        )
+
+
+class LimitedController(Component, partial=True):
+    """Control by u_s - u_m, within y_min <= y <= y_max, whose integral part does not wind up.
+
+    Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`): what the limits cut off is fed back
+    into the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, with
+    kinks where it reaches and leaves them, where the integrator shortens its steps.
+    """
+
+    k: Param[Scalar, "1", nonzero]  # gain
+    Ti: Param[Scalar, "s", positive]  # integral time
+    y_max: Param[Scalar, "1"]  # upper limit of y
+    y_min: Param[Scalar, "1"]  # lower limit of y
+    wp: Param[Scalar, "1", nonnegative] = 1.0  # weight of the set point in the proportional part
+    Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
+    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
+    y_unlimited: Var[Scalar, "1"] = 0.0  # what y would be without limits
+    u_s: Input = Input()  # set point
+    u_m: Input = Input()  # measured value
+    y: Output = Output()
+
+    def __check_init__(self) -> None:
+        check_order(self, "y_min", "y_max")
+
+    def equations(self, d: Any) -> Equations:
+        error, excess = self.u_s.value - self.u_m.value, self.y.value - self.y_unlimited
+        return dict(
+            integral=eq(self.Ti * d.x, error + excess / (self.k * self.Ni)),
+            limit=eq(self.y.value, limited(self.y_unlimited, self.y_min, self.y_max)),
+        )
+
+    def _proportional_integral(self) -> Scalar:
+        return self.wp * self.u_s.value - self.u_m.value + self.x
+
+
+class LimPI(LimitedController):
+    """PI control within limits: y = k (wp u_s - u_m + x), limited, with anti-windup. See `LimitedController`."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(law=eq(self.y_unlimited, self.k * self._proportional_integral()))
+
+
+class LimPID(LimitedController):
+    """PID control within limits, with anti-windup: see `LimitedController`.
+
+    y = k [wp u_s - u_m + x + Td s / (1 + Td s / Nd) (wd u_s - u_m)], limited. With wd = 0, the default, a jump of the
+    set point gives no peak.
+    """
+
+    Td: Param[Scalar, "s", positive]  # derivative time
+    wd: Param[Scalar, "1", nonnegative] = 0.0  # weight of the set point in the derivative part
+    Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
+    x_d: Var[Scalar, "1", prefer] = 0.0  # input of the derivative part behind its filter
+
+    def equations(self, d: Self) -> Equations:
+        lead = self.wd * self.u_s.value - self.u_m.value - self.x_d
+        return super().equations(d) | dict(
+            filter=eq(self.Td * d.x_d, self.Nd * lead),
+            law=eq(self.y_unlimited, self.k * (self._proportional_integral() + self.Nd * lead)),
+        )

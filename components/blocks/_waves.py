@@ -1,0 +1,133 @@
+"""Signals of time that repeat, decay or sweep (as in MSL `Modelica.Blocks.Sources`).
+
+`Pulse` and `SawTooth` jump, `Trapezoid` has kinks. The integrator meets them as an error estimate that is suddenly
+large, and shortens its steps; but a pulse that is shorter than a step can be missed altogether: keep steps short, or
+split the run at the jumps. The derivatives with respect to the times of jumps are zero.
+"""
+
+from typing import Self
+
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+
+from acausal import Equations, Param, Scalar, eq, nonnegative, positive
+
+from .._checks import check
+from .._limit import limited
+from ._interfaces import SignalSource
+
+
+class Periodic(SignalSource, partial=True):
+    """y = offset before `start_time`, then offset + amplitude times a shape of values 0 to 1 that repeats."""
+
+    amplitude: Param[Scalar, "1"]  # height of the shape
+    period: Param[Scalar, "s", positive]  # time after which it repeats
+    offset: Param[Scalar, "1"] = 0.0  # value before it, and its lowest value
+    start_time: Param[Scalar, "s"] = 0.0  # time of the first period
+
+    def _phase(self) -> Scalar:
+        """Time since the period began in s."""
+        elapsed = self.t - self.start_time
+        return elapsed - self.period * jnp.floor(elapsed / self.period)
+
+    def _shaped(self, shape: Scalar) -> Scalar:
+        return self.offset + self.amplitude * jnp.where(self.t < self.start_time, 0.0, shape)
+
+
+class Pulse(Periodic):
+    """A rectangle wave: offset + amplitude for the first part of each period, offset for the rest."""
+
+    width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
+
+    def __check_init__(self) -> None:
+        check(self, "width", lambda value: value <= 1.0, "at most 1")
+
+    def equations(self, d: Self) -> Equations:
+        shape = jnp.where(self._phase() < self.width * self.period, 1.0, 0.0)
+        return dict(pulse=eq(self.y.value, self._shaped(shape)))
+
+
+class SawTooth(Periodic):
+    """Rises from offset to offset + amplitude in each period, and falls back at once."""
+
+    def equations(self, d: Self) -> Equations:
+        return dict(saw_tooth=eq(self.y.value, self._shaped(self._phase() / self.period)))
+
+
+class Trapezoid(Periodic):
+    """In each period, rises linearly to offset + amplitude, stays for `width`, falls linearly and stays at offset."""
+
+    rising: Param[Scalar, "s", positive]  # duration of the rise
+    width: Param[Scalar, "s", nonnegative]  # duration of the plateau
+    falling: Param[Scalar, "s", positive]  # duration of the fall
+
+    def __check_init__(self) -> None:
+        parts = (self.rising, self.width, self.falling)
+        if not any(isinstance(part, Tracer) for part in parts):
+            total = sum(np.asarray(part) for part in parts)
+            check(self, "period", lambda value: value >= total, f"at least rising + width + falling = {total} s")
+
+    def equations(self, d: Self) -> Equations:
+        up = self._phase() / self.rising
+        down = (self.rising + self.width + self.falling - self._phase()) / self.falling
+        return dict(trapezoid=eq(self.y.value, self._shaped(limited(jnp.minimum(up, down), 0.0, 1.0))))
+
+
+class ExpSine(SignalSource):
+    """y = offset, and from `start_time` on offset + amplitude exp(-damping t') sin(2 pi f t' + phase), t' = t - start.
+
+    With a phase of zero it has a kink at the start, with another a jump.
+    """
+
+    amplitude: Param[Scalar, "1"]  # amplitude at the start
+    frequency: Param[Scalar, "Hz"]  # f
+    damping: Param[Scalar, "1/s", nonnegative]  # decay rate
+    phase: Param[Scalar, "rad"] = 0.0  # phase at the start
+    offset: Param[Scalar, "1"] = 0.0  # mean value
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
+
+    def equations(self, d: Self) -> Equations:
+        # Clamped, for the exponential of a long time before the start overflows.
+        elapsed = jnp.maximum(self.t - self.start_time, 0.0)
+        wave = jnp.exp(-self.damping * elapsed) * jnp.sin(2.0 * jnp.pi * self.frequency * elapsed + self.phase)
+        on = jnp.where(self.t < self.start_time, 0.0, self.amplitude)
+        return dict(wave=eq(self.y.value, self.offset + on * wave))
+
+
+class Exponentials(SignalSource):
+    """Rises from offset towards offset + height and falls back, both exponentially, with kinks at start and turn.
+
+    From `start_time` on, y = offset + height (1 - exp(-t' / rise_tau)); after a further `rise_time`, that part decays
+    as exp(-t'' / fall_tau).
+    """
+
+    height: Param[Scalar, "1"]  # height that the rise tends to
+    rise_time: Param[Scalar, "s", nonnegative]  # duration of the rise
+    rise_tau: Param[Scalar, "s", positive]  # time constant of the rise
+    fall_tau: Param[Scalar, "s", positive]  # time constant of the fall
+    offset: Param[Scalar, "1"] = 0.0  # value before it
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
+
+    def equations(self, d: Self) -> Equations:
+        elapsed = jnp.maximum(self.t - self.start_time, 0.0)
+        rise = 1.0 - jnp.exp(-jnp.minimum(elapsed, self.rise_time) / self.rise_tau)
+        fall = jnp.exp(-jnp.maximum(elapsed - self.rise_time, 0.0) / self.fall_tau)
+        return dict(pulse=eq(self.y.value, self.offset + self.height * rise * fall))
+
+
+class ChirpSine(SignalSource):
+    """A sine whose frequency grows linearly: y = offset + amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration))).
+
+    For frequency responses. The sweep goes on after `duration`.
+    """
+
+    amplitude: Param[Scalar, "1"]  # amplitude
+    f0: Param[Scalar, "Hz"]  # frequency at t = 0
+    f1: Param[Scalar, "Hz"]  # frequency at t = duration
+    duration: Param[Scalar, "s", positive]  # of the sweep
+    offset: Param[Scalar, "1"] = 0.0  # mean value
+
+    def equations(self, d: Self) -> Equations:
+        cycles = self.f0 * self.t + (self.f1 - self.f0) * self.t**2 / (2.0 * self.duration)
+        return dict(chirp=eq(self.y.value, self.offset + self.amplitude * jnp.sin(2.0 * jnp.pi * cycles)))

@@ -1,0 +1,124 @@
+"""Ideal and coupled two-ports, controlled sources, and the averaged converter."""
+
+from typing import Any, Self
+
+import numpy as np
+from jax.core import Tracer
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero, positive, prefer
+
+from .._checks import check
+from ..blocks import Input
+from ._interfaces import TwoPort
+
+
+class Transformer(TwoPort):
+    """Two coupled coils: v1 = L1 di1/dt + M di2/dt and v2 = M di1/dt + L2 di2/dt (MSL `Transformer`).
+
+    Each of the two circuits needs a ground. Not modelled: saturation, losses; a coupling without leakage, M^2 = L1 L2,
+    is refused, as it would leave one state: take an `IdealTransformer` with an `Inductor`.
+    """
+
+    L1: Param[Scalar, "H", positive]  # inductance of the first coil
+    L2: Param[Scalar, "H", positive]  # inductance of the second coil
+    M: Param[Scalar, "H"]  # mutual inductance
+    i1: Var[Scalar, "A", prefer] = 0.0  # current from p1 to n1
+    i2: Var[Scalar, "A", prefer] = 0.0  # current from p2 to n2
+
+    def __check_init__(self) -> None:
+        if not (isinstance(self.L1, Tracer) or isinstance(self.L2, Tracer)):
+            bound = np.sqrt(np.asarray(self.L1) * np.asarray(self.L2))
+            check(self, "M", lambda value: np.abs(value) < bound, f"smaller in size than sqrt(L1 L2) = {bound}")
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            coil_1=eq(self.v1, self.L1 * d.i1 + self.M * d.i2),
+            coil_2=eq(self.v2, self.M * d.i1 + self.L2 * d.i2),
+        )
+
+    def energy(self) -> Energy:
+        coils = 0.5 * self.L1 * self.i1**2 + 0.5 * self.L2 * self.i2**2
+        return Energy(stored=coils + self.M * self.i1 * self.i2)
+
+
+class IdealTransformer(TwoPort):
+    """v1 = n v2 and n i1 + i2 = 0, lossless, at any frequency: also for direct current (MSL `IdealTransformer`)."""
+
+    n: Param[Scalar, "1", nonzero]  # turns of the first coil for one turn of the second
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            voltages=eq(self.v1, self.n * self.v2), currents=eq(self.n * self.i1 + self.i2)
+        )
+
+
+class Gyrator(TwoPort):
+    """i1 = G v2 and i2 = -G v1, lossless (MSL `Gyrator` with G1 = G2)."""
+
+    G: Param[Scalar, "S", nonzero]  # gyration conductance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(there=eq(self.i1, self.G * self.v2), back=eq(self.i2, -self.G * self.v1))
+
+
+class AveragedBridge(TwoPort):
+    """A lossless switched converter, averaged over its switching period: v2 = duty v1 and i1 = -duty i2.
+
+    Port 1 is the direct-current supply, port 2 the load: a half bridge or buck converter for 0 <= duty <= 1, a full
+    bridge for -1 <= duty <= 1. Power passes in both directions. Left out: the ripple, dead time, losses. The duty is
+    not limited here: see `blocks.Limiter`.
+    """
+
+    duty: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            voltages=eq(self.v2, self.duty.value * self.v1),
+            currents=eq(self.i1, -self.duty.value * self.i2),
+        )
+
+
+class Controlled(TwoPort, partial=True):
+    """A source at port 2, controlled at port 1 without power."""
+
+    def equations(self, d: Any) -> Equations:
+        return super().equations(d)
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.v2 * self.i2)
+
+
+class VCV(Controlled):
+    """Voltage-controlled voltage source, v2 = gain v1, i1 = 0."""
+
+    gain: Param[Scalar, "1"]  # voltage gain
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(control=eq(self.i1), source=eq(self.v2, self.gain * self.v1))
+
+
+class VCC(Controlled):
+    """Voltage-controlled current source, i2 = G v1, i1 = 0."""
+
+    G: Param[Scalar, "S"]  # transconductance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(control=eq(self.i1), source=eq(self.i2, self.G * self.v1))
+
+
+class CCV(Controlled):
+    """Current-controlled voltage source, v2 = R i1, v1 = 0."""
+
+    R: Param[Scalar, "ohm"]  # transresistance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(control=eq(self.v1), source=eq(self.v2, self.R * self.i1))
+
+
+class CCC(Controlled):
+    """Current-controlled current source, i2 = gain i1, v1 = 0."""
+
+    gain: Param[Scalar, "1"]  # current gain
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(control=eq(self.v1), source=eq(self.i2, self.gain * self.i1))

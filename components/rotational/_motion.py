@@ -1,0 +1,63 @@
+"""Ideal drives by motion, whatever the torque; the reaction acts on the ground.
+
+A motion has to be smooth enough to have the accelerations that inertias need. To follow a signal that jumps, put a
+filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before an angle.
+"""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, prefer
+
+from ..blocks import Input
+from ._interfaces import Flange, ToGround
+
+
+class SignalAngle(ToGround):
+    """Holds the flange at the angle u in rad; u has to be smooth (MSL `Position`)."""
+
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(self.flange.phi, self.u.value))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.flange.tau * self.w)
+
+
+class ConstantSpeed(Component):
+    """Turns the flange with a constant speed."""
+
+    speed: Param[Scalar, "rad/s"]  # speed of the flange
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(drive=eq(d.flange.phi, self.speed))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.flange.tau * self.speed)
+
+
+class SignalSpeed(Component):
+    """Turns the flange with the speed u in rad/s, which has to be continuous where it drives an inertia."""
+
+    u: Input = Input()
+    flange: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(drive=eq(d.flange.phi, self.u.value))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.flange.tau * self.u.value)
+
+
+class SignalAcceleration(ToGround):
+    """Turns the flange with the acceleration u in rad/s2; its speed and angle are states (MSL `Accelerate`)."""
+
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(drive=eq(d.w, self.u.value))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=-self.flange.tau * self.w)
