@@ -178,6 +178,16 @@ def _dot(a: Form, b: Form) -> Form:
     return _spread(_product(a, b), elementwise=False)
 
 
+def _joined(forms: Sequence[Form]) -> Form:
+    """Pieces put side by side: each element comes from one of them."""
+    total = ft.reduce(_sum, forms)
+    return _spread(dataclasses.replace(total, signs=_any_of(forms), number=None, has_rest=True), elementwise=False)
+
+
+def _any_of(forms: Sequence[Form]) -> Signs:
+    return frozenset().union(*(form.signs for form in forms))
+
+
 def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
     name = eqn.primitive.name
     inner = called(eqn) or differentiable_call(eqn)
@@ -202,8 +212,9 @@ def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
     if name in _REARRANGE:
         return [_rearranged(eqn, forms)]
     if name == "select_n":
-        signs = frozenset().union(*(form.signs for form in forms[1:]))
-        return [_opaque(forms, signs)]
+        return [_opaque(forms, _any_of(forms[1:]))]
+    if name in ("concatenate", "stack"):
+        return [_joined(forms)]
     if name in _SIGNS:
         return [_opaque(forms, _SIGNS[name](forms[0].signs))]
     if name in ("max", "min"):
