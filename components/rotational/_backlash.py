@@ -15,8 +15,8 @@ class ElastoBacklash(Compliant):
 
     With the deflection x = phi_rel - phi_rel0 -+ play/2 beyond the play, else 0: tau = c x + d w_rel, where the damping
     is limited to the size of c x, so that the torque is continuous at contact and the stops do not pull. It has kinks
-    at contact and where that limit is met, and no event: the integrator shortens its steps there, and a gradient through
-    them is less accurate than the solution.
+    at contact and where that limit is met, and no event: the integrator shortens its steps there, and a gradient
+    through them is less accurate than the solution.
     """
 
     c: Param[Scalar, "N.m/rad", nonnegative]  # stiffness

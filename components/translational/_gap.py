@@ -15,9 +15,9 @@ class ElastoGap(Compliant):
     """A spring and damper that only push: no force while s_rel > s_rel0 (MSL `ElastoGap`).
 
     In contact, with the indentation x = s_rel0 - s_rel: f = -c x^n + d v_rel, where the damping is limited to the size
-    of c x^n, so that the force is continuous at contact and never pulls. It has kinks at contact and where that limit is
-    met, and no event: the integrator shortens its steps there, and a gradient through them is less accurate than the
-    solution.
+    of c x^n, so that the force is continuous at contact and never pulls. It has kinks at contact and where that limit
+    is met, and no event: the integrator shortens its steps there, and a gradient through them is less accurate than
+    the solution.
     """
 
     c: Param[Scalar, "N/m", nonnegative]  # stiffness; for n other than 1 in N/m^n
