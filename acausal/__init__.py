@@ -2,6 +2,7 @@
 
 from ._analyse.linear_system import LinearSystem as LinearSystem
 from ._analyse.linearise import linearise as linearise
+from ._declare.annotations import Discrete as Discrete
 from ._declare.annotations import Flow as Flow
 from ._declare.annotations import Nominal as Nominal
 from ._declare.annotations import Param as Param

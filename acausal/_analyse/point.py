@@ -99,7 +99,7 @@ def check_structure(model: Any, system: System, what: str) -> None:
 
 def _check_one_instant(system: System, view: Any) -> None:
     for leaf, value in zip(system.flat.leaves, jax.tree_util.tree_leaves(view), strict=True):
-        if leaf.declaration.role != "param" and np.shape(value) not in ((), leaf.stack + leaf.sizes):
+        if leaf.declaration.is_variable and np.shape(value) not in ((), leaf.stack + leaf.sizes):
             raise ModelError(
                 f"The operating point is not one instant: {leaf.path} has shape {np.shape(value)}. Give sol.final or "
                 "sol.at(t) with one time, and use jax.vmap for several."
