@@ -22,11 +22,12 @@ Read = Callable[[Any, Any, Any, Inputs], list[Any]]  # values of leaves by numbe
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Switches:
-    """The events of a system as functions of the vector [states, memory, discrete variables, flag, ...]."""
+    """The events of a system as functions of the vector [states, memory, discrete variables, energies lost, ...]."""
 
     system: System
     happenings: Happenings
     read: Read
+    stored: Callable[[Any, Any, Inputs], Any] | None  # energy at (t, y, inputs)
 
     def margins(self, t: Any, y: Any, inputs: Inputs) -> Any:
         """How far each condition is above zero, where it is true."""
@@ -45,9 +46,11 @@ class Switches:
             y, holds, forced, total, flag = carry
             fired = ((self.margins(t, y, inputs) > 0) & ~holds) | forced
             changed, bad = self._changed(t, y, fired, inputs)
+            changed = self._accounted(t, y, changed, fired, inputs)
             y = jnp.where(jnp.any(fired), changed, y)
             flag = jnp.where(jnp.any(fired) & bad, float(CONTRADICTED), flag)
-            holds = (self.margins(t, y, inputs) > 0) | forced
+            # What has only now become true is left to the next round.
+            holds = ((self.margins(t, y, inputs) > 0) & (holds | fired)) | forced
             return (y, holds, jnp.zeros_like(forced), total | fired, flag), None
 
         start = (y, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
@@ -78,6 +81,14 @@ class Switches:
             point = point.at[places].set(jnp.where(here, value, point[places]))
         moved, bad = self._reset(t, point, wanted, inputs)
         return jnp.concatenate([moved, y[size:]]), bad
+
+    def _accounted(self, t: Any, y: Any, changed: Any, fired: Any, inputs: Inputs) -> Any:
+        """The vector with what stored energy became less added to the loss of the first event that fired."""
+        if self.stored is None:
+            return changed
+        size = self.system.extended_size
+        lost = self.stored(t, y[:size], inputs) - self.stored(t, changed[:size], inputs)
+        return changed.at[size + jnp.argmax(fired)].add(jnp.where(jnp.any(fired), lost, 0.0))
 
     def _reset(self, t: Any, point: Any, wanted: dict[int, tuple[Any, Any]], inputs: Inputs) -> tuple[Any, Any]:
         """The point with new values of variables: those of states directly, others by way of the constraints."""
