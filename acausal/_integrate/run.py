@@ -69,6 +69,7 @@ class Settings:
         return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
 
 
+INSTANT = 1e-13  # of the time span: how long after its start conditions are looked at there
 NEAR = 1e-9  # of the time span: an event this short before the step size vanishes is to blame for it
 
 
@@ -145,7 +146,9 @@ def _through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver
     y0 = jnp.concatenate([y0, *discrete])
     start, total = len(system.nominals) + system.memory_size, system.happenings.total
     never = jnp.zeros(total, bool)
-    settled = switches.settle(numbers.t0, jnp.concatenate([y0, jnp.zeros(settings.n_losses)]), never, never, inputs)
+    instant = INSTANT * (numbers.t1 - numbers.t0)
+    whole = jnp.concatenate([y0, jnp.zeros(settings.n_losses)])
+    settled = switches.settle(numbers.t0, whole, never, never, instant, inputs)
     solver = Switching(
         solver, start, start + settings.n_switched, settings.max_events, settings.save == "steps",
         switches.margins, switches.settle, switches.bound,
@@ -290,9 +293,7 @@ def _event_rules(
     flag, blink = y[settings.n_states + settings.n_losses], NEAR * jnp.abs(numbers.t1 - numbers.t0)
     switches = Switches(system, system.happenings, ft.partial(_read, system, numbers), None)
     point = y[: settings.n_states]
-    rates = system.vector_field(t, point, inputs)
-    ahead = point.at[: len(rates)].add(blink * jnp.where(jnp.isfinite(rates), rates, 0.0))
-    soon = (switches.margins(t, point, inputs) <= 0) & (switches.margins(t + blink, ahead, inputs) > 0)
+    soon = (switches.margins(t, point, inputs) <= 0) & (switches.soon(t, point, blink, inputs) > 0)
     is_near = ((t - record.last_time) <= blink) | jnp.any(soon)
     rules = [
         ((raw.result == diffrax.RESULTS.dt_min_reached) & is_near, Result.events_accumulate),

@@ -39,23 +39,29 @@ class Switches:
         start = len(self.system.nominals) + self.system.memory_size
         return dataclasses.replace(inputs, discrete=y[start : self.system.extended_size])
 
-    def settle(self, t: Any, y: Any, holds: Any, forced: Any, inputs: Inputs) -> Settled:
+    def soon(self, t: Any, y: Any, instant: Any, inputs: Inputs) -> Any:
+        """The conditions an instant later: what is zero but for rounding at an event has a sign then."""
+        rates = self.system.vector_field(t, y[: self.system.extended_size], inputs)
+        rates = jnp.where(jnp.isfinite(rates), rates, 0.0)
+        return self.margins(t + instant, y.at[: len(rates)].add(instant * rates), inputs)
+
+    def settle(self, t: Any, y: Any, holds: Any, forced: Any, instant: Any, inputs: Inputs) -> Settled:
         """Carry out what has become true and is not in `holds`, and what that makes true, until nothing more is."""
 
         def once(carry: Any, _: None) -> tuple[Any, None]:
             y, holds, forced, total, flag = carry
-            fired = ((self.margins(t, y, inputs) > 0) & ~holds) | forced
+            fired = ((self.soon(t, y, instant, inputs) > 0) & ~holds) | forced
             changed, bad = self._changed(t, y, fired, inputs)
             changed = self._accounted(t, y, changed, fired, inputs)
             y = jnp.where(jnp.any(fired), changed, y)
             flag = jnp.where(jnp.any(fired) & bad, float(CONTRADICTED), flag)
             # What has only now become true is left to the next round.
-            holds = ((self.margins(t, y, inputs) > 0) & (holds | fired)) | forced
+            holds = (self.soon(t, y, instant, inputs) > 0) & (holds | fired)
             return (y, holds, jnp.zeros_like(forced), total | fired, flag), None
 
         start = (y, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
         (y, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
-        endless = jnp.any((self.margins(t, y, inputs) > 0) & ~holds)
+        endless = jnp.any((self.soon(t, y, instant, inputs) > 0) & ~holds)
         return Settled(y, holds, fired, jnp.where(endless, float(ENDLESS), flag))
 
     def _changed(self, t: Any, y: Any, fired: Any, inputs: Inputs) -> tuple[Any, Any]:

@@ -54,8 +54,9 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     r"""Steps of `solver`, in pieces where events occur.
 
     The vector holds what events change (discrete variables, then a flag) at the places `start` to `stop`; `solver` sees
-    the rest. `margins(t, y, args)` are the conditions, true above zero; `settle(t, y, holds, forced, args)` carries out
-    the events that have become true, and those of `forced`; `bound(args, y)` are the arguments for the vector field.
+    the rest. `margins(t, y, args)` are the conditions, true above zero. `settle(t, y, holds, forced, instant, args)`
+    carries out the events that have become true and those of `forced`. `bound(args, y)` are the arguments for the
+    vector field.
 
     A step is taken as if there were no events. Where a condition becomes true in it, the first such moment $t^*$ is
     located on the dense output, and from there a second piece is taken. A step with two moments of events in it counts
@@ -69,7 +70,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     n_records: int = eqx.field(static=True)
     keeps_vectors: bool = eqx.field(static=True)
     margins: Callable[[Any, Any, Any], Any] = eqx.field(static=True)
-    settle: Callable[[Any, Any, Any, Any, Any], Settled] = eqx.field(static=True)
+    settle: Callable[[Any, Any, Any, Any, Any, Any], Settled] = eqx.field(static=True)
     bound: Callable[[Any, Any], Any] = eqx.field(static=True)
 
     @property
@@ -157,7 +158,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         """The vector after the events of a moment, which conditions hold then, and the record."""
         before = path.evaluate(when)
         margins = jnp.where(fires, self.margins(when, before, args), -jnp.inf)
-        settled = self.settle(when, before, ahead.holds, margins == jnp.max(margins), args)
+        settled = self.settle(when, before, ahead.holds, margins == jnp.max(margins), instant, args)
         after = settled.y.at[self.stop - 1].set(settled.flag)
         return after, settled.holds, ahead.record.noted(when, before, after, settled.fired)
 
