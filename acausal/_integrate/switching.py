@@ -49,19 +49,20 @@ class Switches:
         """Carry out what has become true and is not in `holds`, and what that makes true, until nothing more is."""
 
         def once(carry: Any, _: None) -> tuple[Any, None]:
-            y, holds, forced, total, flag = carry
-            fired = ((self.soon(t, y, instant, inputs) > 0) & ~holds) | forced
+            y, margins, holds, forced, total, flag = carry
+            fired = ((margins > 0) & ~holds) | forced
             changed, bad = self._changed(t, y, fired, inputs)
             changed = self._accounted(t, y, changed, fired, inputs)
             y = jnp.where(jnp.any(fired), changed, y)
             flag = jnp.where(jnp.any(fired) & bad, float(CONTRADICTED), flag)
+            margins = self.soon(t, y, instant, inputs)
             # What has only now become true is left to the next round.
-            holds = (self.soon(t, y, instant, inputs) > 0) & (holds | fired)
-            return (y, holds, jnp.zeros_like(forced), total | fired, flag), None
+            holds = (margins > 0) & (holds | fired)
+            return (y, margins, holds, jnp.zeros_like(forced), total | fired, flag), None
 
-        start = (y, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
-        (y, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
-        endless = jnp.any((self.soon(t, y, instant, inputs) > 0) & ~holds)
+        start = (y, self.soon(t, y, instant, inputs), holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
+        (y, margins, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
+        endless = jnp.any((margins > 0) & ~holds)
         return Settled(y, holds, fired, jnp.where(endless, float(ENDLESS), flag))
 
     def _changed(self, t: Any, y: Any, fired: Any, inputs: Inputs) -> tuple[Any, Any]:
@@ -99,17 +100,18 @@ class Switches:
     def _reset(self, t: Any, point: Any, wanted: dict[int, tuple[Any, Any]], inputs: Inputs) -> tuple[Any, Any]:
         """The point with new values of variables: those of states directly, others by way of the constraints."""
         system = self.system
+        constraints, bad = system.constraints, jnp.asarray(False)
         if not wanted:
-            return point, jnp.asarray(False)
-        constraints = system.constraints
+            return point, bad
+        places = {leaf: system.constrained_places(leaf) for leaf in wanted}
         x = system.collected(t, point, inputs, constraints.pairs)
         x0, touched = x, jnp.zeros(len(x), bool)
         for leaf, (value, here) in wanted.items():
-            places, signs = system.constrained_places(leaf)
-            x = x.at[places].set(jnp.where(here, signs * value, x[places]))
-            touched = touched.at[places].set(touched[places] | here)
-        bad = jnp.asarray(False)
-        if constraints.groups:
+            where, signs = places[leaf]
+            x = x.at[where].set(jnp.where(here, signs * value, x[where]))
+            touched = touched.at[where].set(touched[where] | here)
+        are_states = all(constraints.is_state[where].all() for where, _ in places.values())
+        if system.ordered.invariants or not are_states:
             weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
             aimed = x
             x = constraints.projected(x, weight, t, system.with_discrete(inputs, point).params, far=True)

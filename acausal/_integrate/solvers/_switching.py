@@ -121,10 +121,13 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             error = jnp.maximum(jnp.abs(error), ahead.error)
 
             def through() -> _Ahead:
-                when = self._moment(path, args, fires, lower, upper)
-                y, holds, record = self._event(when, path, fires, ahead, args, INSTANT * (t1 - t0))
+                when, forced = self._moment(path, args, fires, lower, upper)
+                before = path.evaluate(when)
+                settled = self.settle(when, before, ahead.holds, forced, INSTANT * (t1 - t0), args)
+                y = settled.y.at[self.stop - 1].set(settled.flag)
+                record = ahead.record.noted(when, before, y, settled.fired)
                 begun = self.solver.init(terms, when, t1, self._core(y), self.bound(args, y))
-                return _Ahead(when, y, begun, holds, record, error, result, jnp.asarray(True))
+                return _Ahead(when, y, begun, settled.holds, record, error, result, jnp.asarray(True))
 
             def onward() -> _Ahead:
                 y = self._joined(core, switched)
@@ -152,16 +155,6 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         memory = Memory(end.inner, end.holds, end.record)
         return end.y, self._joined(error, jnp.zeros(self.stop - self.start)), info, memory, result
 
-    def _event(
-        self, when: Any, path: Held, fires: Any, ahead: "_Ahead", args: Any, instant: Any
-    ) -> tuple[Any, Any, Any]:
-        """The vector after the events of a moment, which conditions hold then, and the record."""
-        before = path.evaluate(when)
-        margins = jnp.where(fires, self.margins(when, before, args), -jnp.inf)
-        settled = self.settle(when, before, ahead.holds, margins == jnp.max(margins), instant, args)
-        after = settled.y.at[self.stop - 1].set(settled.flag)
-        return after, settled.holds, ahead.record.noted(when, before, after, settled.fired)
-
     def interpolation(self, t0: Any, t1: Any, info: Any, switched: Vector) -> Held:
         """Dense output of one piece."""
         return Held(t0, t1, self.solver.interpolation_cls(t0=t0, t1=t1, **info), switched, self.start)
@@ -180,22 +173,24 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             fires, holds = fires | now, found[i]
         return fires, holds, lower, upper
 
-    def _moment(self, path: Held, args: Any, fires: Any, lower: Any, upper: Any) -> Any:
-        """When the first of the events that fire does."""
+    def _moment(self, path: Held, args: Any, fires: Any, lower: Any, upper: Any) -> tuple[Any, Any]:
+        """When the first of the events that fire does, and which one it is."""
 
-        def largest(t: Any, given: Any) -> Any:
-            path, args = given
-            return jnp.max(jnp.where(fires, self.margins(t, path.evaluate(t), args), -jnp.inf))
+        def margins(t: Any, path: Held, args: Any) -> Any:
+            return jnp.where(fires, self.margins(t, path.evaluate(t), args), -jnp.inf)
 
         held = jax.lax.stop_gradient((path, args))
         options = {"lower": lower, "upper": upper}
+        largest = lambda t, given: jnp.max(margins(t, *given))  # noqa: E731
         found = optx.root_find(largest, Crossing(), upper, held, options=options, max_steps=200, throw=False).value
         found = jax.lax.stop_gradient(found)
-        slope = jax.lax.stop_gradient(jax.jvp(lambda t: largest(t, held), (found,), (jnp.ones_like(found),))[1])
+        value, rate = jax.jvp(lambda t: margins(t, path, args), (found,), (jnp.ones_like(found),))
+        first = jnp.argmax(value)
         # Of no value, but with the derivative of the moment.
-        missing = largest(found, (path, args))
+        missing, slope = value[first], jax.lax.stop_gradient(rate[first])
         missing = missing - jax.lax.stop_gradient(missing)
-        return found - jnp.where(slope != 0, missing / jnp.where(slope != 0, slope, 1.0), 0.0)
+        when = found - jnp.where(slope != 0, missing / jnp.where(slope != 0, slope, 1.0), 0.0)
+        return when, jnp.arange(len(fires)) == first
 
     def _core(self, y: Vector) -> Vector:
         return jnp.concatenate([y[: self.start], y[self.stop :]])
