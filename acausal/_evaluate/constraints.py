@@ -74,8 +74,8 @@ class Constraints:
 
 
 def placed(vector: Any, places: np.ndarray, values: Any) -> Any:
-    """The vector with values at some places: by selection, since with scattered writes in it XLA on CPU does not compile
-    a loop as one function.
+    """The vector with values at some places: by selection, since XLA on CPU does not compile a loop as one function
+    where writes in it are scattered.
     """
     source, is_new = np.zeros(len(vector), int), np.zeros(len(vector), bool)
     source[places], is_new[places] = np.arange(len(places)), True
