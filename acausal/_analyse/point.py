@@ -64,7 +64,9 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-    point = Point(jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system)
+    point = Point(
+        jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system
+    )
     return eqx.tree_at(lambda p: p.y, point, _state(point, at))
 
 

@@ -166,8 +166,7 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     roles = [declaration.role for declaration in kind.declarations]
     variables = [slot for slot, declaration in enumerate(kind.declarations) if declaration.is_variable]
     inputs: list[Input] = [
-        Input(slot, 0, role if role in ("param", "discrete", "time") else "var")
-        for slot, role in enumerate(roles)
+        Input(slot, 0, role if role in ("param", "discrete", "time") else "var") for slot, role in enumerate(roles)
     ]
     inputs += [Input(slot, 1, "var") for slot in variables]
     checks: dict[str, bool] = {}  # by name of the equation
