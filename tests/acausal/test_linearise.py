@@ -165,6 +165,10 @@ class Slider(Component):
     """A mass on a spring with a cubic damper, driven by an angle phi = s / r; no speed is preferred as a state."""
 
     c: Param[Scalar, "N/m"] = 50.0
+    r: Param[Scalar, "m"] = 0.2
+    m: Param[Scalar, "kg"] = 2.0
+    J: Param[Scalar, "kg.m2"] = 0.02
+    d3: Param[Scalar, "N.s3/m3"] = 4.0
     phi: Var[Scalar, "rad", prefer] = 3.0
     s: Var[Scalar, "m", avoid] = 0.0
     v: Var[Scalar, "m/s", avoid] = 0.0
@@ -172,10 +176,10 @@ class Slider(Component):
 
     def equations(self, d: Self) -> Equations:
         return dict(
-            kinematics=eq(self.s, 0.2 * self.phi),
+            kinematics=eq(self.s, self.r * self.phi),
             speed=eq(self.v, d.s),
             wheel=eq(self.w, 3.0 * d.phi),
-            newton=eq(2.0 * d.v + 0.1 * d.w, -self.c * self.s - 4.0 * self.v**3),
+            newton=eq(self.m * d.v + self.J / self.r * d.w, -self.c * self.s - self.d3 * self.v**3),
         )
 
 
@@ -192,7 +196,7 @@ class Rod(Component):
     """Three nodes of a rod that conducts heat, dT/dt = -k (T - T_left)."""
 
     k: Param[Scalar, "1/s"] = 2.0
-    rates: Param[Vector, "1/s", shape(3)]
+    rates: Param[Vector, "K/s", shape(3)]
     T: Var[Vector, "K", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
 
     def equations(self, d: Self) -> Equations:
