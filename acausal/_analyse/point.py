@@ -57,7 +57,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     """The point that `linearise` is asked for; see there."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
-    params = [None if i in system.variable_leaves else jnp.asarray(leaf, float) for i, leaf in enumerate(leaves)]
+    params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
     _check_parameters(system, params)
     starts = jnp.asarray(system.starts.pack(leaves))
     if isinstance(at, Component):
