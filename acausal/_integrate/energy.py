@@ -49,7 +49,9 @@ def stored(view: Any) -> dict[str, Any]:
 
 @dataclasses.dataclass(frozen=True)
 class EnergyAccount:
-    """What became of the energy in a run, in J, by component: supplied = change of stored + dissipated.
+    """What became of the energy in a run, in J: supplied = change of stored + dissipated + lost at events.
+
+    The first three are by component, `events` by event.
 
     `print` it for a table. `imbalance` is what is missing; it measures the error of the integration.
     """
@@ -57,6 +59,7 @@ class EnergyAccount:
     supplied: dict[str, Any]
     stored: dict[str, Any]
     dissipated: dict[str, Any]
+    events: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     @property
     def totals(self) -> tuple[Any, Any, Any]:
@@ -66,14 +69,15 @@ class EnergyAccount:
     @property
     def imbalance(self) -> Any:
         supplied, stored, dissipated = self.totals
-        return supplied - stored - dissipated
+        return supplied - stored - dissipated - sum(self.events.values())
 
     def __str__(self) -> str:
-        width = max([len(name) for name in self.supplied] + [10])
+        width = max([len(name) for name in (*self.supplied, *self.events)] + [10])
         lines = [f"{'energy [J]':{width}}  {'supplied':>12}  {'stored':>12}  {'dissipated':>12}"]
         for name in self.supplied:
             numbers = (self.supplied[name], self.stored[name], self.dissipated[name])
             lines.append(f"{name:{width}}  " + "  ".join(_cell(number) for number in numbers))
+        lines += [f"{name:{width}}  {'':12}  {'':12}  {_cell(lost)}" for name, lost in self.events.items() if lost != 0]
         lines.append(f"{'total':{width}}  " + "  ".join(_cell(number) for number in self.totals))
         return "\n".join([*lines, f"imbalance: {float(self.imbalance):.3g} J"])
 

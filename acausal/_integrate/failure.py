@@ -59,6 +59,8 @@ def _error(solution: Solution) -> Exception:
         )
     t, y = solution._end
     where = f"At t = {float(t):.6g} s: "
+    if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
+        return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
     if result == Result.never_stopped:
         return SimulationError(where + sentence(result))
     culprit = _first_not_finite(solution)
@@ -69,6 +71,13 @@ def _error(solution: Solution) -> Exception:
         )
     state = dict(zip(system.state_names, np.asarray(y).tolist(), strict=False))
     return SimulationError(f"{where}{sentence(result)} The state is {state}.")
+
+
+def _last_events(solution: Solution) -> str:
+    """The different ones among the last events of a run."""
+    culprit = int(solution._culprit)
+    names = [*solution.events.names[-8:], *([solution.events.labels[culprit]] if culprit >= 0 else [])]
+    return ", ".join(dict.fromkeys(names)) or "those at the start"
 
 
 def about_block(system: System, pair: Pair) -> str:

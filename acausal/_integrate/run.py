@@ -29,6 +29,7 @@ class Settings:
     system: System
     stop: Quantity | None
     integrand: Quantity | None
+    stored: Quantity | None  # the energy in all components, for the account of what events take
     direction: bool | None
     save: str
     solver: diffrax.AbstractSolver
@@ -45,9 +46,17 @@ class Settings:
 
     @property
     def n_switched(self) -> int:
-        """What events change besides states: the discrete variables, and a flag."""
+        """What events change besides states: the discrete variables, the energies lost, and a flag."""
         system = self.system
-        return 0 if system.happenings is None else 1 + system.extended_size - len(system.nominals) - system.memory_size
+        if system.happenings is None:
+            return 0
+        return 1 + self.n_losses + system.extended_size - len(system.nominals) - system.memory_size
+
+    @property
+    def n_losses(self) -> int:
+        """Energies lost at events, one for each."""
+        happenings = self.system.happenings
+        return 0 if self.stored is None or happenings is None else happenings.total
 
     @property
     def n_integrals(self) -> int:
@@ -60,6 +69,7 @@ class Settings:
         return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
 
 
+INSTANT = 1e-13  # of the time span: how long after its start conditions are looked at there
 NEAR = 1e-9  # of the time span: an event this short before the step size vanishes is to blame for it
 
 
@@ -78,6 +88,7 @@ class Numbers:
     times: Any
     stop: list[Any]  # numbers in the stop condition
     rates: list[Any]  # numbers in the integrands
+    stored: list[Any]  # and in the energy
 
 
 @ft.partial(jax.jit, static_argnums=0)
@@ -129,15 +140,28 @@ def _through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver
     system = settings.system
     if system.happenings is None:
         return solver, y0, jnp.zeros(0)
-    switches = Switches(system, system.happenings, ft.partial(_read, system, numbers))
+    read = ft.partial(_read, system, numbers)
+    switches = Switches(system, system.happenings, read, _stored(settings, numbers, read))
     discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.discrete_places]
     y0 = jnp.concatenate([y0, *discrete])
     start, total = len(system.nominals) + system.memory_size, system.happenings.total
     never = jnp.zeros(total, bool)
-    settled = switches.settle(numbers.t0, y0, never, never, inputs)
-    margins, settle, bound = switches.margins, switches.settle, switches.bound
-    solver = Switching(solver, start, start + settings.n_switched, settings.max_events, margins, settle, bound)
-    return solver, settled.y, settled.flag[None]
+    instant = INSTANT * (numbers.t1 - numbers.t0)
+    whole = jnp.concatenate([y0, jnp.zeros(settings.n_losses)])
+    settled = switches.settle(numbers.t0, whole, never, never, instant, inputs)
+    solver = Switching(
+        solver, start, start + settings.n_switched, settings.max_events, settings.save == "steps",
+        switches.margins, switches.settle, switches.bound,
+    )  # fmt: skip
+    return solver, settled.y[: len(y0)], jnp.concatenate([settled.y[len(y0) :], settled.flag[None]])
+
+
+def _stored(settings: Settings, numbers: Numbers, read: Callable[..., list[Any]]) -> Callable[..., Any] | None:
+    """The energy stored in all components, as a function of a point."""
+    stored = settings.stored
+    if stored is None:
+        return None
+    return lambda t, y, inputs: stored(numbers.stored, read(stored.leaves, t, y, inputs))[0]
 
 
 def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
@@ -205,7 +229,8 @@ def _solution(
     settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, y0: Any, bad_starts: Any
 ) -> Solution:
     system, n = settings.system, settings.n_states
-    first = n + min(settings.n_switched, 1)  # of the integrals, after the flag
+    losses = n + settings.n_losses
+    first = losses + min(settings.n_switched, 1)  # of the integrals, after the flag
     assert raw.ts is not None
     assert raw.ys is not None
     path = "path" if "path" in raw.ts else "end"
@@ -224,6 +249,7 @@ def _solution(
         _params=numbers.params,
         _inputs=inputs,
         _dense=raw.interpolation,
+        _losses=raw.ys["end"][0, n:losses],
         _record=None if system.happenings is None else raw.solver_state.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
@@ -237,10 +263,11 @@ def _outcome(
     system = settings.system
     bad_parameters = system.bad_parameters(numbers.params)
     finite = jnp.all(jnp.isfinite(y)) & system.all_finite(t, y, inputs)
+    event_rules, event = _event_rules(settings, numbers, inputs, raw, t)
     rules = [
         (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
         (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),
-        *_event_rules(settings, numbers, raw, t),
+        *event_rules,
         (~finite, Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),
         (jnp.any(bad_parameters), Result.bad_parameter),
@@ -250,22 +277,30 @@ def _outcome(
         result = Result.where(jnp.asarray(raw.event_mask), Result.stopped, Result.never_stopped)
     for condition, outcome in rules:
         result = Result.where(condition, outcome, result)
-    return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), _first(bad_starts))
+    culprit = jnp.where(jnp.any(bad_starts), _first(bad_starts), event)
+    return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), culprit)
 
 
-def _event_rules(settings: Settings, numbers: Numbers, raw: diffrax.Solution, t: Any) -> list[tuple[Any, Any]]:
-    """What can go wrong at events."""
-    if settings.system.happenings is None:
-        return []
+def _event_rules(
+    settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, t: Any
+) -> tuple[list[tuple[Any, Any]], Any]:
+    """What can go wrong at events, and the event that comes next, or else the last one."""
+    system = settings.system
+    if system.happenings is None:
+        return [], jnp.asarray(-1)
     assert raw.ys is not None
-    flag, record = raw.ys["end"][0, settings.n_states], raw.solver_state.record  # pyright: ignore[reportOptionalMemberAccess]
-    last = jnp.max(jnp.where(jnp.isfinite(record.times), record.times, -jnp.inf))
-    is_near = (t - last) <= NEAR * jnp.abs(numbers.t1 - numbers.t0)
-    return [
+    y, record = raw.ys["end"][0], raw.solver_state.record  # pyright: ignore[reportOptionalMemberAccess]
+    flag, blink = y[settings.n_states + settings.n_losses], NEAR * jnp.abs(numbers.t1 - numbers.t0)
+    switches = Switches(system, system.happenings, ft.partial(_read, system, numbers), None)
+    point = y[: settings.n_states]
+    soon = (switches.margins(t, point, inputs) <= 0) & (switches.soon(t, point, blink, inputs) > 0)
+    is_near = ((t - record.last_time) <= blink) | jnp.any(soon)
+    rules = [
         ((raw.result == diffrax.RESULTS.dt_min_reached) & is_near, Result.events_accumulate),
         (flag == ENDLESS, Result.events_endless),
         (flag == CONTRADICTED, Result.bad_reset),
     ]
+    return rules, jnp.where(jnp.any(soon), jnp.argmax(soon), record.last_number)
 
 
 def _first(mask: Any) -> Any:

@@ -16,7 +16,7 @@ from .._evaluate.building import build
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .._units.quantity import has_unit
-from .energy import powers
+from .energy import powers, stored
 from .failure import report_failure
 from .quantity import Quantity, trace
 from .run import Numbers, Settings, run
@@ -80,6 +80,7 @@ def simulate(
     leaves = layout.spread(given)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
+    stored_energy, stored_constants = _traced(_total_stored if energy and system.happenings else None, system, "energy")
     if not is_traced(rtol) and np.any(np.asarray(rtol) <= 0):
         raise ModelError(f"rtol={rtol} is not a tolerance: give a positive number such as 1e-6.")
     if isinstance(save, str) and save not in ("steps", "end", "dense"):
@@ -90,6 +91,7 @@ def simulate(
         system=system,
         stop=stop,
         integrand=integrand,
+        stored=stored_energy,
         direction=_DIRECTIONS[direction],
         save=save if isinstance(save, str) else "times",
         solver=_solver_for(system, solver),
@@ -110,6 +112,7 @@ def simulate(
         times=None if isinstance(save, str) else jnp.asarray(save, float),
         stop=stop_constants,
         rates=rate_constants,
+        stored=stored_constants,
     )
     _check_times(numbers)
     solution = run(settings, numbers)
@@ -151,6 +154,10 @@ def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[An
     if integrals is None and not energy:
         return None
     return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
+
+
+def _total_stored(s: Any) -> Any:
+    return sum(stored(s).values(), jnp.asarray(0.0))
 
 
 def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffrax.AbstractSolver:

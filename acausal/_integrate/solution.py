@@ -50,6 +50,7 @@ class Solution(eqx.Module):
     _params: list[Any]  # the leaves of the model, None where they are variables
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
+    _losses: Any  # energies lost at events
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _integrals_tree: Any = eqx.field(static=True)
@@ -61,12 +62,34 @@ class Solution(eqx.Module):
     @property
     def ts(self) -> Any:
         """The saved times; in a single solution, those that the run did not reach are left out."""
-        return self._trimmed(self._path[0])
+        return self._rows[0]
 
     @property
     def ys(self) -> Any:
         """The state vector at the saved times; see `sol.system.state_names`."""
-        return self._trimmed(self._path[1])[..., : len(self.system.nominals)]
+        return self._rows[1][..., : len(self.system.nominals)]
+
+    @property
+    def _rows(self) -> tuple[Any, Any]:
+        """The saved times and vectors."""
+        return self._both_sides(self._path[0], None), self._both_sides(self._path[1], 0)
+
+    def _both_sides(self, rows: Any, start: int | None) -> Any:
+        """Saved rows, and where steps are saved, those on both sides of each event; `start` is where in the vector that
+        is stepped the columns begin, None for the times.
+        """
+        times, rows, record = self._trimmed(self._path[0]), self._trimmed(rows), self._record
+        if record is None or self.is_batched or is_traced(times) or not record.before.shape[-1]:
+            return rows
+        happened = np.asarray(record.numbers) >= 0
+        moments = np.asarray(record.times)[happened]
+        sides = [moments, moments]
+        if start is not None:
+            columns = slice(start, start + rows.shape[1])
+            sides = [np.asarray(side)[happened][:, columns] for side in (record.before, record.after)]
+        rank = np.repeat([0, 1, 2], [len(moments), len(moments), len(times)])
+        order = np.lexsort((rank, np.concatenate([moments, moments, times])))
+        return np.concatenate([*sides, rows])[order]
 
     def _trimmed(self, rows: Any) -> Any:
         if self.is_batched or is_traced(self._path[0]):
@@ -76,7 +99,7 @@ class Solution(eqx.Module):
     @property
     def values(self) -> Any:
         """The model with trajectories in place of its variables."""
-        ts, ys = self.ts, self._trimmed(self._path[1])
+        ts, ys = self._rows
         if self.is_batched or is_traced(ts) or len(ts) == 0:
             return self._view(ts, ys)
         # Rounded up to a power of two, so that runs of different length share one compilation.
@@ -128,7 +151,8 @@ class Solution(eqx.Module):
     @property
     def integrals(self) -> Any:
         """Trajectories of the `integrals` asked for."""
-        return self._integrals(self._trimmed(self._path_integrals))["user"]
+        first = self.system.extended_size + self._losses.shape[-1] + (self._record is not None)
+        return self._integrals(self._both_sides(self._path_integrals, first))["user"]
 
     def _integrals(self, columns: Any) -> Any:
         if self._integrals_tree is None:
@@ -146,7 +170,12 @@ class Solution(eqx.Module):
             supplied={name: supplied for name, (_, supplied) in integrals.items()},
             stored={name: after[name] - before[name] for name in integrals},
             dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
+            events=self._lost(),
         )
+
+    def _lost(self) -> dict[str, Any]:
+        happenings = self.system.happenings
+        return {} if happenings is None else {n: self._losses[..., i] for i, n in enumerate(happenings.labels)}
 
     def __getitem__(self, name: str) -> Any:
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""

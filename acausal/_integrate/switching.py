@@ -22,11 +22,12 @@ Read = Callable[[Any, Any, Any, Inputs], list[Any]]  # values of leaves by numbe
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Switches:
-    """The events of a system as functions of the vector [states, memory, discrete variables, flag, ...]."""
+    """The events of a system as functions of the vector [states, memory, discrete variables, energies lost, ...]."""
 
     system: System
     happenings: Happenings
     read: Read
+    stored: Callable[[Any, Any, Inputs], Any] | None  # energy at (t, y, inputs)
 
     def margins(self, t: Any, y: Any, inputs: Inputs) -> Any:
         """How far each condition is above zero, where it is true."""
@@ -38,21 +39,30 @@ class Switches:
         start = len(self.system.nominals) + self.system.memory_size
         return dataclasses.replace(inputs, discrete=y[start : self.system.extended_size])
 
-    def settle(self, t: Any, y: Any, holds: Any, forced: Any, inputs: Inputs) -> Settled:
+    def soon(self, t: Any, y: Any, instant: Any, inputs: Inputs) -> Any:
+        """The conditions an instant later: what is zero but for rounding at an event has a sign then."""
+        rates = self.system.vector_field(t, y[: self.system.extended_size], inputs)
+        rates = jnp.where(jnp.isfinite(rates), rates, 0.0)
+        return self.margins(t + instant, y.at[: len(rates)].add(instant * rates), inputs)
+
+    def settle(self, t: Any, y: Any, holds: Any, forced: Any, instant: Any, inputs: Inputs) -> Settled:
         """Carry out what has become true and is not in `holds`, and what that makes true, until nothing more is."""
 
         def once(carry: Any, _: None) -> tuple[Any, None]:
-            y, holds, forced, total, flag = carry
-            fired = ((self.margins(t, y, inputs) > 0) & ~holds) | forced
+            y, margins, holds, forced, total, flag = carry
+            fired = ((margins > 0) & ~holds) | forced
             changed, bad = self._changed(t, y, fired, inputs)
+            changed = self._accounted(t, y, changed, fired, inputs)
             y = jnp.where(jnp.any(fired), changed, y)
             flag = jnp.where(jnp.any(fired) & bad, float(CONTRADICTED), flag)
-            holds = (self.margins(t, y, inputs) > 0) | forced
-            return (y, holds, jnp.zeros_like(forced), total | fired, flag), None
+            margins = self.soon(t, y, instant, inputs)
+            # What has only now become true is left to the next round.
+            holds = (margins > 0) & (holds | fired)
+            return (y, margins, holds, jnp.zeros_like(forced), total | fired, flag), None
 
-        start = (y, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
-        (y, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
-        endless = jnp.any((self.margins(t, y, inputs) > 0) & ~holds)
+        start = (y, self.soon(t, y, instant, inputs), holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
+        (y, margins, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
+        endless = jnp.any((margins > 0) & ~holds)
         return Settled(y, holds, fired, jnp.where(endless, float(ENDLESS), flag))
 
     def _changed(self, t: Any, y: Any, fired: Any, inputs: Inputs) -> tuple[Any, Any]:
@@ -79,20 +89,29 @@ class Switches:
         moved, bad = self._reset(t, point, wanted, inputs)
         return jnp.concatenate([moved, y[size:]]), bad
 
+    def _accounted(self, t: Any, y: Any, changed: Any, fired: Any, inputs: Inputs) -> Any:
+        """The vector with what stored energy became less added to the loss of the first event that fired."""
+        if self.stored is None:
+            return changed
+        size = self.system.extended_size
+        lost = self.stored(t, y[:size], inputs) - self.stored(t, changed[:size], inputs)
+        return changed.at[size + jnp.argmax(fired)].add(jnp.where(jnp.any(fired), lost, 0.0))
+
     def _reset(self, t: Any, point: Any, wanted: dict[int, tuple[Any, Any]], inputs: Inputs) -> tuple[Any, Any]:
         """The point with new values of variables: those of states directly, others by way of the constraints."""
         system = self.system
+        constraints, bad = system.constraints, jnp.asarray(False)
         if not wanted:
-            return point, jnp.asarray(False)
-        constraints = system.constraints
+            return point, bad
+        places = {leaf: system.constrained_places(leaf) for leaf in wanted}
         x = system.collected(t, point, inputs, constraints.pairs)
         x0, touched = x, jnp.zeros(len(x), bool)
         for leaf, (value, here) in wanted.items():
-            places, signs = system.constrained_places(leaf)
-            x = x.at[places].set(jnp.where(here, signs * value, x[places]))
-            touched = touched.at[places].set(touched[places] | here)
-        bad = jnp.asarray(False)
-        if constraints.groups:
+            where, signs = places[leaf]
+            x = x.at[where].set(jnp.where(here, signs * value, x[where]))
+            touched = touched.at[where].set(touched[where] | here)
+        are_states = all(constraints.is_state[where].all() for where, _ in places.values())
+        if system.ordered.invariants or not are_states:
             weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
             aimed = x
             x = constraints.projected(x, weight, t, system.with_discrete(inputs, point).params, far=True)
