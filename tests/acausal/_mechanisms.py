@@ -125,9 +125,9 @@ class FourBar(Component):
 
     lengths: Param[Vector, "m"]  # of crank, coupler, rocker and frame
     J: Param[Vector, "kg.m2"]  # of crank, coupler and rocker
-    angles: Var[Vector, "rad", shape(3)] = 0.0
-    w: Var[Vector, "rad/s", shape(3)] = 0.0
-    force: Var[Vector, "N", shape(2)] = 0.0
+    angles: Var[Vector, "rad", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
+    w: Var[Vector, "rad/s", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
+    force: Var[Vector, "N", shape(2)] = 0.0  # pyright: ignore[reportAssignmentType]
 
     def closure(self) -> Any:
         a, b, c, frame = self.lengths
