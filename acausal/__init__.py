@@ -2,6 +2,7 @@
 
 from ._analyse.linear_system import LinearSystem as LinearSystem
 from ._analyse.linearise import linearise as linearise
+from ._declare.annotations import Discrete as Discrete
 from ._declare.annotations import Flow as Flow
 from ._declare.annotations import Nominal as Nominal
 from ._declare.annotations import Param as Param
@@ -25,8 +26,10 @@ from ._declare.component import Component as Component
 from ._declare.component import Connections as Connections
 from ._declare.component import Energy as Energy
 from ._declare.component import Equations as Equations
+from ._declare.component import Events as Events
 from ._declare.component import connect as connect
 from ._declare.component import eq as eq
+from ._declare.component import when as when
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record
 from ._errors import ModelError as ModelError

@@ -57,14 +57,16 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     """The point that `linearise` is asked for; see there."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
-    params = [None if i in system.variable_leaves else jnp.asarray(leaf, float) for i, leaf in enumerate(leaves)]
+    params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
     _check_parameters(system, params)
     starts = jnp.asarray(system.starts.pack(leaves))
     if isinstance(at, Component):
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-    point = Point(jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system)
+    point = Point(
+        jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system
+    )
     return eqx.tree_at(lambda p: p.y, point, _state(point, at))
 
 
@@ -99,7 +101,7 @@ def check_structure(model: Any, system: System, what: str) -> None:
 
 def _check_one_instant(system: System, view: Any) -> None:
     for leaf, value in zip(system.flat.leaves, jax.tree_util.tree_leaves(view), strict=True):
-        if leaf.declaration.role != "param" and np.shape(value) not in ((), leaf.stack + leaf.sizes):
+        if leaf.declaration.is_variable and np.shape(value) not in ((), leaf.stack + leaf.sizes):
             raise ModelError(
                 f"The operating point is not one instant: {leaf.path} has shape {np.shape(value)}. Give sol.final or "
                 "sol.at(t) with one time, and use jax.vmap for several."

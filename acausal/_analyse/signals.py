@@ -149,7 +149,7 @@ def _variable(system: System, name: str) -> tuple[FlatLeaf, int]:
         leaf.name(i): (leaf, i)
         for leaf in system.flat.leaves
         for i in range(leaf.count)
-        if leaf.declaration.role != "param"
+        if leaf.declaration.is_variable
     }
     if name not in known:
         raise ModelError(_unknown(system, name, "output", "variable", known))

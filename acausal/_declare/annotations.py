@@ -1,4 +1,4 @@
-"""Annotations that declare the leaves of a model: `Param`, `Var`, `Flow` and `Time`.
+"""Annotations that declare the leaves of a model: `Param`, `Var`, `Flow`, `Time` and `Discrete`.
 
 `Param[Scalar, "N.m/A", positive]` reads: a parameter, a scalar, in newton metre per ampere, that must be positive.
 To a type checker it is `Annotated[Scalar, ...]`, so a component's constructor and attributes are checked as usual.
@@ -12,7 +12,7 @@ from jax import Array
 Scalar: TypeAlias = Array | float
 Vector: TypeAlias = Array
 
-Role = Literal["param", "var", "flow", "time"]
+Role = Literal["param", "var", "flow", "time", "discrete"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,6 +88,11 @@ class Declaration:
     sizes: tuple[int | str, ...] | None = ()
     start: float = 0.0
 
+    @property
+    def is_variable(self) -> bool:
+        """Whether equations determine it; a parameter is given, and a discrete variable stays until an event."""
+        return self.role in ("var", "flow", "time")
+
 
 def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: bool) -> Declaration:
     if not isinstance(unit, str):
@@ -125,6 +130,7 @@ class _Maker:
 
 
 if TYPE_CHECKING:
+    from typing import Annotated as Discrete
     from typing import Annotated as Flow
     from typing import Annotated as Param
     from typing import Annotated as Time
@@ -134,6 +140,7 @@ else:
     Var = _Maker("var")
     Flow = _Maker("flow")
     Time = _Maker("time")
+    Discrete = _Maker("discrete")
 
 
 def declared(annotation: object) -> Declaration | None:

@@ -26,6 +26,26 @@ def eq(left: Any, right: Any = 0.0, *, check_units: bool = True) -> Equation:
     return Equation(left - right, check_units)
 
 
+class When(NamedTuple):
+    """An event: at the moment at which `condition` becomes true, variables take new values."""
+
+    condition: Any
+    changes: dict[str, Any]
+
+
+Events: TypeAlias = dict[str, When]
+
+
+def when(condition: Any, **changes: Any) -> When:
+    """State what happens as soon as `condition` becomes true, as in `when(self.h < 0.0, v=-self.e * self.v)`.
+
+    `condition` is a relation between real numbers, or several joined by `&`, `|` and `~`; a real number counts as true
+    above zero. The event happens when it becomes true, and again only after it was false. `changes` gives new values
+    of discrete variables and of variables of the component, by name, computed from the values before the event.
+    """
+    return When(condition, changes)
+
+
 class Connection(NamedTuple):
     """Ports that are joined."""
 
@@ -66,6 +86,10 @@ class Component(Node, partial=True):
     def connections(self) -> Connections:
         """The connections among the ports of this component and of its parts."""
         return ()
+
+    def events(self) -> Events:
+        """The events by name, as functions of the component's variables."""
+        return {}
 
     def energy(self) -> Energy | None:
         """The energy account as a function of the component's variables; None where it holds and loses nothing."""

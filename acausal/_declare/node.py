@@ -34,7 +34,7 @@ def as_start(value: Any, *, unit: str, where: str) -> Any:
     return float(value) if isinstance(value, bool | int | float) else as_parameter(value, unit=unit, where=where)
 
 
-_CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start}
+_CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start, "discrete": as_start}
 
 
 def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:

@@ -108,6 +108,23 @@ def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     return Affine(base, {symbol: apply(value) for symbol, value in args[0].terms.items()})
 
 
+def _selected(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
+    """One of several affine values, by a choice that does not depend on the symbols."""
+    which, *cases = args
+    shapes = [shape_of(atom) for atom in eqn.invars[1:]]
+
+    def pick(values: Sequence[Any]) -> Any:
+        filled = [
+            jnp.broadcast_to(jnp.asarray(0.0 if value is None else computed(value), float), shape)
+            for value, shape in zip(values, shapes, strict=True)
+        ]
+        return bind(eqn, [which.value(), *filled])[0]
+
+    symbols = dict.fromkeys(symbol for case in cases for symbol in case.terms)
+    terms = {symbol: pick([case.terms.get(symbol) for case in cases]) for symbol in symbols}
+    return Affine(pick([case.base for case in cases]), terms)
+
+
 _RULES: dict[str, Callable[..., Affine]] = {
     "add": add,
     "add_any": add,
@@ -132,6 +149,8 @@ def _apply(eqn: JaxprEqn, args: list[Affine]) -> list[Affine]:
         rule = _RULES.get(eqn.primitive.name) if _is_plain(eqn) else None
         if rule is not None and (symbolic or eqn.primitive.name != "integer_pow"):
             return [rule(*args)]
+    if symbolic and eqn.primitive.name == "select_n":
+        return [_selected(eqn, args)]
     if symbolic:
         return [_mapped(eqn, args)]
     return [

@@ -57,7 +57,7 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
         merged = merge(flat)
         return flat, merged, reduce_index(tabulate(flat, merged))
     except StructureError:
-        if not any(leaf.sizes and leaf.declaration.role != "param" for leaf in flat.leaves):
+        if not any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves):
             raise
     flat = flatten(model, split=True)
     merged = merge(flat)

@@ -72,7 +72,7 @@ def _jacobian(template: Template) -> Any:
 
 def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> Any:
     item, shape = family.template.inputs[position], family.template.jaxpr.in_avals[position].shape
-    if item.source == "param":
+    if item.source in ("param", "discrete"):
         assert family.instances is not None
         return jnp.asarray(_parameter(family, row, item.slot, leaves), float)
     node = int(family.nodes[row, position])

@@ -96,7 +96,7 @@ class _Writer:
         family, inside = self.table.place(row)
         args = []
         for position, item in enumerate(family.template.inputs):
-            if item.source == "param":
+            if item.source in ("param", "discrete"):
                 key = (self.kind_index[id(family.instances)], item.slot, int(family.members[inside]))
                 args.append(Arg("param", self.params.setdefault(key, len(self.params))))
             elif item.source == "time":

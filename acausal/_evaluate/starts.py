@@ -20,12 +20,14 @@ from .._reduce.flatten import FlatLeaf, FlatModel
 class Inputs:
     """Numbers of a model as its compiled system takes them: `params` by class and slot, `starts` of all variables.
 
-    `given` are the numbers of the leaves whose start values the model gives.
+    `given` are the numbers of the leaves whose start values the model gives. `discrete` holds the discrete variables,
+    where events have changed them.
     """
 
     params: dict[tuple[int, int], Any]
     starts: Float[Array, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
+    discrete: Any = None
 
 
 @dataclasses.dataclass(eq=False)

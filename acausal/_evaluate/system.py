@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -12,14 +13,16 @@ from jaxtyping import Array, Float
 
 from .._declare.component import Component
 from .._declare.node import complete_leaves
+from .._errors import ModelError
 from .._reduce.aliases import TIME, ZERO, Merged
-from .._reduce.flatten import FlatModel
+from .._reduce.flatten import FlatLeaf, FlatModel
 from .._reduce.index import Reduced
 from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .._tracing import is_traced
 from .constraints import STATE, Constraints, constraints_of
+from .happenings import Happenings, happenings_of
 from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
 from .starts import Inputs, Starts
@@ -94,7 +97,14 @@ class System:
     def pack(self, model: Component) -> Inputs:
         """Parameters stacked per component class, and start values: what the compiled functions take."""
         leaves, _ = complete_leaves(model)
-        return Inputs(self.pack_params(leaves), self.starts.pack(leaves), self.given(leaves))
+        return Inputs(self.pack_params(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
+
+    def parameters(self, leaves: Sequence[Any]) -> list[Any]:
+        """The leaves of a model, None where they are variables; discrete ones as they are at the start."""
+        return [
+            None if i in self.variable_leaves else _discrete_start(leaf, leaves[i])
+            for i, leaf in enumerate(self.flat.leaves)
+        ]
 
     def given(self, leaves: Sequence[Any]) -> frozenset[int]:
         """The variable leaves that have a start value in the model."""
@@ -140,10 +150,80 @@ class System:
         return jnp.concatenate([self.plan.collect(store, rates), *residuals])
 
     def evaluate(self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
-        """Compute the wanted pairs, and further segments; `y` may end in `memory`, where iterations then start."""
-        n = len(self.nominals)
-        guess = self.guess(inputs) if len(y) == n else self._remembered(y[n:])
-        return self.plan.evaluate(y[:n], t, inputs.params, guess, wanted, also)
+        """Compute the wanted pairs, and further segments.
+
+        After the states, `y` may hold `memory`, from which iterations then start, and the discrete variables.
+        """
+        n, m = len(self.nominals), self.memory_size
+        guess = self.guess(inputs) if len(y) == n else self._remembered(y[n : n + m])
+        return self.plan.evaluate(y[:n], t, self.with_discrete(inputs, y).params, guess, wanted, also)
+
+    @ft.cached_property
+    def happenings(self) -> Happenings | None:
+        """The events of the model."""
+        return happenings_of(self.flat)
+
+    @ft.cached_property
+    def discrete_places(self) -> dict[int, np.ndarray]:
+        """Where the elements of the discrete leaves lie in the extended state vector, after states and memory."""
+        places, start = {}, len(self.nominals) + self.memory_size
+        for index in self.flat.discrete_leaves if self.happenings else []:
+            leaf = self.flat.leaves[index]
+            places[index] = start + np.arange(math.prod(leaf.stack + leaf.sizes))
+            start += len(places[index])
+        return places
+
+    @property
+    def extended_size(self) -> int:
+        """The length of the state vector with the memory and the discrete variables that follow it."""
+        return len(self.nominals) + self.memory_size + sum(len(places) for places in self.discrete_places.values())
+
+    def discrete_values(self, y: Any, inputs: Inputs) -> dict[int, Any]:
+        """The discrete leaves by number, from an extended state vector or else from the inputs."""
+        start = len(self.nominals) + self.memory_size
+        values = y[start : self.extended_size] if len(y) >= self.extended_size else inputs.discrete
+        if values is None:
+            return {}
+        shapes = {i: self.flat.leaves[i].stack + self.flat.leaves[i].sizes for i in self.discrete_places}
+        return {i: values[places - start].reshape(shapes[i]) for i, places in self.discrete_places.items()}
+
+    def with_discrete(self, inputs: Inputs, y: Any) -> Inputs:
+        """The inputs with the discrete variables that an extended state vector holds."""
+        values = self.discrete_values(y, inputs)
+        if not values:
+            return inputs
+        leaves = [values.get(i) for i in range(len(self.flat.leaves))]
+        changed = {key: _packed(self.flat, leaves, *key) for key in inputs.params if self._is_discrete(key)}
+        return dataclasses.replace(inputs, params=inputs.params | changed)
+
+    def _is_discrete(self, key: tuple[int, int]) -> bool:
+        kind, slot = key
+        return self.flat.instances[kind].kind.declarations[slot].role == "discrete"
+
+    def collected(self, t: Any, y: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
+        """The values of pairs as one flat vector."""
+        return self.plan.collect(self.evaluate(t, y, inputs, pairs), pairs)
+
+    def constrained_places(self, leaf: int) -> tuple[np.ndarray, np.ndarray]:
+        """Where the elements of a leaf lie among the constrained pairs, and the signs with which they do.
+
+        Raises `ModelError` where the leaf is an algebraic variable, which cannot be set.
+        """
+        flat_leaf, pairs = self.flat.leaves[leaf], self.constraints.pairs
+        first = dict(zip(pairs, np.cumsum([0, *(self.plan.size(v) for v, _ in pairs)]).tolist(), strict=False))
+        places, signs = [], []
+        for i in range(flat_leaf.count):
+            pair, sign = self.pair_of_node(flat_leaf.first + i)
+            if pair not in first:
+                raise ModelError(
+                    f"An event sets {flat_leaf.name(i)}, which is neither a state nor tied to states by constraints: "
+                    "its value follows from an equation. Change what that equation depends on."
+                )
+            assert pair is not None
+            size = self.plan.size(pair[0])
+            places.append(first[pair] + np.arange(size))
+            signs.append(np.full(size, sign))
+        return np.concatenate(places), np.concatenate(signs)
 
     @ft.cached_property
     def memory(self) -> list[Pair]:
@@ -170,10 +250,10 @@ class System:
         """`y`, which may end in the memory of an earlier point, with that of this one."""
         if not self.memory:
             return y
-        n = len(self.nominals)
-        new = self.plan.collect(self.evaluate(t, y, inputs, self.memory), self.memory)
-        new = new if len(y) == n else jnp.where(jnp.isfinite(new), new, y[n:])
-        return jnp.concatenate([y[:n], jax.lax.stop_gradient(new)])
+        n, m = len(self.nominals), self.memory_size
+        new = self.collected(t, y, inputs, self.memory)
+        new = new if len(y) == n else jnp.where(jnp.isfinite(new), new, y[n : n + m])
+        return jnp.concatenate([y[:n], jax.lax.stop_gradient(new), y[n + m :]])
 
     @ft.cached_property
     def _invariant_groups(self) -> list[Group]:
@@ -192,7 +272,7 @@ class System:
         if not self.ordered.invariants:
             return y
         invariants = self.invariants
-        x = self.plan.collect(self.evaluate(t, y, inputs, invariants.pairs), invariants.pairs)
+        x = self.collected(t, y, inputs, invariants.pairs)
         weight = np.where(invariants.is_state, STATE, 1.0)
         moved = invariants.projected(x, weight, t, inputs.params)
         return y.at[invariants.in_state_vector].set(moved[invariants.states])
@@ -250,6 +330,14 @@ class System:
         if representative == TIME:
             return None, 1
         return (self.ordered.table.number_of_node[representative], 0), sign
+
+
+def _discrete_start(leaf: FlatLeaf, value: Any) -> Any:
+    if leaf.declaration.role != "discrete":
+        return value
+    value = leaf.declaration.start if value is None else value
+    shape = leaf.stack + leaf.sizes
+    return jnp.broadcast_to(value, shape) if shape else value
 
 
 def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:

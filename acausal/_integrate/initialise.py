@@ -72,18 +72,14 @@ def initialise(
     system = system_of(model)
     leaves, _ = complete_leaves(model)
     problem, constants = _problem(system, leaves, conditions, steady, free)
-    params = _params(system, leaves)
-    easy = params if easier is None else _params(system, complete_leaves(easier)[0])
+    params = system.parameters(leaves)
+    easy = params if easier is None else system.parameters(complete_leaves(easier)[0])
     starts = system.starts.pack(leaves)
     found, values = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
     if not is_traced(found.violation):
         _report(problem, found, strict=strict, throw=throw)
     new = dict(zip(problem.wanted, values, strict=True))
     return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
-
-
-def _params(system: System, leaves: Sequence[Any]) -> list[Any]:
-    return [None if i in system.variable_leaves else leaf for i, leaf in enumerate(leaves)]
 
 
 def _problem(

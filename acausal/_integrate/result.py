@@ -19,6 +19,18 @@ class Result(eqx.Enumeration):
         "The step size fell below dtmin: the solution is not smooth there, or grows without bound. Smooth the "
         "equations of the component that changes, or loosen rtol."
     )
+    events_accumulate = (
+        "Events follow one another ever faster, and time stands still: a rebound that dies out, or a switch without "
+        "hysteresis. Let the rebound end below a small speed, or give the switch a band."
+    )
+    events_endless = (
+        "Events at one instant cause one another without end. Let no two conditions undo each other: they must not "
+        "both be true where one leads to the other."
+    )
+    bad_reset = (
+        "An event sets variables to values that contradict the constraints between them. Set fewer of them: those that "
+        "are tied to others follow."
+    )
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter is outside the range it is declared with."
     bad_start = "The start values contradict the equations."

@@ -18,7 +18,8 @@ from .crossing import Crossing
 from .quantity import Quantity
 from .result import Result
 from .solution import Solution
-from .solvers import Guided
+from .solvers import Guided, Switching
+from .switching import CONTRADICTED, ENDLESS, Switches
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,13 +34,20 @@ class Settings:
     solver: diffrax.AbstractSolver
     adjoint: diffrax.AbstractAdjoint
     max_steps: int
+    max_events: int
     given: frozenset[int]  # the leaves whose start values are given
     progress: diffrax.AbstractProgressMeter
 
     @property
     def n_states(self) -> int:
-        """The length of the state vector with the memory that follows it."""
-        return len(self.system.nominals) + self.system.memory_size
+        """The length of the state vector with the memory and the discrete variables that follow it."""
+        return self.system.extended_size
+
+    @property
+    def n_switched(self) -> int:
+        """What events change besides states: the discrete variables, and a flag."""
+        system = self.system
+        return 0 if system.happenings is None else 1 + system.extended_size - len(system.nominals) - system.memory_size
 
     @property
     def n_integrals(self) -> int:
@@ -50,6 +58,9 @@ class Settings:
     def n_extra(self) -> int:
         """What follows the states: the integrals, or a constant where there would be nothing to integrate."""
         return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
+
+
+NEAR = 1e-9  # of the time span: an event this short before the step size vanishes is to blame for it
 
 
 @jax.tree_util.register_dataclass
@@ -76,13 +87,14 @@ def run(settings: Settings, numbers: Numbers) -> Solution:
     inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts), settings.given)
     y0, bad_starts = initial_state(system, numbers.t0, inputs)
     y0 = system.with_memory(numbers.t0, y0, inputs)
+    solver, y0, switched = _through_events(settings, numbers, inputs, _solver(settings), y0)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(_vector_field(settings, numbers)),
-        _solver(settings),
+        solver,
         numbers.t0,
         numbers.t1,
         numbers.dt0,
-        jnp.concatenate([y0, jnp.zeros(settings.n_extra)]),
+        jnp.concatenate([y0, switched, jnp.zeros(settings.n_extra)]),
         inputs,
         saveat=_saves(settings, numbers),
         stepsize_controller=_controller(settings, numbers),
@@ -109,12 +121,29 @@ def _solver(settings: Settings) -> Any:
     def refresh(t: Any, y: Any, memory: Any, inputs: Inputs) -> Any:
         return system.with_memory(t, jnp.concatenate([y[:n], memory]), inputs)[n:]
 
-    return Guided(solver, n, settings.n_states, project, refresh)
+    return Guided(solver, n, n + system.memory_size, project, refresh)
+
+
+def _through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver: Any, y0: Any) -> tuple[Any, Any, Any]:
+    """The solver for a model with events, the extended state vector after those at the start, and a flag."""
+    system = settings.system
+    if system.happenings is None:
+        return solver, y0, jnp.zeros(0)
+    switches = Switches(system, system.happenings, ft.partial(_read, system, numbers))
+    discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.discrete_places]
+    y0 = jnp.concatenate([y0, *discrete])
+    start, total = len(system.nominals) + system.memory_size, system.happenings.total
+    never = jnp.zeros(total, bool)
+    settled = switches.settle(numbers.t0, y0, never, never, inputs)
+    margins, settle, bound = switches.margins, switches.settle, switches.bound
+    solver = Switching(solver, start, start + settings.n_switched, settings.max_events, margins, settle, bound)
+    return solver, settled.y, settled.flag[None]
 
 
 def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
-    sizes = np.concatenate([settings.system.nominals, np.ones(settings.system.memory_size + settings.n_extra)])
+    others = settings.system.memory_size + settings.n_switched + settings.n_extra
+    sizes = np.concatenate([settings.system.nominals, np.ones(others)])
     smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
     return diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
 
@@ -122,18 +151,19 @@ def _controller(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
 def _vector_field(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Any], Any]:
     """The rates of states and integrals; a `Guided` solver hands the memory on beside the inputs."""
     system, integrand = settings.system, settings.integrand
-    n = len(system.nominals)
+    n, bare = len(system.nominals), len(system.nominals) + settings.n_extra
 
     def rates(t: Any, states: Any, inputs: Inputs) -> Any:
         if integrand is None or settings.n_integrals == 0:
             return jnp.zeros(settings.n_extra)
-        return jnp.stack(integrand(numbers.rates, _read(system, integrand.leaves, numbers, t, states, inputs)))
+        return jnp.stack(integrand(numbers.rates, _read(system, numbers, integrand.leaves, t, states, inputs)))
 
     def field(t: Any, y: Any, args: Any) -> Any:
-        inputs, memory = args if isinstance(args, tuple) else (args, y[n : settings.n_states])
-        states = jnp.concatenate([y[:n], memory])
-        # The memory itself is part of the vector only where a `Guided` solver is not in between.
-        still = jnp.zeros(0 if isinstance(args, tuple) else system.memory_size)
+        inputs, memory = args if isinstance(args, tuple) else (args, jnp.zeros(0))
+        is_whole = len(y) > bare
+        states = y[: settings.n_states] if is_whole else jnp.concatenate([y[:n], memory])
+        # What does not change between events is part of the vector only where no solver has taken it out.
+        still = jnp.zeros(system.memory_size + settings.n_switched if is_whole else 0)
         return jnp.concatenate([system.vector_field(t, states, inputs), still, rates(t, states, inputs)])
 
     return field
@@ -145,7 +175,9 @@ def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
         saves["path"] = diffrax.SubSaveAt(t0=True, steps=True)
     elif settings.save == "times":
         saves["path"] = diffrax.SubSaveAt(ts=numbers.times)
-    return diffrax.SaveAt(subs=saves, dense=settings.save == "dense")
+    return diffrax.SaveAt(
+        subs=saves, dense=settings.save == "dense", solver_state=settings.system.happenings is not None
+    )
 
 
 def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
@@ -156,15 +188,16 @@ def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
         # A run that has become infinite does not stop here, and reverse mode must not meet its NaN.
         y = jnp.where(jnp.all(jnp.isfinite(y)), y, jnp.zeros_like(y))
-        return stop(numbers.stop, _read(system, stop.leaves, numbers, t, y[: settings.n_states], args))[0]
+        return stop(numbers.stop, _read(system, numbers, stop.leaves, t, y[: settings.n_states], args))[0]
 
     return diffrax.Event(condition, Crossing(), settings.direction)
 
 
-def _read(system: System, wanted: Sequence[int], numbers: Numbers, t: Any, y: Any, inputs: Inputs) -> list[Any]:
+def _read(system: System, numbers: Numbers, wanted: Sequence[int], t: Any, y: Any, inputs: Inputs) -> list[Any]:
     """Values of leaves by number: parameters as they are given, variables from the state."""
     variables = [leaf for leaf in wanted if leaf in system.variable_leaves]
     values = dict(zip(variables, observe(system, t, y, inputs, variables), strict=True))
+    values |= system.discrete_values(y, inputs)
     return [values[leaf] if leaf in values else numbers.params[leaf] for leaf in wanted]
 
 
@@ -172,6 +205,7 @@ def _solution(
     settings: Settings, numbers: Numbers, inputs: Inputs, raw: diffrax.Solution, y0: Any, bad_starts: Any
 ) -> Solution:
     system, n = settings.system, settings.n_states
+    first = n + min(settings.n_switched, 1)  # of the integrals, after the flag
     assert raw.ts is not None
     assert raw.ys is not None
     path = "path" if "path" in raw.ts else "end"
@@ -184,12 +218,13 @@ def _solution(
         _start=(jnp.asarray(numbers.t0, float), y0),
         _end=(t_end, y_end),
         _path=(raw.ts[path], raw.ys[path][:, :n]),
-        _end_integrals=raw.ys["end"][0, n : n + settings.n_integrals],
-        _path_integrals=raw.ys[path][:, n : n + settings.n_integrals],
+        _end_integrals=raw.ys["end"][0, first : first + settings.n_integrals],
+        _path_integrals=raw.ys[path][:, first : first + settings.n_integrals],
         _culprit=culprit,
         _params=numbers.params,
         _inputs=inputs,
         _dense=raw.interpolation,
+        _record=None if system.happenings is None else raw.solver_state.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )
@@ -205,6 +240,7 @@ def _outcome(
     rules = [
         (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
         (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),
+        *_event_rules(settings, numbers, raw, t),
         (~finite, Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),
         (jnp.any(bad_parameters), Result.bad_parameter),
@@ -215,6 +251,21 @@ def _outcome(
     for condition, outcome in rules:
         result = Result.where(condition, outcome, result)
     return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), _first(bad_starts))
+
+
+def _event_rules(settings: Settings, numbers: Numbers, raw: diffrax.Solution, t: Any) -> list[tuple[Any, Any]]:
+    """What can go wrong at events."""
+    if settings.system.happenings is None:
+        return []
+    assert raw.ys is not None
+    flag, record = raw.ys["end"][0, settings.n_states], raw.solver_state.record  # pyright: ignore[reportOptionalMemberAccess]
+    last = jnp.max(jnp.where(jnp.isfinite(record.times), record.times, -jnp.inf))
+    is_near = (t - last) <= NEAR * jnp.abs(numbers.t1 - numbers.t0)
+    return [
+        ((raw.result == diffrax.RESULTS.dt_min_reached) & is_near, Result.events_accumulate),
+        (flag == ENDLESS, Result.events_endless),
+        (flag == CONTRADICTED, Result.bad_reset),
+    ]
 
 
 def _first(mask: Any) -> Any:

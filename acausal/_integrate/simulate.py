@@ -24,6 +24,7 @@ from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 
 MAX_STEPS = 4096
+MAX_EVENTS = 256
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
 
 
@@ -42,6 +43,7 @@ def simulate(
     dt0: Any = None,
     dtmin: Any = None,
     max_steps: int = MAX_STEPS,
+    max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,
     throw: bool = True,
     progress: bool = False,
@@ -60,7 +62,8 @@ def simulate(
     - `rtol`: relative tolerance, 1e-6; the absolute one is `rtol` times the nominal size of each variable.
     - `solver`: `Rodas5P()`; `Rodas3P()` and the solvers of diffrax work too.
     - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
-      up, by default 1e-14 of the time span. `max_steps`: 4096.
+      up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 256, how many events are recorded; what
+      comes later happens, but is not listed.
     - `adjoint`: `diffrax.DirectAdjoint()`, which allows both modes of differentiation.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
     - `progress`: print how far the run is.
@@ -92,11 +95,12 @@ def simulate(
         solver=_solver_for(system, solver),
         adjoint=diffrax.DirectAdjoint() if adjoint is None else adjoint,
         max_steps=max_steps,
+        max_events=max_events,
         given=system.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
     numbers = Numbers(
-        params=[None if i in system.variable_leaves else _strong(leaf) for i, leaf in enumerate(leaves)],
+        params=[_strong(leaf) for leaf in system.parameters(leaves)],
         starts=system.starts.pack(leaves),
         t0=_strong(_as_number(t0)),
         t1=_strong(_as_number(t1)),

@@ -17,6 +17,7 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .energy import EnergyAccount, stored
+from .event_log import EventLog
 from .result import sentence
 
 
@@ -49,6 +50,7 @@ class Solution(eqx.Module):
     _params: list[Any]  # the leaves of the model, None where they are variables
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
+    _record: Any  # of the events
     system: System = eqx.field(static=True)
     _integrals_tree: Any = eqx.field(static=True)
 
@@ -101,19 +103,27 @@ class Solution(eqx.Module):
         ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
         return self._view(
             jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape),
-            ys[..., : len(self.system.nominals) + self.system.memory_size],
+            ys[..., : self.system.extended_size],
         )
 
     def _view(self, ts: Any, ys: Any) -> Any:
         batch = jnp.ndim(self.t1)
-        variables = _trajectories(self.system, batch, ts, ys, self._inputs)
-        numbers = dict(zip(self.system.flat.variable_leaves, variables, strict=True))
+        numbers = _trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self._params)]
         # Indexing an array of components must find the time axis in all of its leaves.
         for i, flat_leaf in enumerate(self.system.flat.leaves):
             if i not in numbers and flat_leaf.stack and not self.is_batched:
                 leaves[i] = jnp.broadcast_to(leaves[i], jnp.shape(ts) + jnp.shape(leaves[i]))
         return deepened(self.system.flat.structure.unflatten(leaves), jnp.ndim(ts))
+
+    @property
+    def events(self) -> EventLog:
+        """The events of the run in their order; `print` it for a table."""
+        if self._record is None:
+            raise ModelError("The model has no events: none of its components states any.")
+        happenings = self.system.happenings
+        assert happenings is not None
+        return EventLog.of(self._record, happenings.labels)
 
     @property
     def integrals(self) -> Any:
@@ -219,11 +229,13 @@ def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., 
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> list[Any]:
-    def at(t: Any, y: Any, inputs: Inputs) -> list[Any]:
+def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> dict[int, Any]:
+    def at(t: Any, y: Any, inputs: Inputs) -> dict[int, Any]:
         if jnp.ndim(t) > 0:
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
-        return observe(system, t, y, inputs, system.flat.variable_leaves)
+        leaves = system.flat.variable_leaves
+        values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
+        return values | system.discrete_values(y, inputs)
 
     return _over_batch(at, batch)(ts, ys, inputs)
 

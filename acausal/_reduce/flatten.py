@@ -111,12 +111,16 @@ class FlatModel:
 
     @ft.cached_property
     def variable_leaves(self) -> list[int]:
-        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.role != "param"]
+        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.is_variable]
+
+    @ft.cached_property
+    def discrete_leaves(self) -> list[int]:
+        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.role == "discrete"]
 
     @ft.cached_property
     def firsts(self) -> np.ndarray:
         """First node of each leaf, -1 for a parameter."""
-        return np.array([-1 if leaf.declaration.role == "param" else leaf.first for leaf in self.leaves], dtype=int)
+        return np.array([leaf.first if leaf.declaration.is_variable else -1 for leaf in self.leaves], dtype=int)
 
     @ft.cached_property
     def leaf_of_node(self) -> np.ndarray:
@@ -152,8 +156,8 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     leaves, structure = jax.tree_util.tree_flatten(model)
     assert len(leaves) == len(walker.leaves)
     ids = [
-        np.full(leaf.stack, -1) if leaf.declaration.role == "param"
-        else leaf.first + np.arange(leaf.count).reshape(leaf.stack)
+        leaf.first + np.arange(leaf.count).reshape(leaf.stack) if leaf.declaration.is_variable
+        else np.full(leaf.stack, -1)
         for leaf in walker.leaves
     ]  # fmt: skip
     view = structure.unflatten(ids)
@@ -203,10 +207,10 @@ class _Walker:
                     "components, use repeat(...) or stack(...)."
                 )
             )
-        if self.split and declaration.role != "param":
+        if self.split and declaration.is_variable:
             where, stack, sizes = where + "[]" * len(sizes), (*stack, *sizes), ()
         self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, isinstance(node, Port)))
-        if declaration.role != "param":
+        if declaration.is_variable:
             self.n_nodes += self.leaves[-1].count
 
     def _instance(self, node: Component, path: str, stack: tuple[int, ...], first_leaf: int) -> None:
@@ -230,7 +234,7 @@ class _Walker:
         return np.concatenate(ranges) if ranges else np.zeros(0, int)
 
     def node_path(self, node: int) -> str:
-        variables = [leaf for leaf in self.leaves if leaf.declaration.role != "param"]
+        variables = [leaf for leaf in self.leaves if leaf.declaration.is_variable]
         leaf = next(leaf for leaf in variables if leaf.first <= node < leaf.first + leaf.count)
         return leaf.name(node - leaf.first)
 

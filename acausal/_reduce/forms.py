@@ -178,6 +178,33 @@ def _dot(a: Form, b: Form) -> Form:
     return _spread(_product(a, b), elementwise=False)
 
 
+def _chosen(which: Form, cases: Sequence[Form]) -> Form:
+    """One of several values: linear in what all of them are linear in and the choice does not depend on."""
+    nonlinear = which.inputs.union(*(case.nonlinear for case in cases))
+    absent = Coefficient(frozenset((0,)), 0.0, frozenset(), True)
+    terms = {}
+    for index in frozenset().union(*(case.terms.keys() for case in cases)) - nonlinear:
+        found = [case.terms.get(index, absent) for case in cases]
+        numbers = {coefficient.number for coefficient in found}
+        terms[index] = Coefficient(
+            frozenset().union(*(coefficient.signs for coefficient in found)),
+            numbers.pop() if len(numbers) == 1 else None,
+            which.inputs.union(*(coefficient.on for coefficient in found)),
+            all(coefficient.elementwise for coefficient in found),
+        )
+    return Form(_any_of(cases), None, terms, nonlinear, any(case.has_rest for case in cases) or bool(which.inputs))
+
+
+def _joined(forms: Sequence[Form]) -> Form:
+    """Pieces put side by side: each element comes from one of them."""
+    total = ft.reduce(_sum, forms)
+    return _spread(dataclasses.replace(total, signs=_any_of(forms), number=None, has_rest=True), elementwise=False)
+
+
+def _any_of(forms: Sequence[Form]) -> Signs:
+    return frozenset().union(*(form.signs for form in forms))
+
+
 def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
     name = eqn.primitive.name
     inner = called(eqn) or differentiable_call(eqn)
@@ -202,8 +229,9 @@ def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
     if name in _REARRANGE:
         return [_rearranged(eqn, forms)]
     if name == "select_n":
-        signs = frozenset().union(*(form.signs for form in forms[1:]))
-        return [_opaque(forms, signs)]
+        return [_chosen(forms[0], forms[1:])]
+    if name in ("concatenate", "stack"):
+        return [_joined(forms)]
     if name in _SIGNS:
         return [_opaque(forms, _SIGNS[name](forms[0].signs))]
     if name in ("max", "min"):

@@ -71,6 +71,8 @@ def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:
         return [_moved(eqn, args)]
     if name == "concatenate":
         return [np.concatenate([arg.astype(object) for arg in args], axis=eqn.params["dimension"])]
+    if name == "stack":
+        return [np.stack([arg.astype(object) for arg in args], axis=eqn.params["axis"])]
     if name == "reduce_sum":
         return [_summed(args[0], eqn.params["axes"])]
     if name == "dot_general" and not any(eqn.params["dimension_numbers"][1]):

@@ -17,7 +17,7 @@ from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE, Coefficient, Form, inter
 from .jaxpr import as_function, slice_output, structs
 from .scalarise import element_values, elements_of, objects
 
-Source = Literal["param", "time", "var"]
+Source = Literal["param", "discrete", "time", "var"]
 
 
 class Input(NamedTuple):
@@ -58,7 +58,7 @@ class Template:
 
     @ft.cached_property
     def form(self) -> Form:
-        # Time is not constant in a run, whatever it stands for.
+        # Neither time nor what events change is constant in a run.
         forms = [
             parameter(signs) if item.source == "param" else variable(i)
             for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
@@ -164,10 +164,9 @@ def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
     """
     roles = [declaration.role for declaration in kind.declarations]
-    variables = [slot for slot, role in enumerate(roles) if role != "param"]
+    variables = [slot for slot, declaration in enumerate(kind.declarations) if declaration.is_variable]
     inputs: list[Input] = [
-        Input(slot, 0, "param" if role == "param" else "time" if role == "time" else "var")
-        for slot, role in enumerate(roles)
+        Input(slot, 0, role if role in ("param", "discrete", "time") else "var") for slot, role in enumerate(roles)
     ]
     inputs += [Input(slot, 1, "var") for slot in variables]
     checks: dict[str, bool] = {}  # by name of the equation

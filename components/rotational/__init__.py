@@ -1,5 +1,6 @@
 """One-dimensional rotational mechanics (as in MSL `Modelica.Mechanics.Rotational`)."""
 
+from ._backlash import ElastoBacklash as ElastoBacklash
 from ._basic import Damper as Damper
 from ._basic import Disc as Disc
 from ._basic import Fixed as Fixed

@@ -7,6 +7,7 @@ from ._basic import Rod as Rod
 from ._basic import SlidingMass as SlidingMass
 from ._basic import Spring as Spring
 from ._basic import SpringDamper as SpringDamper
+from ._gap import ElastoGap as ElastoGap
 from ._housing import ClutchSpring as ClutchSpring
 from ._housing import TabulatedSpring as TabulatedSpring
 from ._housing import ViscousFriction as ViscousFriction

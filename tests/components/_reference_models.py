@@ -173,6 +173,72 @@ def saturation() -> Saturation:
     )
 
 
+class Backlash(Component):
+    """`Mechanics.Rotational.Examples.Backlash`: an oscillator with play, and one without."""
+
+    spring: rotational.SpringDamper
+    inertia1: rotational.Inertia
+    backlash: rotational.ElastoBacklash
+    inertia2: rotational.Inertia
+    fixed: rotational.Fixed = rotational.Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.fixed.flange, self.spring.a, self.backlash.a),
+            connect(self.spring.b, self.inertia1.a),
+            connect(self.backlash.b, self.inertia2.a),
+        )
+
+
+def backlash() -> Backlash:
+    start = rotational.Flange(phi=0.5 * math.pi)
+    return Backlash(
+        spring=rotational.SpringDamper(c=20e3, d=50.0),
+        inertia1=rotational.Inertia(J=5.0, a=start),
+        backlash=rotational.ElastoBacklash(c=20e3, d=50.0, play=0.25 * math.pi),
+        inertia2=rotational.Inertia(J=5.0, a=start),
+    )
+
+
+class Gaps(Component):
+    """`Mechanics.Translational.Examples.ElastoGap`: a mass between two stops, and one between two springs."""
+
+    rod1: translational.Rod
+    rod2: translational.Rod
+    spring1: translational.SpringDamper
+    mass1: translational.SlidingMass
+    spring2: translational.SpringDamper
+    gap1: translational.ElastoGap
+    mass2: translational.SlidingMass
+    gap2: translational.ElastoGap
+    fixed: translational.Fixed = translational.Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.rod1.b, self.fixed.flange, self.rod2.a),
+            connect(self.rod1.a, self.spring1.a, self.gap1.a),
+            connect(self.rod2.b, self.spring2.b, self.gap2.b),
+            connect(self.spring1.b, self.mass1.a),
+            connect(self.mass1.b, self.spring2.a),
+            connect(self.gap1.b, self.mass2.a),
+            connect(self.mass2.b, self.gap2.a),
+        )
+
+
+def gaps() -> Gaps:
+    spring, gap = (dict(c=10.0, d=1.5, s_rel0=s_rel0) for s_rel0 in (1.0, 1.5))
+    return Gaps(
+        rod1=translational.Rod(L=2.0),
+        rod2=translational.Rod(L=2.0),
+        spring1=translational.SpringDamper(**spring),
+        mass1=translational.SlidingMass(m=1.0, s=2.0),
+        spring2=translational.SpringDamper(**spring),
+        gap1=translational.ElastoGap(**gap),
+        mass2=translational.SlidingMass(m=1.0, s=2.0),
+        gap2=translational.ElastoGap(**gap),
+    )
+
+
 class LoadedMotor(Component):
     """The motor of ModelingToolkitStandardLibrary's `multi_domain` test, from its parts."""
 

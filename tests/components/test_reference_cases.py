@@ -1,4 +1,4 @@
-"""Smooth examples of the Modelica Standard Library against published results, and a motor against its closed form.
+"""Examples of the Modelica Standard Library against published results, and a motor against its closed form.
 
 The rows are those of the public repository modelica/MAP-LIB_ReferenceResults, version 4.0.0: Dymola 2020x with DASSL,
 at a tolerance of 1e-6 (DCPM_Start: 1e-7). They carry errors of their own, up to 5e-4 of the range of a signal, so the
@@ -123,6 +123,38 @@ CASES = (
             [4.71, -1.249998881, -1.249998881],
             [5.5, -0.8819243626, -0.8819243626],
             [6.2832, 2.147787857e-05, 2.147787857e-05],
+        ],
+    ),
+    Case(
+        source="Modelica.Mechanics.Rotational.Examples.Backlash",
+        model=models.backlash,
+        names="backlash.phi_rel backlash.w_rel spring.phi_rel spring.w_rel",
+        ranges=[2.64916, 119.09, 2.79512, 156.431],
+        rows=[
+            [0.125, 1.142038264, 4.146095928, 0.04399179805, -53.32434558],
+            [0.25, 0.5808074964, 30.0807325, -0.4513173109, 1.538605224],
+            [0.375, -0.348738737, 21.56131929, 0.0004180669014, 15.23330038],
+            [0.5, -0.3099397327, -17.22830512, 0.1292914533, -0.8802069042],
+            [0.625, 0.5465380469, 7.94524176, -0.003849318611, -4.338992243],
+            [0.75, -0.5354550239, -4.136563654, -0.03693148076, 0.3773353879],
+            [0.875, 0.4178787572, 8.499271986, 0.002169533826, 1.232213922],
+            [1, -0.1555703672, -7.022930403, 0.01051803482, -0.1437033139],
+        ],
+    ),
+    Case(
+        source="Modelica.Mechanics.Translational.Examples.ElastoGap",
+        model=models.gaps,
+        names="gap1.v_rel gap2.s_rel spring1.v_rel spring2.s_rel",
+        ranges=[5.39618, 3.34571, 7.53061, 2.65341],
+        rows=[
+            [0.625, -3.427150207, 1.642662803, -1.809934929, 2.548402237],
+            [1.25, -0.5640926029, 3.344309877, 1.238274851, 1.931525041],
+            [1.875, 1.969028319, 2.54175225, -0.5695960626, 1.962746797],
+            [2.5, 1.790589884, 1.316852189, 0.199793664, 2.035988155],
+            [3.125, -0.9962974214, 1.167165417, -0.04933501347, 1.981091712],
+            [3.75, -1.131288186, 1.867543169, 0.003118702786, 2.007417616],
+            [4.375, -1.082456557, 2.573519891, 0.00542978153, 1.997826057],
+            [5, 0.5375297097, 2.707887024, -0.004193237488, 2.000350379],
         ],
     ),
 )

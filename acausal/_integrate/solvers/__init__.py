@@ -4,3 +4,6 @@ from ._guided import Guided as Guided
 from ._rodas3p import Rodas3P as Rodas3P
 from ._rodas5p import Rodas5P as Rodas5P
 from ._rosenbrock import AbstractRosenbrock as AbstractRosenbrock
+from ._switching import Record as Record
+from ._switching import Settled as Settled
+from ._switching import Switching as Switching

@@ -1,0 +1,49 @@
+"""Contact that may lift off."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive
+
+from .._checks import check
+from .._limit import limited
+from ._interfaces import Compliant
+
+
+class ElastoGap(Compliant):
+    """A spring and damper that only push: no force while s_rel > s_rel0 (MSL `ElastoGap`).
+
+    In contact, with the indentation x = s_rel0 - s_rel: f = -c x^n + d v_rel, where the damping is limited to the size
+    of c x^n, so that the force is continuous at contact and never pulls. It has kinks at contact and where that limit
+    is met, and no event: the integrator shortens its steps there, and a gradient through them is less accurate than
+    the solution.
+    """
+
+    c: Param[Scalar, "N/m", nonnegative]  # stiffness; for n other than 1 in N/m^n
+    d: Param[Scalar, "N.s/m", nonnegative]  # damping coefficient
+    s_rel0: Param[Scalar, "m"] = 0.0  # relative position at which contact begins
+    n: Param[Scalar, "1", positive] = 1.0  # exponent, at least 1; 1.5 for a Hertzian point contact
+    v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
+
+    def __check_init__(self) -> None:
+        check(self, "n", lambda value: value >= 1.0, "at least 1")
+
+    def _power(self, exponent: Scalar) -> Scalar:
+        """The indentation to a power, 0 where there is no contact; guarded, as the derivative of 0^n has log(0)."""
+        x = self.s_rel0 - self.s_rel
+        return jnp.where(x > 0.0, jnp.where(x > 0.0, x, 1.0) ** exponent, 0.0)
+
+    def _damping(self) -> Scalar:
+        size = self.c * self._power(self.n)
+        return limited(self.d * self.v_rel, -size, size)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.v_rel, d.s_rel),
+            law=eq(self.f, self._damping() - self.c * self._power(self.n)),
+        )
+
+    def energy(self) -> Energy:
+        stored = self.c / (self.n + 1.0) * self._power(self.n + 1.0)
+        return Energy(stored=stored, dissipated=self._damping() * self.v_rel)
