@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component, Equation
-from .._declare.node import complete_leaves, with_leaves
+from .._declare.layout import complete_leaves, with_leaves
 from .._errors import ModelError, SimulationError, suggestion
 from .._evaluate.constraints import CLOSE, STATE
 from .._evaluate.initial import constrained_names, given_pairs, start_point

@@ -52,7 +52,9 @@ class Tableau:
             ]
             for node, terminal in zip(part.nodes, ports, strict=True):
                 balances[places[node]] += terminal.f
-            own = {name: Inner(self._z[places[i, name]], self._rate[places[i, name]]) for name in INNER.get(part.name, ())}
+            own = {
+                name: Inner(self._z[places[i, name]], self._rate[places[i, name]]) for name in INNER.get(part.name, ())
+            }
             source = next(sines) if part.driven else one[0]
             rows += _law(part, ports, list(own.values()), source)
             self._name(f"parts[{i}]", part, ports, own)
@@ -69,7 +71,10 @@ class Tableau:
             self.signals |= {f"{path}.v": ports[0].x - ports[1].x, f"{path}.i": ports[0].f}
         if part.name in ("Spring", "Damper", "SpringDamper"):
             relative = {"rotational": "phi_rel", "translational": "s_rel"}[domains["a"]]
-            self.signals |= {f"{path}.{relative}": ports[1].x - ports[0].x, f"{path}.{THROUGH[domains['a']]}": ports[1].f}
+            self.signals |= {
+                f"{path}.{relative}": ports[1].x - ports[0].x,
+                f"{path}.{THROUGH[domains['a']]}": ports[1].f,
+            }
         self.signals |= {f"{path}.{name}": unknown.y for name, unknown in own.items()}
 
 

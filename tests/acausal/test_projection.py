@@ -105,7 +105,7 @@ def test_slider_crank_turns_over() -> None:
 
 def _over_time(model: Component) -> Any:
     """Which leaves of a view of the model have a time axis."""
-    from acausal._declare.node import rebuilt
+    from acausal._declare.layout import rebuilt
 
     return rebuilt(model, lambda path, declaration, value: None if declaration.role == "param" else 0)
 

@@ -7,7 +7,7 @@ import pytest
 from _static_blocks import output
 
 from acausal import Component, ParameterError, replace
-from acausal._declare.node import complete
+from acausal._declare.layout import complete
 from components import blocks
 
 U = np.array([-2.0, -0.5, 0.25, 1.0, 3.0])

@@ -9,7 +9,7 @@ import pytest
 from _rig import Rig
 
 from acausal import Connections, ParameterError, Scalar, connect, replace, simulate
-from acausal._declare.node import complete
+from acausal._declare.layout import complete
 from components import rotational, translational
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Connections, connect, simulate
-from acausal._declare.node import complete
+from acausal._declare.layout import complete
 from components.blocks import Constant
 from components.hydraulic import (
     CheckValve,
