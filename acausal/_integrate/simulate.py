@@ -19,7 +19,8 @@ from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
 from .quantity import Quantity, trace
-from .run import Numbers, Settings, run
+from .run import run
+from .settings import Numbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 
