@@ -12,6 +12,11 @@ from ._cam_profiles import CamProfile as CamProfile
 from ._cam_profiles import EccentricDisc as EccentricDisc
 from ._cam_profiles import LinearLift as LinearLift
 from ._cam_profiles import TabulatedLift as TabulatedLift
+from ._dry_friction import BearingFriction as BearingFriction
+from ._dry_friction import Brake as Brake
+from ._dry_friction import Clutch as Clutch
+from ._dry_friction import OneWayClutch as OneWayClutch
+from ._dry_friction import StribeckBearing as StribeckBearing
 from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._friction import Bearing as Bearing
 from ._friction import StribeckFriction as StribeckFriction
