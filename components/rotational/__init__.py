@@ -28,6 +28,7 @@ from ._gears import WormGear as WormGear
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._lossy_gear import LossyGear as LossyGear
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration
 from ._motion import SignalAngle as SignalAngle

@@ -7,6 +7,9 @@ from ._basic import Rod as Rod
 from ._basic import SlidingMass as SlidingMass
 from ._basic import Spring as Spring
 from ._basic import SpringDamper as SpringDamper
+from ._dry_friction import Brake as Brake
+from ._dry_friction import StribeckFriction as StribeckFriction
+from ._dry_friction import SupportFriction as SupportFriction
 from ._gap import ElastoGap as ElastoGap
 from ._housing import ClutchSpring as ClutchSpring
 from ._housing import TabulatedSpring as TabulatedSpring
@@ -31,3 +34,5 @@ from ._sources import LinearSpeedDependentForce as LinearSpeedDependentForce
 from ._sources import QuadraticSpeedDependentForce as QuadraticSpeedDependentForce
 from ._sources import SignalForce as SignalForce
 from ._sources import SignalForce2 as SignalForce2
+from ._stops import HardStop as HardStop
+from ._stops import MassWithStopAndFriction as MassWithStopAndFriction
