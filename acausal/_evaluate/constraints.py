@@ -70,7 +70,16 @@ class Constraints:
             return sizes * _nearest(lambda z, hold=False: g(sizes * z, hold), values / sizes, weight, solve)
 
         moved = _of_members(group, store, params, one, weight[index], self.sizes[index])
-        return store.flat(0).at[index].set(moved)
+        return placed(store.flat(0), np.ravel(index), jnp.ravel(moved))
+
+
+def placed(vector: Any, places: np.ndarray, values: Any) -> Any:
+    """The vector with values at some places: by selection, since XLA on CPU does not compile a loop as one function
+    where writes in it are scattered.
+    """
+    source, is_new = np.zeros(len(vector), int), np.zeros(len(vector), bool)
+    source[places], is_new[places] = np.arange(len(places)), True
+    return jnp.where(is_new, values[source], vector) if len(places) else vector
 
 
 def _nearest(g: Callable[..., Any], z: Any, weight: Any, solve: Callable[..., Any]) -> Any:

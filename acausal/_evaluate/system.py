@@ -21,7 +21,7 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .._tracing import is_traced
-from .constraints import STATE, Constraints, constraints_of
+from .constraints import STATE, Constraints, constraints_of, placed
 from .happenings import Happenings, happenings_of
 from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
@@ -275,7 +275,7 @@ class System:
         x = self.collected(t, y, inputs, invariants.pairs)
         weight = np.where(invariants.is_state, STATE, 1.0)
         moved = invariants.projected(x, weight, t, inputs.params)
-        return y.at[invariants.in_state_vector].set(moved[invariants.states])
+        return placed(y, invariants.in_state_vector, moved[invariants.states])
 
     def all_finite(self, t: Any, y: Any, inputs: Inputs) -> Any:
         """Whether all unknowns are finite at a point, outputs that feed no state included."""

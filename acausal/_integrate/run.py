@@ -293,10 +293,16 @@ def _event_rules(
     flag, blink = y[settings.n_states + settings.n_losses], NEAR * jnp.abs(numbers.t1 - numbers.t0)
     switches = Switches(system, system.happenings, ft.partial(_read, system, numbers), None)
     point = y[: settings.n_states]
-    soon = (switches.margins(t, point, inputs) <= 0) & (switches.soon(t, point, blink, inputs) > 0)
+
+    def coming() -> Any:
+        here = switches.margins(t, point, inputs)
+        return (here <= 0) & (switches.soon(t, point, blink, inputs) > 0)
+
+    stands_still = raw.result == diffrax.RESULTS.dt_min_reached
+    soon = jax.lax.cond(stands_still, coming, lambda: jnp.zeros(switches.happenings.total, bool))
     is_near = ((t - record.last_time) <= blink) | jnp.any(soon)
     rules = [
-        ((raw.result == diffrax.RESULTS.dt_min_reached) & is_near, Result.events_accumulate),
+        (stands_still & is_near, Result.events_accumulate),
         (flag == ENDLESS, Result.events_endless),
         (flag == CONTRADICTED, Result.bad_reset),
     ]

@@ -24,7 +24,7 @@ from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 
 MAX_STEPS = 4096
-MAX_EVENTS = 256
+MAX_EVENTS = 32
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
 
 
@@ -62,7 +62,7 @@ def simulate(
     - `rtol`: relative tolerance, 1e-6; the absolute one is `rtol` times the nominal size of each variable.
     - `solver`: `Rodas5P()`; `Rodas3P()` and the solvers of diffrax work too.
     - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
-      up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 256, how many events are recorded; what
+      up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 32, how many events are recorded; what
       comes later happens, but is not listed.
     - `adjoint`: `diffrax.DirectAdjoint()`, which allows both modes of differentiation.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.

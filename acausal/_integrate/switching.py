@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._evaluate.constraints import STATE
+from .._evaluate.constraints import STATE, placed
 from .._evaluate.happenings import Happenings
 from .._evaluate.initial import GIVEN, TOLERANCE
 from .._evaluate.starts import Inputs
@@ -43,7 +43,8 @@ class Switches:
         """The conditions an instant later: what is zero but for rounding at an event has a sign then."""
         rates = self.system.vector_field(t, y[: self.system.extended_size], inputs)
         rates = jnp.where(jnp.isfinite(rates), rates, 0.0)
-        return self.margins(t + instant, y.at[: len(rates)].add(instant * rates), inputs)
+        ahead = jnp.concatenate([y[: len(rates)] + instant * rates, y[len(rates) :]])
+        return self.margins(t + instant, ahead, inputs)
 
     def settle(self, t: Any, y: Any, holds: Any, forced: Any, instant: Any, inputs: Inputs) -> Settled:
         """Carry out what has become true and is not in `holds`, and what that makes true, until nothing more is."""
@@ -60,8 +61,11 @@ class Switches:
             holds = (margins > 0) & (holds | fired)
             return (y, margins, holds, jnp.zeros_like(forced), total | fired, flag), None
 
-        start = (y, self.soon(t, y, instant, inputs), holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
-        (y, margins, holds, _, fired, flag), _ = jax.lax.scan(once, start, None, length=ROUNDS)
+        margins = self.soon(t, y, instant, inputs)
+        start = (y, margins, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
+        is_due = jnp.any((margins > 0) & ~holds) | jnp.any(forced)
+        rounds = lambda: jax.lax.scan(once, start, None, length=ROUNDS)[0]  # noqa: E731
+        y, margins, holds, _, fired, flag = jax.lax.cond(is_due, rounds, lambda: start)
         endless = jnp.any((margins > 0) & ~holds)
         return Settled(y, holds, fired, jnp.where(endless, float(ENDLESS), flag))
 
@@ -85,7 +89,7 @@ class Switches:
         for leaf in [leaf for leaf in wanted if leaf in system.discrete_places]:
             value, here = wanted.pop(leaf)
             places = system.discrete_places[leaf]
-            point = point.at[places].set(jnp.where(here, value, point[places]))
+            point = placed(point, places, jnp.where(here, value, point[places]))
         moved, bad = self._reset(t, point, wanted, inputs)
         return jnp.concatenate([moved, y[size:]]), bad
 
@@ -95,7 +99,9 @@ class Switches:
             return changed
         size = self.system.extended_size
         lost = self.stored(t, y[:size], inputs) - self.stored(t, changed[:size], inputs)
-        return changed.at[size + jnp.argmax(fired)].add(jnp.where(jnp.any(fired), lost, 0.0))
+        first = fired & (jnp.cumsum(fired) == 1)
+        losses = changed[size : size + len(fired)] + jnp.where(first, lost, 0.0)
+        return jnp.concatenate([changed[:size], losses, changed[size + len(fired) :]])
 
     def _reset(self, t: Any, point: Any, wanted: dict[int, tuple[Any, Any]], inputs: Inputs) -> tuple[Any, Any]:
         """The point with new values of variables: those of states directly, others by way of the constraints."""
@@ -108,8 +114,8 @@ class Switches:
         x0, touched = x, jnp.zeros(len(x), bool)
         for leaf, (value, here) in wanted.items():
             where, signs = places[leaf]
-            x = x.at[where].set(jnp.where(here, signs * value, x[where]))
-            touched = touched.at[where].set(touched[where] | here)
+            x = placed(x, where, jnp.where(here, signs * value, x[where]))
+            touched = placed(touched, where, touched[where] | here)
         are_states = all(constraints.is_state[where].all() for where, _ in places.values())
         if system.ordered.invariants or not are_states:
             weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
@@ -118,4 +124,4 @@ class Switches:
             missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
             bad = jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))
         x = jnp.where(jnp.any(touched), x, x0)
-        return point.at[constraints.in_state_vector].set(x[constraints.states]), bad
+        return placed(point, constraints.in_state_vector, x[constraints.states]), bad

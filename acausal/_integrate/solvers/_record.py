@@ -7,7 +7,6 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 Vector: TypeAlias = Float[Array, " n"]
-AT_ONCE = 8  # events of one instant that are recorded
 
 
 class Record(eqx.Module):
@@ -32,16 +31,17 @@ class Record(eqx.Module):
 
     def noted(self, when: Any, before: Vector, after: Vector, fired: Any) -> "Record":
         """The record with the events that have fired at one moment."""
-        size = min(AT_ONCE, len(fired))
-        numbers = jnp.nonzero(fired, size=size, fill_value=-1)[0]
-        places = jnp.where(numbers >= 0, self.count + jnp.arange(size), len(self.times))
+        # Masks rather than scattered writes, with which XLA on CPU does not compile the loop of steps as one function.
+        places = self.count + jnp.cumsum(fired) - 1
+        mask = (jnp.arange(len(self.times))[:, None] == places) & fired
+        is_new, numbers = jnp.any(mask, axis=1), jnp.sum(mask * jnp.arange(len(fired)), axis=1)
         n = self.before.shape[1]
         return Record(
-            self.times.at[places].set(when, mode="drop"),
-            self.numbers.at[places].set(numbers, mode="drop"),
-            self.before.at[places].set(before[:n], mode="drop"),
-            self.after.at[places].set(after[:n], mode="drop"),
+            jnp.where(is_new, when, self.times),
+            jnp.where(is_new, numbers, self.numbers),
+            jnp.where(is_new[:, None], before[:n], self.before),
+            jnp.where(is_new[:, None], after[:n], self.after),
             self.count + jnp.sum(fired),
             jnp.asarray(when, float),
-            numbers[0],
+            jnp.argmax(fired),
         )

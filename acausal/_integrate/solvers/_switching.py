@@ -124,7 +124,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
                 when, forced = self._moment(path, args, fires, lower, upper)
                 before = path.evaluate(when)
                 settled = self.settle(when, before, ahead.holds, forced, INSTANT * (t1 - t0), args)
-                y = settled.y.at[self.stop - 1].set(settled.flag)
+                y = jnp.concatenate([settled.y[: self.stop - 1], settled.flag[None], settled.y[self.stop :]])
                 record = ahead.record.noted(when, before, y, settled.fired)
                 begun = self.solver.init(terms, when, t1, self._core(y), self.bound(args, y))
                 return _Ahead(when, y, begun, settled.holds, record, error, result, jnp.asarray(True))
