@@ -21,11 +21,16 @@ from ._sources import ConstantCurrent as ConstantCurrent
 from ._sources import ConstantVoltage as ConstantVoltage
 from ._sources import SignalCurrent as SignalCurrent
 from ._sources import SignalVoltage as SignalVoltage
+from ._switches import IdealClosingSwitch as IdealClosingSwitch
+from ._switches import IdealCommutingSwitch as IdealCommutingSwitch
+from ._switches import IdealDiode as IdealDiode
+from ._switches import IdealOpeningSwitch as IdealOpeningSwitch
 from ._two_ports import CCC as CCC
 from ._two_ports import CCV as CCV
 from ._two_ports import VCC as VCC
 from ._two_ports import VCV as VCV
 from ._two_ports import AveragedBridge as AveragedBridge
+from ._two_ports import HBridge as HBridge
 from ._two_ports import Gyrator as Gyrator
 from ._two_ports import IdealTransformer as IdealTransformer
 from ._two_ports import Transformer as Transformer

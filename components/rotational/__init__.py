@@ -46,5 +46,6 @@ from ._sources import LinearSpeedDependentTorque as LinearSpeedDependentTorque
 from ._sources import QuadraticSpeedDependentTorque as QuadraticSpeedDependentTorque
 from ._sources import SignalTorque as SignalTorque
 from ._sources import SignalTorque2 as SignalTorque2
+from ._stops import HardStop as HardStop
 from ._wheels import IdealGearR2T as IdealGearR2T
 from ._wheels import IdealRollingWheel as IdealRollingWheel

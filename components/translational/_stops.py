@@ -21,7 +21,6 @@ from acausal import (
 
 from .. import _impact
 from .._checks import check, check_order
-from .._stick_slip import CREEP
 from ._basic import Mass
 from ._dry_friction import StribeckFriction
 from ._interfaces import Flange
@@ -36,14 +35,15 @@ class HardStop(Component):
     impact changes the speed of what is rigidly joined to the rod, and no other: it is right for one moving body, but
     does not share an impulse among several that are joined by planetary gears or levers.
 
-    Where other components hold the resting rod as well, such as a brake, they share the load by their `creep`.
+    Where a stop and dry friction hold the rod at once, the stop carries the load, since it does not creep; where two
+    stops do, give one of them a `creep` of 1e-10 / kg.
     """
 
     s_min: Param[Scalar, "m"] = -jnp.inf  # position of the lower stop
     s_max: Param[Scalar, "m"] = jnp.inf  # position of the upper stop
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
     v_rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests
-    creep: Param[Scalar, "1/kg", nonnegative] = CREEP  # acceleration per force while it rests
+    creep: Param[Scalar, "1/kg", nonnegative] = 0.0  # acceleration per force while it rests
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "m/s2"] = 0.0
     f: Var[Scalar, "N"] = 0.0  # contact force into the stop; negative at the lower one
