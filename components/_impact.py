@@ -20,7 +20,16 @@ def effort(mode: Scalar, s: Scalar) -> Scalar:
 
 
 def stops(
-    mode: Scalar, place: Scalar, speed: Scalar, s: Scalar, low: Scalar, high: Scalar, *, e: Scalar, slow: Scalar, name: str
+    mode: Scalar,
+    place: Scalar,
+    speed: Scalar,
+    s: Scalar,
+    low: Scalar,
+    high: Scalar,
+    *,
+    e: Scalar,
+    slow: Scalar,
+    name: str,
 ) -> Events:
     """Impacts at both ends, which change the speed `name`, and lift-off from them."""
     rebound = -e * speed

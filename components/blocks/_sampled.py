@@ -8,6 +8,7 @@ from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time,
 
 from .._checks import check_order
 from .._limit import limited
+from . import _intervals as intervals
 from ._interfaces import SISO, Input, Output
 
 
@@ -21,7 +22,11 @@ class Sampled(Component, partial=True):
 
     def is_due(self) -> Any:
         """Whether it is time for the next sample."""
-        return self.t > self.start_time + self.samples * self.period
+        return intervals.is_due(self.t, self.start_time, self.period, self.samples)
+
+    def count(self) -> Scalar:
+        """How many samples there are with the present one."""
+        return intervals.count(self.t, self.start_time, self.period)
 
 
 class SampleHold(SISO, Sampled):
@@ -33,7 +38,7 @@ class SampleHold(SISO, Sampled):
         return dict(hold=eq(self.y.value, self.held))
 
     def events(self) -> Events:
-        return dict(sample=when(self.is_due(), held=self.u.value, samples=self.samples + 1.0))
+        return dict(sample=when(self.is_due(), held=self.u.value, samples=self.count()))
 
 
 class SampledPI(Sampled):
@@ -66,7 +71,7 @@ class SampledPI(Sampled):
         y = limited(wanted, self.y_min, self.y_max)
         winds_up = (wanted - y) * self.k * error > 0.0
         kept = jnp.where(winds_up, self.x, x)
-        return dict(sample=when(self.is_due(), held=y, x=kept, samples=self.samples + 1.0))
+        return dict(sample=when(self.is_due(), held=y, x=kept, samples=self.count()))
 
 
 class PWM(Sampled):
@@ -95,6 +100,6 @@ class PWM(Sampled):
         over = self.t > began + jnp.abs(self.duty) * self.period
         is_due = self.is_due()
         return dict(
-            begin=when(is_due, duty=duty, on=1.0, samples=self.samples + 1.0),
+            begin=when(is_due, duty=duty, on=1.0, samples=self.count()),
             end=when((self.on > 0.5) & over & ~is_due, on=0.0),
         )

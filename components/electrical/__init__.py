@@ -17,6 +17,7 @@ from ._passive import Resistor as Resistor
 from ._sensors import CurrentSensor as CurrentSensor
 from ._sensors import PowerSensor as PowerSensor
 from ._sensors import VoltageSensor as VoltageSensor
+from ._solenoid import Solenoid as Solenoid
 from ._sources import ConstantCurrent as ConstantCurrent
 from ._sources import ConstantVoltage as ConstantVoltage
 from ._sources import SignalCurrent as SignalCurrent
@@ -30,8 +31,8 @@ from ._two_ports import CCV as CCV
 from ._two_ports import VCC as VCC
 from ._two_ports import VCV as VCV
 from ._two_ports import AveragedBridge as AveragedBridge
-from ._two_ports import HBridge as HBridge
 from ._two_ports import Gyrator as Gyrator
+from ._two_ports import HBridge as HBridge
 from ._two_ports import IdealTransformer as IdealTransformer
 from ._two_ports import Transformer as Transformer
 from ._variable import HeatingResistor as HeatingResistor

@@ -29,6 +29,7 @@ from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
 from ._lossy_gear import LossyGear as LossyGear
+from ._lugre import LuGreFriction as LuGreFriction
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration
 from ._motion import SignalAngle as SignalAngle

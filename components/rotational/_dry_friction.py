@@ -86,9 +86,13 @@ class ShaftFriction(DryFriction, partial=True):
         torque = dict(torque=eq(self.flange.tau, self.tau))
         if self.support is None:
             return super().equations(d) | torque | dict(speed=eq(self.w, d.flange.phi))
-        return super().equations(d) | torque | dict(
-            speed=eq(self.w, d.flange.phi - d.support.phi),
-            reaction=eq(self.support.tau, -self.tau),
+        return (
+            super().equations(d)
+            | torque
+            | dict(
+                speed=eq(self.w, d.flange.phi - d.support.phi),
+                reaction=eq(self.support.tau, -self.tau),
+            )
         )
 
 

@@ -72,8 +72,18 @@ class LossyGear(Component):
                 f"LossyGear.losses must have rows [w, eta1, eta2, bearing1, bearing2], got shape {rows.shape}."
             )
         first = rows[:, 0]
-        check(self, "losses", lambda _: first[0] == 0.0 and np.all(np.diff(first) > 0.0), "led by increasing speeds from 0")
-        check(self, "losses", lambda _: np.all((0.0 < rows[:, 1]) & (rows[:, 1] <= 1.0)), "with eta1 above 0 and at most 1")
+        check(
+            self,
+            "losses",
+            lambda _: first[0] == 0.0 and np.all(np.diff(first) > 0.0),
+            "led by increasing speeds from 0",
+        )
+        check(
+            self,
+            "losses",
+            lambda _: np.all((rows[:, 1] > 0.0) & (rows[:, 1] <= 1.0)),
+            "with eta1 above 0 and at most 1",
+        )
         check(self, "losses", lambda _: np.all(rows[:, 2] <= 1.0), "with eta2 at most 1")
         check(self, "losses", lambda _: np.all(rows[:, 3:] >= 0.0), "with bearing friction >= 0")
 

@@ -17,6 +17,7 @@ from ._housing import ViscousFriction as ViscousFriction
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._lugre import LuGreFriction as LuGreFriction
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration
 from ._motion import SignalPosition as SignalPosition
