@@ -42,7 +42,7 @@ class SampleHold(SISO, Sampled):
 
 
 class SampledPI(Sampled):
-    """A digital PI controller of e = u_s - u_m within limits: at each sample y = k (e + x), then x grows by e period / T.
+    """A digital PI controller of e = u_s - u_m within limits: at each sample x grows by e period / T, y = k (e + x).
 
     Backward differences; x does not grow while y is at a limit and e drives it further (clamping), so that it does not
     wind up. Between samples, y is held; it is 0 before the first one.

@@ -163,7 +163,7 @@ class CouplingFriction(DryFriction, partial=True):
 
 
 class Pressed(DryFriction, partial=True):
-    """Plates pressed together by u fn_max: they slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens."""
+    """Plates pressed together by u fn_max slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens them."""
 
     mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
     fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
