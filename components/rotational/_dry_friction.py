@@ -62,8 +62,11 @@ class DryFriction(Component, partial=True):
         return dict(
             acceleration=eq(self.a_rel, d.w),
             held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
-            friction=eq(self.tau, stick_slip.effort(self.mode, self.s, self.level())),
+            friction=eq(self.tau, self._effort()),
         )
+
+    def _effort(self) -> Scalar:
+        return stick_slip.effort(self.mode, self.s, self.level())
 
     def events(self) -> Events:
         return (
@@ -73,7 +76,7 @@ class DryFriction(Component, partial=True):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self.tau * self.w)
+        return Energy(dissipated=self._effort() * self.w)
 
 
 class ShaftFriction(DryFriction, partial=True):

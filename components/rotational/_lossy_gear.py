@@ -25,7 +25,7 @@ from acausal import (
 )
 
 from .. import _stick_slip as stick_slip
-from .._checks import check
+from .._checks import check, increasing
 from .._tables import linear
 from ._interfaces import Flange
 
@@ -71,21 +71,15 @@ class LossyGear(Component):
             raise ParameterError(
                 f"LossyGear.losses must have rows [w, eta1, eta2, bearing1, bearing2], got shape {rows.shape}."
             )
-        first = rows[:, 0]
-        check(
-            self,
-            "losses",
-            lambda _: first[0] == 0.0 and np.all(np.diff(first) > 0.0),
-            "led by increasing speeds from 0",
-        )
-        check(
-            self,
-            "losses",
-            lambda _: np.all((rows[:, 1] > 0.0) & (rows[:, 1] <= 1.0)),
-            "with eta1 above 0 and at most 1",
-        )
-        check(self, "losses", lambda _: np.all(rows[:, 2] <= 1.0), "with eta2 at most 1")
-        check(self, "losses", lambda _: np.all(rows[:, 3:] >= 0.0), "with bearing friction >= 0")
+        speeds, eta1 = rows[:, 0], rows[:, 1]
+        rules = {
+            "led by speeds that increase from 0": speeds[0] == 0.0 and increasing(speeds),
+            "with eta1 above 0 and at most 1": np.all((eta1 > 0.0) & (eta1 <= 1.0)),
+            "with eta2 at most 1": np.all(rows[:, 2] <= 1.0),
+            "with bearing friction >= 0": np.all(rows[:, 3:] >= 0.0),
+        }
+        for expected, is_met in rules.items():
+            check(self, "losses", lambda _, is_met=is_met: bool(is_met), expected)
 
     @classmethod
     def worm(cls, *, ratio: Scalar, efficiency: Scalar) -> "LossyGear":

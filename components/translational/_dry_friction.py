@@ -64,7 +64,7 @@ class DryFriction(Component, partial=True):
         laws = dict(
             acceleration=eq(self.a_rel, d.v),
             held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
-            friction=eq(self.f, stick_slip.effort(self.mode, self.s, self.level())),
+            friction=eq(self.f, self._effort()),
             force=eq(self.flange.f, self.f),
         )
         if self.support is None:
@@ -74,6 +74,9 @@ class DryFriction(Component, partial=True):
             reaction=eq(self.support.f, -self.f),
         )
 
+    def _effort(self) -> Scalar:
+        return stick_slip.effort(self.mode, self.s, self.level())
+
     def events(self) -> Events:
         return (
             stick_slip.begins(self.mode, self.v, self.rest, self.pressed())
@@ -82,7 +85,7 @@ class DryFriction(Component, partial=True):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self.f * self.v)
+        return Energy(dissipated=self._effort() * self.v)
 
 
 class SupportFriction(DryFriction):
