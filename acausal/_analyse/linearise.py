@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
-from .._evaluate.system import Inputs, System
+from .._evaluate.system import System
 from .._integrate.quantity import Quantity, trace
 from .._integrate.simulate import system_of
 from .linear_system import LinearSystem
@@ -94,7 +94,7 @@ def _matrices(places: tuple[Place, ...], quantity: Quantity, constants: list[Any
 
     def extended(z: Any) -> Any:
         y, params = z[:n], with_inputs(point.params, places, z[n:])
-        rates = point.system.vector_field(point.t, y, Inputs(point.system.pack_params(params), point.starts))
+        rates = point.system.vector_field(point.t, y, point.inputs(params))
         return jnp.concatenate(
             [rates, *(value[None] for value in quantity(constants, point.read(quantity.leaves, y, params)))]
         )

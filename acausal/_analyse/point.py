@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
-from .._declare.node import complete_leaves, layout_of
+from .._declare.layout import complete_leaves, layout_of
 from .._errors import ModelError, ParameterError, SimulationError
 from .._evaluate.initial import constrained_names, initial_state
 from .._evaluate.observe import observe

@@ -9,7 +9,8 @@ import numpy as np
 
 from .._errors import ModelError
 from .component import Component
-from .node import Leaf, leaves_of, rebuilt
+from .layout import rebuilt
+from .node import Leaf, leaves_of
 
 C = TypeVar("C", bound=Component)
 

@@ -6,7 +6,8 @@ from typing import Any, TypeVar
 from .._errors import ModelError, suggestion
 from .annotations import Declaration
 from .component import Component
-from .node import as_parameter, as_start, leaves_of, rebuilt
+from .layout import rebuilt
+from .node import as_parameter, as_start, leaves_of
 
 M = TypeVar("M", bound=Component)
 

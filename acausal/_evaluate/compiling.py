@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
-from .._declare.node import complete_leaves
+from .._declare.layout import complete_leaves
 from .._errors import ModelError
 from .._reduce.aliases import Family, Merged
 from .._reduce.index import Reduced

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
-from .._declare.node import complete_leaves
+from .._declare.layout import complete_leaves
 from .._errors import ModelError
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flatten import FlatLeaf, FlatModel

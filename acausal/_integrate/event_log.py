@@ -49,4 +49,6 @@ class EventLog(eqx.Module):
         lines = [f"{'time [s]':>14}  event"]
         lines += [f"{time:14.9g}  {name}" for time, name in zip(np.asarray(self.times), self.names, strict=False)]
         missing = int(self.count) - len(self)
-        return "\n".join(lines + ([f"and {missing} more; simulate(..., max_events=...) records more"] if missing else []))
+        return "\n".join(
+            lines + ([f"and {missing} more; simulate(..., max_events=...) records more"] if missing else [])
+        )

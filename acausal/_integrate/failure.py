@@ -54,7 +54,7 @@ def _error(solution: Solution) -> Exception:
     if result == Result.bad_start:
         name = constrained_names(system)[int(solution._culprit)]
         return SimulationError(
-            f"{sentence(result)} {name} cannot have the value it is given: leave out the start value (zero) of this "
+            f"{sentence(result)} {name} cannot have the value it is given: leave out the start value of this "
             "variable, or of those that it is connected to rigidly."
         )
     t, y = solution._end

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component, Equation
-from .._declare.node import complete_leaves, with_leaves
+from .._declare.layout import complete_leaves, with_leaves
 from .._errors import ModelError, SimulationError, suggestion
 from .._evaluate.constraints import CLOSE, STATE
 from .._evaluate.initial import constrained_names, given_pairs, start_point
@@ -177,7 +177,7 @@ def _report(problem: Problem, found: Found, *, strict: bool, throw: bool) -> Non
     if not found.violation <= CLOSE:
         raise SimulationError(_contradiction(problem, found))
     if strict:
-        _check_determined(system, found, given_pairs(system, Inputs({}, np.zeros(0), problem.fixed)))
+        _check_determined(system, found, given_pairs(system, Inputs({}, jnp.zeros(0), problem.fixed)))
 
 
 def _contradiction(problem: Problem, found: Found) -> str:
@@ -232,7 +232,7 @@ def _check_determined(system: System, found: Found, fixed: np.ndarray) -> None:
     slopes = np.asarray(found.slopes)[:, ~fixed]
     _, sizes, right = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
-    names = np.array(constrained_names(system))[~fixed]
+    names = [name for name, is_fixed in zip(constrained_names(system), fixed, strict=True) if not is_fixed]
     is_state = system.constraints.is_state[~fixed]
     open_ones = {names[i] for vector in right[rank:] for i in _large(np.where(is_state, vector, 0.0))}
     if open_ones:

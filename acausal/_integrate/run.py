@@ -150,7 +150,7 @@ def _through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver
     whole = jnp.concatenate([y0, jnp.zeros(settings.n_losses)])
     settled = switches.settle(numbers.t0, whole, never, never, instant, inputs)
     solver = Switching(
-        solver, start, start + settings.n_switched, settings.max_events, settings.save == "steps",
+        solver, settled.holds, start, start + settings.n_switched, settings.max_events, settings.save == "steps",
         switches.margins, switches.settle, switches.bound,
     )  # fmt: skip
     return solver, settled.y[: len(y0)], jnp.concatenate([settled.y[len(y0) :], settled.flag[None]])

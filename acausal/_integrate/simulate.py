@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
-from .._declare.node import Layout, layout_of
+from .._declare.layout import Layout, layout_of
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import build
 from .._evaluate.system import System

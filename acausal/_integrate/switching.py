@@ -119,8 +119,13 @@ class Switches:
         are_states = all(constraints.is_state[where].all() for where, _ in places.values())
         if system.ordered.invariants or not are_states:
             weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
-            aimed = x
-            x = constraints.projected(x, weight, t, system.with_discrete(inputs, point).params, far=True)
+            aimed, params = x, system.with_discrete(inputs, point).params
+
+            def project(x: Any, _: None) -> tuple[Any, None]:
+                return constraints.projected(jnp.where(touched, aimed, x), weight, t, params, far=True), None
+
+            # From the result of the first, new values put back, the second projection moves them no further.
+            x = jax.lax.scan(project, x, None, length=2)[0]
             missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
             bad = jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))
         x = jnp.where(jnp.any(touched), x, x0)

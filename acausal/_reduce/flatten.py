@@ -13,7 +13,8 @@ from jaxtyping import Int
 from .._declare.annotations import Declaration
 from .._declare.array import Array, deepened
 from .._declare.component import Component
-from .._declare.node import Node, Port, complete, dynamic_fields, join, parts_of
+from .._declare.layout import complete
+from .._declare.node import Node, Port, dynamic_fields, join, parts_of
 from .._errors import ModelError, complain
 from .connections import Joints
 

@@ -54,6 +54,6 @@ def _margin(eqn: JaxprEqn, args: list[Any], margin: Callable[[Any], Any]) -> Any
     name = eqn.primitive.name
     if name in _RELATIONS and is_floating(eqn.invars[0]):
         return _RELATIONS[name](*args)
-    if name in _LOGIC and eqn.outvars[0].aval.dtype == bool:
+    if name in _LOGIC and eqn.outvars[0].aval.dtype == bool:  # pyright: ignore[reportAttributeAccessIssue]
         return _LOGIC[name](*(margin(atom) for atom in eqn.invars))
     return None

@@ -1,17 +1,15 @@
 """Choice of states by dummy derivatives."""
 
 import dataclasses
-from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .._declare.annotations import never
 from .._errors import StructureError
 from .incidence import Incidence
 from .index import Reduced
 from .nominal import nominal_size
+from .pivots import Elimination, Entries, connected
 
 SAFE = 0.05  # a pivot of this relative size is taken from the better-liked candidates before any larger one elsewhere
 # Stand-ins for coefficients whose numbers are not known, by strength: what may vanish must not serve as a pivot.
@@ -56,13 +54,13 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
     if np.any(reduced.differentiations):
         entries = _entries(reduced, values)
         active = np.flatnonzero(reduced.differentiations).tolist()
-        for members, own in _groups(entries, active):
+        for members, own in connected(entries, active):
             _select_group(chosen, members, own)
     _check_never(chosen)
     return chosen
 
 
-def _entries(reduced: Reduced, values: np.ndarray | None) -> "_Entries":
+def _entries(reduced: Reduced, values: np.ndarray | None) -> Entries:
     """The coefficients of the highest derivatives in the equations that are differentiated."""
     table = reduced.incidence
     numbers = _generic(table) if values is None else values * nominals(table)[table.variable]
@@ -71,12 +69,12 @@ def _entries(reduced: Reduced, values: np.ndarray | None) -> "_Entries":
     top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
     use = top & (reduced.differentiations[table.row] > 0) & (reduced.orders[table.variable] > 0)
     safe = (table.strength >= 2) | table.steady
-    return _Entries(
+    return Entries(
         table.row[use], table.variable[use], numbers[use], liking[use], safe[use], table.steady[use]
     )  # fmt: skip
 
 
-def _select_group(chosen: Chosen, members: list[int], entries: "_Entries") -> None:
+def _select_group(chosen: Chosen, members: list[int], entries: Entries) -> None:
     """The dummies of one connected set of constraints, stage by stage."""
     reduced = chosen.reduced
     picks, left = _stages(reduced, members, entries, only_safe=True)
@@ -87,7 +85,7 @@ def _select_group(chosen: Chosen, members: list[int], entries: "_Entries") -> No
         chosen.dummies[stage] += 1
 
 
-def _keeps_unwanted(reduced: Reduced, entries: "_Entries", picks: list[list[int]]) -> bool:
+def _keeps_unwanted(reduced: Reduced, entries: Entries, picks: list[list[int]]) -> bool:
     """Whether a variable that is declared `never` stays a state."""
     picked = [variable for stage in picks for variable in stage]
     return any(
@@ -97,7 +95,7 @@ def _keeps_unwanted(reduced: Reduced, entries: "_Entries", picks: list[list[int]
 
 
 def _stages(
-    reduced: Reduced, members: list[int], entries: "_Entries", *, only_safe: bool
+    reduced: Reduced, members: list[int], entries: Entries, *, only_safe: bool
 ) -> tuple[list[list[int]], list[int]]:
     """The variables picked in each stage, and the rows for which there is no safe pivot."""
     picked, left = _pick(reduced, members, entries, only_safe)
@@ -107,7 +105,7 @@ def _stages(
         use = np.isin(entries.rows, rows) & np.isin(entries.variables, picks[-1])
         use &= reduced.orders[entries.variables] >= stage
         picks.append([])
-        for group, own in _groups(entries.where(use), rows):
+        for group, own in connected(entries.where(use), rows):
             found, unsolved = _pick(reduced, group, own, only_safe)
             if unsolved:
                 return [[]], members
@@ -143,43 +141,7 @@ def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
     return nominal_size(declaration.unit, declaration.nominal) * 1e3**order
 
 
-class _Entries(NamedTuple):
-    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot.
-
-    A `safe` one cannot vanish during a run, a `steady` one does not change.
-    """
-
-    rows: np.ndarray
-    variables: np.ndarray
-    numbers: np.ndarray
-    liking: np.ndarray
-    safe: np.ndarray
-    steady: np.ndarray
-
-    def where(self, kept: Any) -> "_Entries":
-        return _Entries(*(part[kept] for part in self))
-
-    def without(self, peeled: dict[int, int]) -> "_Entries":
-        return self.where(~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values()))))
-
-
-def _groups(entries: _Entries, rows: list[int]) -> list[tuple[list[int], _Entries]]:
-    """Rows that are connected through variables, each set with its entries, which are all of these rows."""
-    place = {row: i for i, row in enumerate(rows)}
-    user = np.array([place[row] for row in entries.rows.tolist()], dtype=int)
-    variables, column = np.unique(entries.variables, return_inverse=True)
-    size = len(rows) + len(variables)
-    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
-    count, label = connected_components(links, directed=False)
-    members: list[list[int]] = [[] for _ in range(count)]
-    for row, group in zip(rows, label.tolist(), strict=False):
-        members[group].append(row)
-    order = np.argsort(label[user], kind="stable")
-    bounds = np.searchsorted(label[user][order], np.arange(count + 1))
-    return [(members[g], entries.where(order[bounds[g] : bounds[g + 1]])) for g in range(count) if members[g]]
-
-
-def _pick(reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool) -> tuple[list[int], list[int]]:
+def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: bool) -> tuple[list[int], list[int]]:
     """As many variables as there are rows, so that the square matrix between them is regular; and the rows left over.
 
     Rows are left over where only a pivot that is not safe would do.
@@ -196,7 +158,7 @@ def _pick(reduced: Reduced, members: list[int], entries: _Entries, only_safe: bo
     return [*peeled.values(), *others], hopeless + left
 
 
-def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, int]:
+def _peel(reduced: Reduced, members: list[int], entries: Entries) -> dict[int, int]:
     """Constraints that have a variable to themselves, liked least of theirs as a state and safe to divide by.
 
     Taking them out needs no elimination, so that a long chain of constraints costs no more than its length.
@@ -228,9 +190,9 @@ def _peel(reduced: Reduced, members: list[int], entries: _Entries) -> dict[int, 
     return peeled
 
 
-def _eliminate(reduced: Reduced, members: list[int], entries: _Entries, only_safe: bool) -> tuple[list[int], list[int]]:
+def _eliminate(reduced: Reduced, members: list[int], entries: Entries, only_safe: bool) -> tuple[list[int], list[int]]:
     columns = sorted(set(entries.variables.tolist()))
-    work = _Elimination(len(members), len(columns))
+    work = Elimination(len(members), len(columns))
     place_row = {row: i for i, row in enumerate(members)}
     place_column = {variable: i for i, variable in enumerate(columns)}
     for row, variable, *entry in zip(*(part.tolist() for part in entries), strict=True):
@@ -260,55 +222,3 @@ def _reluctance(reduced: Reduced, variable: int) -> tuple[int, int]:
 def _select(reduced: Reduced, variable: int) -> int:
     flat = reduced.incidence.flat
     return flat.leaves[flat.leaf_of_node[reduced.incidence.variables[variable]]].declaration.select
-
-
-class _Elimination:
-    """Gaussian elimination under way: `rows` and `columns` are those not used yet."""
-
-    def __init__(self, n_rows: int, n_columns: int) -> None:
-        self.matrix, self.liking = np.zeros((n_rows, n_columns)), np.ones((n_rows, n_columns))
-        self.safe, self.steady = np.ones((n_rows, n_columns), bool), np.ones((n_rows, n_columns), bool)
-        self.rows, self.columns = set(range(n_rows)), set(range(n_columns))
-
-    def put(self, row: int, column: int, number: float, liking: float, safe: bool, steady: bool) -> None:
-        place = row, column
-        self.matrix[place] += number
-        self.liking[place] = min(self.liking[place], liking)
-        self.safe[place] &= safe
-        self.steady[place] &= steady
-
-    def pivot(self, columns: list[int], threshold: float, any_pivot: bool) -> list[int]:
-        """Eliminate with pivots from `columns` while larger than `threshold`; of equals, the last goes first."""
-        picked: list[int] = []
-        while columns and self.rows:
-            rows = sorted(self.rows)
-            inside = np.ix_(rows, columns)
-            block = np.abs(self.matrix[inside])
-            relative = block / np.maximum(np.max(np.abs(self.matrix[rows]), axis=1, keepdims=True), 1e-300)
-            fit = (relative > threshold) & (block > 1e-12) & (self.safe[inside] | any_pivot)
-            if not np.any(fit):
-                return picked
-            score = np.round(np.where(fit, relative * self.liking[inside], 0.0), 9)
-            row, reverse = np.unravel_index(np.argmax(score[:, ::-1]), score.shape)
-            r, c = rows[int(row)], columns[len(columns) - 1 - int(reverse)]
-            self._use(r, c)
-            columns = [item for item in columns if item != c]
-            picked.append(c)
-        return picked
-
-    def _use(self, row: int, column: int) -> None:
-        self.rows.remove(row)
-        self.columns.remove(column)
-        touched = self.matrix[row] != 0
-        for other in self.rows:
-            factor = self.matrix[other, column] / self.matrix[row, column]
-            if factor:
-                self.matrix[other] -= factor * self.matrix[row]
-                # What an elimination with a parameter leaves behind holds that parameter.
-                least = min(self.liking[other, column], self.liking[row, column])
-                mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
-                self.liking[other] = np.where(touched, mixed, self.liking[other])
-                steady = self.steady[other] & self.steady[row] & self.steady[other, column] & self.steady[row, column]
-                self.steady[other] = np.where(touched, steady, self.steady[other])
-                # A sum of what cannot vanish can; only what stays as it was found at the start is still safe.
-                self.safe[other] = np.where(touched, steady, self.safe[other])

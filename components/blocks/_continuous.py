@@ -14,8 +14,8 @@ from ._interfaces import SISO
 class Integrator(SISO):
     """dy/dt = k u, from y = x at the start."""
 
-    k: Param[Scalar, "1"] = 1.0  # gain
-    x: Var[Scalar, "1", prefer] = 0.0  # y; its start value
+    k: Param[Scalar, ""] = 1.0  # gain
+    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
 
     def equations(self, d: Self) -> Equations:
         return dict(integral=eq(d.x, self.k * self.u.value), output=eq(self.y.value, self.x))
@@ -28,8 +28,8 @@ class Derivative(SISO):
     """
 
     T: Param[Scalar, "s", positive]  # time constant of the filter
-    k: Param[Scalar, "1"] = 1.0  # gain
-    x: Var[Scalar, "1", prefer] = 0.0  # u behind the filter
+    k: Param[Scalar, ""] = 1.0  # gain
+    x: Var[Scalar, "", prefer] = 0.0  # u behind the filter
 
     def equations(self, d: Self) -> Equations:
         lead = self.u.value - self.x
@@ -40,8 +40,8 @@ class FirstOrder(SISO):
     """T dy/dt + y = k u, from y = x at the start."""
 
     T: Param[Scalar, "s", positive]  # time constant
-    k: Param[Scalar, "1"] = 1.0  # gain
-    x: Var[Scalar, "1", prefer] = 0.0  # y; its start value
+    k: Param[Scalar, ""] = 1.0  # gain
+    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
 
     def equations(self, d: Self) -> Equations:
         return dict(lag=eq(self.T * d.x, self.k * self.u.value - self.x), output=eq(self.y.value, self.x))
@@ -52,9 +52,9 @@ class SecondOrder(SISO):
 
     w: Param[Scalar, "rad/s", positive]  # natural angular frequency
     D: Param[Scalar, "1", nonnegative]  # damping ratio
-    k: Param[Scalar, "1"] = 1.0  # gain
-    x: Var[Scalar, "1", prefer] = 0.0  # y; its start value
-    v: Var[Scalar, "1/s", prefer] = 0.0  # dy/dt
+    k: Param[Scalar, ""] = 1.0  # gain
+    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    v: Var[Scalar, "", prefer] = 0.0  # dy/dt
 
     def equations(self, d: Self) -> Equations:
         drive = self.w * (self.k * self.u.value - self.x) - 2.0 * self.D * self.v

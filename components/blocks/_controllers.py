@@ -12,9 +12,9 @@ from ._interfaces import SISO, Input, Output
 class PI(SISO):
     """y = k (u + x) with the integral T dx/dt = u. It has no limits: see `LimPI`."""
 
-    k: Param[Scalar, "1"]  # gain
+    k: Param[Scalar, ""]  # gain
     T: Param[Scalar, "s", positive]  # integral time
-    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
+    x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
 
     def equations(self, d: Self) -> Equations:
         return dict(
@@ -26,12 +26,12 @@ class PI(SISO):
 class PID(SISO):
     """y = k (1 + 1 / (Ti s) + Td s / (1 + Td s / Nd)) u. It has no limits: see `LimPID`."""
 
-    k: Param[Scalar, "1"]  # gain
+    k: Param[Scalar, ""]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
     Td: Param[Scalar, "s", positive]  # derivative time
     Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
-    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
-    x_d: Var[Scalar, "1", prefer] = 0.0  # u behind the filter of the derivative part
+    x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
+    x_d: Var[Scalar, "", prefer] = 0.0  # u behind the filter of the derivative part
 
     def equations(self, d: Self) -> Equations:
         u, lead = self.u.value, self.u.value - self.x_d
@@ -50,14 +50,14 @@ class LimitedController(Component, partial=True):
     kinks where it reaches and leaves them, where the integrator shortens its steps.
     """
 
-    k: Param[Scalar, "1", nonzero]  # gain
+    k: Param[Scalar, "", nonzero]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
-    y_max: Param[Scalar, "1"]  # upper limit of y
-    y_min: Param[Scalar, "1"]  # lower limit of y
+    y_max: Param[Scalar, ""]  # upper limit of y
+    y_min: Param[Scalar, ""]  # lower limit of y
     wp: Param[Scalar, "1", nonnegative] = 1.0  # weight of the set point in the proportional part
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
-    x: Var[Scalar, "1", prefer] = 0.0  # integral part, before the gain
-    y_unlimited: Var[Scalar, "1"] = 0.0  # what y would be without limits
+    x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
+    y_unlimited: Var[Scalar, ""] = 0.0  # what y would be without limits
     u_s: Input = Input()  # set point
     u_m: Input = Input()  # measured value
     y: Output = Output()
@@ -93,7 +93,7 @@ class LimPID(LimitedController):
     Td: Param[Scalar, "s", positive]  # derivative time
     wd: Param[Scalar, "1", nonnegative] = 0.0  # weight of the set point in the derivative part
     Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
-    x_d: Var[Scalar, "1", prefer] = 0.0  # input of the derivative part behind its filter
+    x_d: Var[Scalar, "", prefer] = 0.0  # input of the derivative part behind its filter
 
     def equations(self, d: Self) -> Equations:
         lead = self.wd * self.u_s.value - self.u_m.value - self.x_d

@@ -28,9 +28,9 @@ class TransferFunction(SISO):
     """
 
     order: int  # n, found from the length of a
-    a: Param[Vector, "1"]  # coefficients of the denominator, that of the highest power first
-    b: Param[Vector, "1"]  # those of the numerator
-    x: Var[Vector, "1", shape("order")]  # state
+    a: Param[Vector, ""]  # coefficients of the denominator, that of the highest power first
+    b: Param[Vector, ""]  # those of the numerator
+    x: Var[Vector, "", shape("order")]  # state
 
     def __init__(self, *, b: Vector | list[float], a: Vector | list[float], x: Vector | None = None) -> None:
         self.a, self.b = jnp.asarray(a, dtype=float), jnp.asarray(b, dtype=float)
@@ -65,11 +65,11 @@ class StateSpace(Component):
     """
 
     order: int  # length of x, found from A
-    A: Param[Vector, "1"]  # order x order
-    B: Param[Vector, "1"]  # order x inputs
-    C: Param[Vector, "1"]  # outputs x order
-    D: Param[Vector, "1"]  # outputs x inputs
-    x: Var[Vector, "1", shape("order")]  # state
+    A: Param[Vector, ""]  # order x order
+    B: Param[Vector, ""]  # order x inputs
+    C: Param[Vector, ""]  # outputs x order
+    D: Param[Vector, ""]  # outputs x inputs
+    x: Var[Vector, "", shape("order")]  # state
     u: tuple[Input, ...]
     y: tuple[Output, ...]
 

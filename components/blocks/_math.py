@@ -35,7 +35,7 @@ class WeightedSum(Component):
     As MSL `Add3` and `Sum`.
     """
 
-    k: Param[Vector, "1"]  # weights
+    k: Param[Vector, ""]  # weights
     u: tuple[Input, ...]
     y: Output
 
@@ -87,4 +87,4 @@ class Function(SISO):
     function: Callable[[Scalar], Scalar]
 
     def equations(self, d: Self) -> Equations:
-        return dict(function=eq(self.y.value, self.function(self.u.value)))
+        return dict(function=eq(self.y.value, self.function(self.u.value), check_units=False))

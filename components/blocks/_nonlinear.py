@@ -20,8 +20,8 @@ from ._interfaces import SISO, Input, Output
 class Range(SISO, partial=True):
     """A block with two bounds of its input."""
 
-    u_max: Param[Scalar, "1"]  # upper bound
-    u_min: Param[Scalar, "1"]  # lower bound
+    u_max: Param[Scalar, ""]  # upper bound
+    u_min: Param[Scalar, ""]  # lower bound
 
     def __check_init__(self) -> None:
         check_order(self, "u_min", "u_max")
@@ -52,10 +52,10 @@ class SlewRateLimiter(SISO):
     smaller Td follows closer and makes the equations stiffer. y starts at x.
     """
 
-    rising: Param[Scalar, "1/s", positive]  # steepest rise
-    falling: Param[Scalar, "1/s", positive]  # steepest fall, a positive number
+    rising: Param[Scalar, "", positive]  # steepest rise
+    falling: Param[Scalar, "", positive]  # steepest fall, a positive number
     Td: Param[Scalar, "s", positive] = 1e-3  # time constant
-    x: Var[Scalar, "1", prefer] = 0.0  # y; its start value
+    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
 
     def equations(self, d: Self) -> Equations:
         rate = (self.u.value - self.x) / self.Td
@@ -71,7 +71,7 @@ class Switch(Component):
     The derivative with respect to the threshold is zero.
     """
 
-    threshold: Param[Scalar, "1"] = 0.5  # value of control from which on u1 is passed
+    threshold: Param[Scalar, ""] = 0.5  # value of control from which on u1 is passed
     control: Input = Input()
     u1: Input = Input()
     u2: Input = Input()
@@ -88,8 +88,8 @@ class SmoothSwitch(Component):
     A switch that turns over continuously: from 2 % to 98 % of u1 within eight widths.
     """
 
-    width: Param[Scalar, "1", positive]  # of the transition, in units of control
-    threshold: Param[Scalar, "1"] = 0.5  # value of control at which y is half-way
+    width: Param[Scalar, "", positive]  # of the transition, in units of control
+    threshold: Param[Scalar, ""] = 0.5  # value of control at which y is half-way
     control: Input = Input()
     u1: Input = Input()
     u2: Input = Input()

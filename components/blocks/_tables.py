@@ -30,8 +30,8 @@ class Table1D(SISO):
     there, or the curve goes on as a line.
     """
 
-    points: Param[Vector, "1"]  # increasing values of u
-    values: Param[Vector, "1"]  # y at these points
+    points: Param[Vector, ""]  # increasing values of u
+    values: Param[Vector, ""]  # y at these points
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
@@ -53,9 +53,9 @@ class Table2D(SI2SO):
     Beyond the samples, the outermost values are held, with a kink there, or go on linearly.
     """
 
-    points1: Param[Vector, "1"]  # increasing values of u1
-    points2: Param[Vector, "1"]  # increasing values of u2
-    values: Param[Vector, "1"]  # y; a row for each point of u1, a column for each of u2
+    points1: Param[Vector, ""]  # increasing values of u1
+    points2: Param[Vector, ""]  # increasing values of u2
+    values: Param[Vector, ""]  # y; a row for each point of u1, a column for each of u2
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 

@@ -22,9 +22,9 @@ from ._interfaces import SignalSource
 class Periodic(SignalSource, partial=True):
     """y = offset before `start_time`, then offset + amplitude times a shape of values 0 to 1 that repeats."""
 
-    amplitude: Param[Scalar, "1"]  # height of the shape
+    amplitude: Param[Scalar, ""]  # height of the shape
     period: Param[Scalar, "s", positive]  # time after which it repeats
-    offset: Param[Scalar, "1"] = 0.0  # value before it, and its lowest value
+    offset: Param[Scalar, ""] = 0.0  # value before it, and its lowest value
     start_time: Param[Scalar, "s"] = 0.0  # time of the first period
 
 
@@ -94,11 +94,11 @@ class ExpSine(SignalSource):
     With a phase of zero it has a kink at the start, with another a jump.
     """
 
-    amplitude: Param[Scalar, "1"]  # amplitude at the start
+    amplitude: Param[Scalar, ""]  # amplitude at the start
     frequency: Param[Scalar, "Hz"]  # f
     damping: Param[Scalar, "1/s", nonnegative]  # decay rate
     phase: Param[Scalar, "rad"] = 0.0  # phase at the start
-    offset: Param[Scalar, "1"] = 0.0  # mean value
+    offset: Param[Scalar, ""] = 0.0  # mean value
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
@@ -116,11 +116,11 @@ class Exponentials(SignalSource):
     as exp(-t'' / fall_tau).
     """
 
-    height: Param[Scalar, "1"]  # height that the rise tends to
+    height: Param[Scalar, ""]  # height that the rise tends to
     rise_time: Param[Scalar, "s", nonnegative]  # duration of the rise
     rise_tau: Param[Scalar, "s", positive]  # time constant of the rise
     fall_tau: Param[Scalar, "s", positive]  # time constant of the fall
-    offset: Param[Scalar, "1"] = 0.0  # value before it
+    offset: Param[Scalar, ""] = 0.0  # value before it
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
@@ -136,11 +136,11 @@ class ChirpSine(SignalSource):
     For frequency responses. The sweep goes on after `duration`.
     """
 
-    amplitude: Param[Scalar, "1"]  # amplitude
+    amplitude: Param[Scalar, ""]  # amplitude
     f0: Param[Scalar, "Hz"]  # frequency at t = 0
     f1: Param[Scalar, "Hz"]  # frequency at t = duration
     duration: Param[Scalar, "s", positive]  # of the sweep
-    offset: Param[Scalar, "1"] = 0.0  # mean value
+    offset: Param[Scalar, ""] = 0.0  # mean value
 
     def equations(self, d: Self) -> Equations:
         cycles = self.f0 * self.t + (self.f1 - self.f0) * self.t**2 / (2.0 * self.duration)

@@ -37,6 +37,7 @@ class BodyRadiation(Component):
     """
 
     Gr: Param[Scalar, "m2", nonnegative]  # net radiation conductance
+    sigma: Param[Scalar, "W/(m2.K4)", nonnegative] = STEFAN_BOLTZMANN  # Stefan-Boltzmann constant
     Q_flow: Var[Scalar, "W"] = 0.0  # heat flow from a to b
     a: HeatPort = HeatPort()
     b: HeatPort = HeatPort()
@@ -45,5 +46,5 @@ class BodyRadiation(Component):
         return dict(
             flow_a=eq(self.a.Q_flow, self.Q_flow),
             flow_b=eq(self.b.Q_flow, -self.Q_flow),
-            radiation=eq(self.Q_flow, self.Gr * STEFAN_BOLTZMANN * (self.a.T**4 - self.b.T**4)),
+            radiation=eq(self.Q_flow, self.Gr * self.sigma * (self.a.T**4 - self.b.T**4)),
         )

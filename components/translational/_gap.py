@@ -14,36 +14,40 @@ from ._interfaces import Compliant
 class ElastoGap(Compliant):
     """A spring and damper that only push: no force while s_rel > s_rel0 (MSL `ElastoGap`).
 
-    In contact, with the indentation x = s_rel0 - s_rel: f = -c x^n + d v_rel, where the damping is limited to the size
-    of c x^n, so that the force is continuous at contact and never pulls. It has kinks at contact and where that limit
-    is met, and no event: the integrator shortens its steps there, and a gradient through them is less accurate than
-    the solution.
+    In contact, with the indentation x = s_rel0 - s_rel in lengths of s_ref: f = -c s_ref x^n + d v_rel, where the
+    damping is limited to the size of the first term, so that the force is continuous at contact and never pulls. It has
+    kinks at contact and where that limit is met, and no event: the integrator shortens its steps there, and a gradient
+    through them is less accurate than the solution.
     """
 
-    c: Param[Scalar, "N/m", nonnegative]  # stiffness; for n other than 1 in N/m^n
+    c: Param[Scalar, "N/m", nonnegative]  # stiffness, as a secant at an indentation of s_ref
     d: Param[Scalar, "N.s/m", nonnegative]  # damping coefficient
     s_rel0: Param[Scalar, "m"] = 0.0  # relative position at which contact begins
     n: Param[Scalar, "1", positive] = 1.0  # exponent, at least 1; 1.5 for a Hertzian point contact
+    s_ref: Param[Scalar, "m", positive] = 1.0  # with 1 m, c has the number that it has in N/m^n
     v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
 
     def __check_init__(self) -> None:
         check(self, "n", lambda value: value >= 1.0, "at least 1")
 
     def _power(self, exponent: Scalar) -> Scalar:
-        """The indentation to a power, 0 where there is no contact; guarded, as the derivative of 0^n has log(0)."""
-        x = self.s_rel0 - self.s_rel
+        """x to a power, 0 where there is no contact; guarded, as the derivative of 0^n has log(0)."""
+        x = (self.s_rel0 - self.s_rel) / self.s_ref
         return jnp.where(x > 0.0, jnp.where(x > 0.0, x, 1.0) ** exponent, 0.0)
 
+    def _elastic(self) -> Scalar:
+        return self.c * self.s_ref * self._power(self.n)
+
     def _damping(self) -> Scalar:
-        size = self.c * self._power(self.n)
+        size = self._elastic()
         return limited(self.d * self.v_rel, -size, size)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
             relative_speed=eq(self.v_rel, d.s_rel),
-            law=eq(self.f, self._damping() - self.c * self._power(self.n)),
+            law=eq(self.f, self._damping() - self._elastic()),
         )
 
     def energy(self) -> Energy:
-        stored = self.c / (self.n + 1.0) * self._power(self.n + 1.0)
+        stored = self.c * self.s_ref**2 / (self.n + 1.0) * self._power(self.n + 1.0)
         return Energy(stored=stored, dissipated=self._damping() * self.v_rel)

@@ -9,7 +9,7 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Float
 
-from acausal import Scalar, linearise
+from acausal import Scalar, linearise, replace
 from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
@@ -90,9 +90,8 @@ def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
 
 def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
     """The model with start values at rest."""
-    starts = (rest.stroke, rest.compression, rest.angle)
-    model = eqx.tree_at(lambda m: (m.slave.rod.s, m.line.V, m.motor.shaft.phi), model, starts)
-    if isinstance(model, ElectrohydraulicActuator):
-        return model
-    assert isinstance(model, ElectromechanicalActuator | WormActuator)
-    return eqx.tree_at(lambda m: m.cam.shaft.phi, model, rest.angle / model.gearbox.ratio)
+    starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
+    if not isinstance(model, ElectrohydraulicActuator):
+        assert isinstance(model, ElectromechanicalActuator | WormActuator)
+        starts["cam.shaft.phi"] = rest.angle / model.gearbox.ratio
+    return replace(model, starts)

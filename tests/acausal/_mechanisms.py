@@ -4,13 +4,27 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Equations, Nominal, Param, Scalar, Var, Vector, connect, eq, positive, shape
+from acausal import (
+    Component,
+    Connections,
+    Equations,
+    Nominal,
+    Param,
+    Scalar,
+    Var,
+    Vector,
+    connect,
+    eq,
+    never,
+    positive,
+    shape,
+)
 from components.blocks import Sine
 from components.electrical import Capacitor, Ground, Resistor, SignalVoltage
 
 
-class Pendulum(Component):
-    """A point of mass 1 kg on a massless rod, in Cartesian coordinates: an index-3 system."""
+class PointOnRod(Component, partial=True):
+    """A point mass on a massless rod, in Cartesian coordinates: an index-3 system."""
 
     L: Param[Scalar, "m", positive] = 1.0
     g: Param[Scalar, "m/s2"] = 9.81
@@ -20,7 +34,7 @@ class Pendulum(Component):
     v: Var[Scalar, "m/s"] = 0.0
     force: Var[Scalar, "1/s2", Nominal(100.0)] = 0.0  # in the rod, per length and mass
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         return dict(
             speed_x=eq(self.u, d.x),
             speed_y=eq(self.v, d.y),
@@ -28,6 +42,17 @@ class Pendulum(Component):
             newton_y=eq(d.v, -self.force * self.y - self.g),
             rod=eq(self.x**2 + self.y**2, self.L**2),
         )
+
+
+class Pendulum(PointOnRod):
+    """It may turn over, so that no choice of states is good everywhere."""
+
+
+class Swing(PointOnRod):
+    """A pendulum that is known to stay below the horizontal, so that x will do as its state."""
+
+    y: Var[Scalar, "m", never] = -1.0
+    v: Var[Scalar, "m/s", never] = 0.0
 
 
 class DrivenCapacitor(Component):
@@ -100,9 +125,9 @@ class FourBar(Component):
 
     lengths: Param[Vector, "m"]  # of crank, coupler, rocker and frame
     J: Param[Vector, "kg.m2"]  # of crank, coupler and rocker
-    angles: Var[Vector, "rad", shape(3)] = 0.0
-    w: Var[Vector, "rad/s", shape(3)] = 0.0
-    force: Var[Vector, "N", shape(2)] = 0.0
+    angles: Var[Vector, "rad", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
+    w: Var[Vector, "rad/s", shape(3)] = 0.0  # pyright: ignore[reportAssignmentType]
+    force: Var[Vector, "N", shape(2)] = 0.0  # pyright: ignore[reportAssignmentType]
 
     def closure(self) -> Any:
         a, b, c, frame = self.lengths

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _linear_models import C, J, K, L, R, helmholtz, motor_rig, rlc, two_mass
+from _mechanisms import PointOnRod
 from _models import oscillator
 
 from acausal import (
@@ -15,13 +16,15 @@ from acausal import (
     Energy,
     Equations,
     ModelError,
+    Param,
     Scalar,
     Var,
-    compile,
     connect,
     eq,
     linearise,
+    positive,
     prefer,
+    structure,
 )
 from acausal._analyse.modes import Shares
 from acausal._analyse.redundant import curvature, reduced
@@ -203,59 +206,61 @@ def test_redundant_states_away_from_an_axis() -> None:
     np.testing.assert_allclose(np.square(poles), -GRAVITY / LENGTH, rtol=1e-12)
 
 
-class PointOnRod(Component):
-    """The pendulum of `_pendulum` with all of its four states; its kinetic energy."""
+class Bob(PointOnRod):
+    """The point of a pendulum with its kinetic energy, and its height for another component."""
 
-    x: Var[Scalar, "m", prefer] = 0.0
-    y: Var[Scalar, "m", prefer] = -LENGTH
-    u: Var[Scalar, "m/s", prefer] = 0.0
-    v: Var[Scalar, "m/s", prefer] = 0.0
+    m: Param[Scalar, "kg", positive] = 3.0
     height: translational.Flange = translational.Flange()
 
     def equations(self, d: Self) -> Equations:
-        rates = _pendulum(jnp.array([self.x, self.y, self.u, self.v]))
-        equations = dict(x=eq(d.x, rates[0]), y=eq(d.y, rates[1]), u=eq(d.u, rates[2]), v=eq(d.v, rates[3]))
-        return equations | dict(height=eq(self.height.s, self.y))
+        return super().equations(d) | dict(height=eq(self.height.s, self.y))
 
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * 3.0 * (self.u**2 + self.v**2))
+        return Energy(stored=0.5 * self.m * (self.u**2 + self.v**2))
 
 
-class Height(Component):
+class Weight(Component):
     """The potential energy m g s."""
 
+    weight: Param[Scalar, "N"] = 3.0 * GRAVITY
     flange: translational.Flange = translational.Flange()
 
     def equations(self, d: Self) -> Equations:
         return dict(free=eq(self.flange.f))
 
     def energy(self) -> Energy:
-        return Energy(stored=3.0 * GRAVITY * self.flange.s)
+        return Energy(stored=self.weight * self.flange.s)
 
 
-class Swing(Component):
-    point: PointOnRod
-    height: Height
+class HeavyBob(Component):
+    bob: Bob
+    weight: Weight
 
     def connections(self) -> Connections:
-        return (connect(self.point.height, self.height.flange),)
+        return (connect(self.bob.height, self.weight.flange),)
 
 
-def test_system_with_invariants(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_system_with_invariants() -> None:
     """Two poles at the pendulum's frequency remain of four, and its energy is shared along the circle."""
-    model = Swing(point=PointOnRod(), height=Height())
-    system = compile(model)
-    assert len(linearise(model, system=system).poles) == 4
-    order = [system.state_names.index(f"point.{name}") for name in "xyuv"]
-    monkeypatch.setattr(system, "has_invariants", True, raising=False)
-    monkeypatch.setattr(system, "invariants", lambda t, y, inputs: _invariants(y[jnp.array(order)]), raising=False)
-    linear = linearise(model, system=system, outputs=["point.y", "point.x"])
-    assert set(linear.states) == {"point.x", "point.u"}
+    model = HeavyBob(bob=Bob(L=LENGTH, x=0.0, y=-LENGTH, u=0.0), weight=Weight())
+    assert len(structure(model).states) == 4
+    linear = linearise(model, outputs=["bob.y", "bob.x"])
+    assert set(linear.states) == {"bob.x", "bob.u"}
     np.testing.assert_allclose(linear.poles, np.array([1j, -1j]) * np.sqrt(GRAVITY / LENGTH), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(linear.C @ linear.A @ linear.A, -GRAVITY / LENGTH * linear.C, atol=1e-12)
     np.testing.assert_allclose(linear.C[0], 0.0, atol=1e-15)
-    np.testing.assert_allclose(linear.energy["point"], 0.5, rtol=1e-12)
-    np.testing.assert_allclose(linear.energy["height"], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(linear.energy["bob"], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(linear.energy["weight"], 0.5, rtol=1e-12)
+
+
+def test_pendulum_upside_down() -> None:
+    """s^2 = g / L; the energy of a motion that runs away is zero in sum."""
+    linear = linearise(HeavyBob(bob=Bob(L=LENGTH, x=0.0, y=LENGTH, u=0.0), weight=Weight()))
+    np.testing.assert_allclose(
+        np.sort(linear.poles.real), np.array([-1.0, 1.0]) * np.sqrt(GRAVITY / LENGTH), rtol=1e-12
+    )
+    np.testing.assert_allclose(linear.energy["bob"], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(linear.energy["weight"], -0.5, rtol=1e-12)
 
 
 def test_energy_along_a_constraint() -> None:
@@ -283,21 +288,22 @@ def test_free_oscillation_keeps_its_energy_shares() -> None:
     np.testing.assert_allclose(shares[system.energy.names.index("first")], 0.5 / 3.0, rtol=1e-8)
 
 
-class Weight(Component):
+class TopWeight(Component):
     """A point mass on top of a rod, whose weight turns the rod further: tau = -m g l sin(phi)."""
 
+    moment: Param[Scalar, "N.m"] = 5.0  # m g l
     phi: Var[Scalar, "rad", prefer] = 0.0
     flange: Flange = Flange()
 
     def equations(self, d: Self) -> Equations:
-        return dict(angle=eq(self.phi, self.flange.phi), weight=eq(self.flange.tau, -5.0 * jnp.sin(self.phi)))
+        return dict(angle=eq(self.phi, self.flange.phi), weight=eq(self.flange.tau, -self.moment * jnp.sin(self.phi)))
 
     def energy(self) -> Energy:
-        return Energy(stored=5.0 * jnp.cos(self.phi))
+        return Energy(stored=self.moment * jnp.cos(self.phi))
 
 
 class Inverted(Component):
-    weight: Weight
+    weight: TopWeight
     rotor: Inertia
 
     def connections(self) -> Connections:
@@ -313,7 +319,7 @@ def test_mode_that_stores_nothing() -> None:
 
 def test_weight_that_drives_a_mode() -> None:
     """An unstable motion has no energy in sum: what the rotor gains the weight gives."""
-    system = linearise(Inverted(weight=Weight(), rotor=Inertia(J=0.2)))
+    system = linearise(Inverted(weight=TopWeight(), rotor=Inertia(J=0.2)))
     np.testing.assert_allclose(np.sort(system.poles.real), [-5.0, 5.0], rtol=1e-13)
     np.testing.assert_allclose(system.energy["rotor"], 0.5, rtol=1e-12)
     np.testing.assert_allclose(system.energy["weight"], -0.5, rtol=1e-12)

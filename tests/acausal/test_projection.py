@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _mechanisms import FourBar, Pendulum, SliderCrank
+from _mechanisms import FourBar, Pendulum, SliderCrank, Swing
 from scipy.special import ellipj, ellipk
 
 from acausal import (
@@ -105,7 +105,7 @@ def test_slider_crank_turns_over() -> None:
 
 def _over_time(model: Component) -> Any:
     """Which leaves of a view of the model have a time axis."""
-    from acausal._declare.node import rebuilt
+    from acausal._declare.layout import rebuilt
 
     return rebuilt(model, lambda path, declaration, value: None if declaration.role == "param" else 0)
 
@@ -139,27 +139,6 @@ def test_the_mass_matrix_form() -> None:
     model = Pendulum(x=1.0, y=0.0)
     sol = simulate(model, 2.0, save="end", rtol=1e-9, system=compile(model, algebraic="integrate"))
     np.testing.assert_allclose(sol.final.x, 0.793566195343, atol=1e-7)
-
-
-class Swing(Component):
-    """A pendulum that is known to stay below the horizontal, so that x will do as its state."""
-
-    L: Param[Scalar, "m"] = 1.0
-    g: Param[Scalar, "m/s2"] = G
-    x: Var[Scalar, "m"] = 0.0
-    y: Var[Scalar, "m", never] = -1.0
-    u: Var[Scalar, "m/s"] = 0.0
-    v: Var[Scalar, "m/s", never] = 0.0
-    force: Var[Scalar, "1/s2"] = 0.0
-
-    def equations(self, d: Self) -> Equations:
-        return dict(
-            speed_x=eq(self.u, d.x),
-            speed_y=eq(self.v, d.y),
-            newton_x=eq(d.u, -self.force * self.x),
-            newton_y=eq(d.v, -self.force * self.y - self.g),
-            rod=eq(self.x**2 + self.y**2, self.L**2),
-        )
 
 
 def test_never_forces_a_choice() -> None:

@@ -23,7 +23,7 @@ def test_counts(circuit: Structure) -> None:
     # the ground, and the slope of the capacitor's voltage.
     assert circuit.equations == 7
     assert circuit.aliases == 20 - 3 - 7
-    assert circuit.states == ("c.v",)
+    assert circuit.states == {"c.v": "free, declared prefer"}
     assert circuit.differentiated == {}
     assert circuit.dummies == ()
 
@@ -47,7 +47,7 @@ def test_blocks_come_in_the_order_of_computation(circuit: Structure) -> None:
 def test_text(circuit: Structure) -> None:
     text = str(circuit)
     assert text.splitlines()[0] == "20 variables, 3 parameters"
-    assert "States (1): c.v" in text
+    assert "States (1):\n  c.v: free, declared prefer\n" in text
     assert "7 blocks in 7 groups, 1 of them simultaneous" in text
     assert "one linear equation: r.ohm  ->  source.i" in text
     assert "Differentiated" not in text

@@ -1,6 +1,5 @@
 """Units of whole models: what is reported, where, and how to silence it."""
 
-import dataclasses
 from typing import Any, Self
 
 import jax.numpy as jnp
@@ -27,7 +26,7 @@ from acausal import (
 )
 from acausal._reduce.flatten import flatten
 from acausal._units.check import check_units, unit_problems
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components import blocks, hydraulic
 from components.blocks import Gain, Input, Output, Ramp, Sum
 from components.rotational import AngleSensor, ConstantTorque, Inertia, SignalTorque, SpeedSensor, TorqueSensor
 
@@ -297,55 +296,3 @@ class Weighted(Component):
 def test_a_controller_with_gains() -> None:
     model = Weighted(angle=AngleSensor(), speed=SpeedSensor(), sum=Sum(k1=2.0, k2=0.1), torque=SignalTorque())
     assert unit_problems(flatten(model)) == []
-
-
-ARRAYS: dict[str, dict[str, Any]] = {
-    "TabulatedSpring": dict(positions=jnp.arange(4.0), forces=jnp.arange(4.0)),
-    "TimeSeries": dict(times=jnp.arange(4.0), values=jnp.arange(4.0)),
-    "TabulatedLift": dict(angles=jnp.arange(4.0), lifts=jnp.zeros(4)),
-    "EccentricDisc": dict(eccentricity=1.0, radius=2.0),
-    "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
-    "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
-    "TimeFunction": dict(function=jnp.sin),
-    "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
-}
-
-
-def _library() -> list[type]:
-    modules = (blocks, electrical, hydraulic, rotational, thermal, translational)
-    found = [cls for module in modules for cls in vars(module).values() if isinstance(cls, type)]
-    return [cls for cls in found if issubclass(cls, Component) and not getattr(cls, "_partial", False)]
-
-
-def _built(cls: type) -> Any:
-    if cls.__name__ in ARRAYS:
-        return cls(**ARRAYS[cls.__name__])
-    fields = dataclasses.fields(cls)
-    return cls(**{field.name: 1.0 for field in fields if field.default is dataclasses.MISSING})
-
-
-PROFILES = [
-    rotational.LinearLift(rate=1.0),
-    rotational.EccentricDisc(**ARRAYS["EccentricDisc"]),
-    rotational.TabulatedLift(**ARRAYS["TabulatedLift"]),
-]
-LIBRARY = [_built(cls) for cls in _library() if cls.__name__ != "Cam"]
-LIBRARY += [rotational.Cam(profile=profile, J=1.0) for profile in PROFILES]
-LIBRARY += [blocks.TimeSeries(**ARRAYS["TimeSeries"], smooth=False)]
-
-
-@pytest.mark.parametrize("component", LIBRARY, ids=lambda component: type(component).__name__)
-def test_every_component_of_the_library(component: Component) -> None:
-    assert unit_problems(flatten(component)) == []
-
-
-def test_the_library_is_covered() -> None:
-    assert len({type(component) for component in LIBRARY}) > 50
-    unchecked = [name for component in LIBRARY for name in _unchecked(component)]
-    assert unchecked == ["function"]
-
-
-def _unchecked(component: Component) -> list[str]:
-    from acausal._units.check import unchecked_equations
-
-    return unchecked_equations(flatten(component))

@@ -13,7 +13,7 @@ from jax import Array
 from jax.flatten_util import ravel_pytree
 
 from acausal import Component, Energy, Port
-from acausal._declare.node import complete_leaves
+from acausal._declare.layout import complete_leaves
 from acausal._reduce.flatten import FlatLeaf, FlatModel, flatten
 from components.blocks import Signal
 from components.electrical import Pin

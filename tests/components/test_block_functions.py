@@ -7,6 +7,7 @@ import pytest
 from _static_blocks import output
 
 from acausal import Component, ParameterError, replace
+from acausal._declare.layout import complete
 from components import blocks
 
 U = np.array([-2.0, -0.5, 0.25, 1.0, 3.0])
@@ -126,7 +127,7 @@ def test_bicubic_table_is_exact_for_parabolas_inside_and_has_continuous_slopes()
 
 def test_weighted_sum_has_as_many_inputs_as_weights() -> None:
     block = blocks.WeightedSum(k=[1.0, -2.0, 0.5])
-    filled = replace(block, {f"u[{i}].value": value for i, value in enumerate([3.0, 1.0, 4.0])})
+    filled = complete(replace(block, {f"u[{i}].value": value for i, value in enumerate([3.0, 1.0, 4.0])}))
     (equation,) = filled.equations(filled).values()
     assert len(block.u) == 3
     assert -equation.residual == pytest.approx(3.0)

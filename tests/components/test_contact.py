@@ -2,20 +2,20 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
 
-from acausal import Connections, ParameterError, Scalar, connect, simulate
+from acausal import Connections, ParameterError, Scalar, connect, replace, simulate
+from acausal._declare.layout import complete
 from components import rotational, translational
 
 
 def effort(part: Any, law: str, **values: float) -> Scalar:
     """The torque or force of a part at a relative position and speed."""
-    here = eqx.tree_at(lambda p: [getattr(p, name) for name in values], part, list(values.values()))
+    here = complete(replace(part, values))
     return -here.equations(here)[law].residual
 
 

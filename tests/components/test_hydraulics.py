@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Connections, connect, simulate
+from acausal._declare.layout import complete
 from components.blocks import Constant
 from components.hydraulic import (
     CheckValve,
@@ -73,11 +74,10 @@ def test_pushing_the_master_in_pushes_the_slave_out() -> None:
 def test_cylinder_signs_and_power(cylinder: type[MasterCylinder] | type[SlaveCylinder], sense: float) -> None:
     """A pressure presses the master's rod out of what pushes it, and pushes with the slave's; no power is lost."""
     v, p = 0.3, 2e6
-    here = cylinder(bore=0.02, port=FluidPort(p=p))
-    moving = cylinder(bore=0.02)
+    here = complete(cylinder(bore=0.02, port=FluidPort(p=p)))
     area = np.pi / 4 * 0.02**2
     assert float(jnp.asarray(here.area)) == pytest.approx(area)
-    equations = here.equations(type(moving)(bore=0.02, rod=type(here.rod)(s=v)))
+    equations = here.equations(complete(cylinder(bore=0.02, rod=type(here.rod)(s=v))))
     q, f = (-float(jnp.asarray(equations[name].residual)) for name in ("displacement", "force"))
     assert q == pytest.approx(-sense * area * v)
     assert f == pytest.approx(sense * area * p)
@@ -237,11 +237,10 @@ def test_open_valve_is_an_orifice() -> None:
 
 def test_rounded_valve_is_the_ideal_one_but_for_its_corner() -> None:
     """The flow at the corner is ln 2 times transition pressure times conductance; backward it stays below S(0)."""
-    valve = ReliefValve(conductance=1e-10, cracking_pressure=5e6, transition_pressure=1e4)
 
     def flow(dp: float) -> float:
-        at = ReliefValve(conductance=1e-10, cracking_pressure=5e6, transition_pressure=1e4, dp=dp)
-        return -float(jnp.asarray(at.equations(valve)["law"].residual))
+        valve = complete(ReliefValve(conductance=1e-10, cracking_pressure=5e6, transition_pressure=1e4, dp=dp))
+        return -float(jnp.asarray(valve.equations(valve)["law"].residual))
 
     assert flow(0.0) == 0.0
     assert flow(5e6) == pytest.approx(1e-10 * 1e4 * np.log(2.0))

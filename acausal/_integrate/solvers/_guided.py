@@ -26,11 +26,11 @@ class Guided(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     refresh: Callable[[Any, Any, Any, Any], Any] = eqx.field(static=True)
 
     @property
-    def term_structure(self) -> Any:
+    def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.solver.term_structure
 
     @property
-    def term_compatible_contr_kwargs(self) -> Any:
+    def term_compatible_contr_kwargs(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.solver.term_compatible_contr_kwargs
 
     @property
@@ -42,7 +42,7 @@ class Guided(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.solver.scan_kind
 
     @property
-    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
         return _interpolation(self.solver.interpolation_cls, self.start)
 
     def order(self, terms: Any) -> Any:

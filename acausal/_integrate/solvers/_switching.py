@@ -65,6 +65,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     """
 
     solver: Any
+    holds: Bool[Array, " events"]  # which conditions hold at the start
     start: int = eqx.field(static=True)
     stop: int = eqx.field(static=True)
     n_records: int = eqx.field(static=True)
@@ -74,11 +75,11 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     bound: Callable[[Any, Any], Any] = eqx.field(static=True)
 
     @property
-    def term_structure(self) -> Any:
+    def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.solver.term_structure
 
     @property
-    def term_compatible_contr_kwargs(self) -> Any:
+    def term_compatible_contr_kwargs(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
         return self.solver.term_compatible_contr_kwargs
 
     @property
@@ -90,7 +91,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.solver.scan_kind
 
     @property
-    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
         return pieces_of(self.solver.interpolation_cls, self.start)
 
     def order(self, terms: Any) -> Any:
@@ -102,7 +103,7 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Any) -> Memory:
         inner = self.solver.init(terms, t0, t1, self._core(y0), self.bound(args, y0))
         record = Record.empty(self.n_records, len(y0) if self.keeps_vectors else 0)
-        return Memory(inner, self.margins(t0, y0, args) > 0, record)
+        return Memory(inner, self.holds, record)
 
     def func(self, terms: Any, t0: Any, y0: Vector, args: Any) -> Vector:
         rates = self.solver.func(terms, t0, self._core(y0), self.bound(args, y0))
@@ -123,7 +124,9 @@ class Switching(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             def through() -> _Ahead:
                 when, forced = self._moment(path, args, fires, lower, upper)
                 before = path.evaluate(when)
-                settled = self.settle(when, before, ahead.holds, forced, INSTANT * (t1 - t0), args)
+                # What has just ceased to hold may begin again at once.
+                held = ahead.holds & (self.margins(when, before, args) > 0)
+                settled = self.settle(when, before, held, forced, INSTANT * (t1 - t0), args)
                 y = jnp.concatenate([settled.y[: self.stop - 1], settled.flag[None], settled.y[self.stop :]])
                 record = ahead.record.noted(when, before, y, settled.fired)
                 begun = self.solver.init(terms, when, t1, self._core(y), self.bound(args, y))

@@ -1,0 +1,69 @@
+"""Trees of nodes with other leaves, and the places of start values that are not given."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import jax
+
+from .annotations import Declaration
+from .node import Node, dynamic_fields, join, leaves_of
+
+
+def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = "") -> Any:
+    """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf."""
+    if isinstance(node, tuple | list):
+        return type(node)(rebuilt(item, new, f"{path}[{index}]") for index, item in enumerate(node))
+    if not isinstance(node, Node):
+        return node
+    copy = object.__new__(type(node))
+    for name, value in vars(node).items():
+        object.__setattr__(copy, name, value)
+    for name, declaration in dynamic_fields(type(node)):
+        value, here = getattr(node, name), join(path, name)
+        changed = rebuilt(value, new, here) if declaration is None else new(here, declaration, value)
+        object.__setattr__(copy, name, changed)
+    return copy
+
+
+def with_leaves(node: Any, leaves: Iterable[Any]) -> Any:
+    """A tree of nodes with other leaves, in pytree order; None for what is not given."""
+    remaining = iter(leaves)
+    return rebuilt(node, lambda path, declaration, value: next(remaining))
+
+
+def complete(node: Any) -> Any:
+    """A tree of nodes with zeros for the start values that are not given."""
+    return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Layout:
+    """The leaves of a model in pytree order, those that are not given included.
+
+    `structure` is that of the complete model; `places[i]` is where leaf i lies among the given ones, -1 where it is not
+    given.
+    """
+
+    structure: Any
+    places: tuple[int, ...]
+
+    def spread(self, given: Sequence[Any]) -> list[Any]:
+        """All leaves; None for those that are not given."""
+        return [None if place < 0 else given[place] for place in self.places]
+
+
+def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
+    """All leaves of a model, with None for start values that are not given, and how they are laid out."""
+    given, structure = jax.tree_util.tree_flatten(model)
+    layout = layout_of(structure)
+    return layout.spread(given), layout
+
+
+@ft.lru_cache(maxsize=4096)
+def layout_of(structure: Any) -> Layout:
+    """How the leaves of models with this tree structure are laid out."""
+    numbered = structure.unflatten(range(structure.num_leaves))
+    places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))
+    return Layout(jax.tree_util.tree_structure(complete(numbered)), places)

@@ -1,0 +1,95 @@
+"""Gaussian elimination on the coefficients of constraints, which tells apart what may be divided by."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+
+class Entries(NamedTuple):
+    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot.
+
+    A `safe` one cannot vanish during a run, a `steady` one does not change.
+    """
+
+    rows: np.ndarray
+    variables: np.ndarray
+    numbers: np.ndarray
+    liking: np.ndarray
+    safe: np.ndarray
+    steady: np.ndarray
+
+    def where(self, kept: Any) -> "Entries":
+        return Entries(*(part[kept] for part in self))
+
+    def without(self, peeled: dict[int, int]) -> "Entries":
+        return self.where(~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values()))))
+
+
+def connected(entries: Entries, rows: list[int]) -> list[tuple[list[int], Entries]]:
+    """Rows that are connected through variables, each set with its entries, which are all of these rows."""
+    place = {row: i for i, row in enumerate(rows)}
+    user = np.array([place[row] for row in entries.rows.tolist()], dtype=int)
+    variables, column = np.unique(entries.variables, return_inverse=True)
+    size = len(rows) + len(variables)
+    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
+    count, label = connected_components(links, directed=False)
+    members: list[list[int]] = [[] for _ in range(count)]
+    for row, group in zip(rows, label.tolist(), strict=False):
+        members[group].append(row)
+    order = np.argsort(label[user], kind="stable")
+    bounds = np.searchsorted(label[user][order], np.arange(count + 1))
+    return [(members[g], entries.where(order[bounds[g] : bounds[g + 1]])) for g in range(count) if members[g]]
+
+
+class Elimination:
+    """Gaussian elimination under way: `rows` and `columns` are those not used yet."""
+
+    def __init__(self, n_rows: int, n_columns: int) -> None:
+        self.matrix, self.liking = np.zeros((n_rows, n_columns)), np.ones((n_rows, n_columns))
+        self.safe, self.steady = np.ones((n_rows, n_columns), bool), np.ones((n_rows, n_columns), bool)
+        self.rows, self.columns = set(range(n_rows)), set(range(n_columns))
+
+    def put(self, row: int, column: int, number: float, liking: float, safe: bool, steady: bool) -> None:
+        place = row, column
+        self.matrix[place] += number
+        self.liking[place] = min(self.liking[place], liking)
+        self.safe[place] &= safe
+        self.steady[place] &= steady
+
+    def pivot(self, columns: list[int], threshold: float, any_pivot: bool) -> list[int]:
+        """Eliminate with pivots from `columns` while larger than `threshold`; of equals, the last goes first."""
+        picked: list[int] = []
+        while columns and self.rows:
+            rows = sorted(self.rows)
+            inside = np.ix_(rows, columns)
+            block = np.abs(self.matrix[inside])
+            relative = block / np.maximum(np.max(np.abs(self.matrix[rows]), axis=1, keepdims=True), 1e-300)
+            fit = (relative > threshold) & (block > 1e-12) & (self.safe[inside] | any_pivot)
+            if not np.any(fit):
+                return picked
+            score = np.round(np.where(fit, relative * self.liking[inside], 0.0), 9)
+            row, reverse = np.unravel_index(np.argmax(score[:, ::-1]), score.shape)
+            r, c = rows[int(row)], columns[len(columns) - 1 - int(reverse)]
+            self._use(r, c)
+            columns = [item for item in columns if item != c]
+            picked.append(c)
+        return picked
+
+    def _use(self, row: int, column: int) -> None:
+        self.rows.remove(row)
+        self.columns.remove(column)
+        touched = self.matrix[row] != 0
+        for other in self.rows:
+            factor = self.matrix[other, column] / self.matrix[row, column]
+            if factor:
+                self.matrix[other] -= factor * self.matrix[row]
+                # What an elimination with a parameter leaves behind holds that parameter.
+                least = min(self.liking[other, column], self.liking[row, column])
+                mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
+                self.liking[other] = np.where(touched, mixed, self.liking[other])
+                steady = self.steady[other] & self.steady[row] & self.steady[other, column] & self.steady[row, column]
+                self.steady[other] = np.where(touched, steady, self.steady[other])
+                # A sum of what cannot vanish can; only what stays as it was found at the start is still safe.
+                self.safe[other] = np.where(touched, steady, self.safe[other])

@@ -1,0 +1,295 @@
+"""Events: located, carried out in order, differentiated, and named where they do not come to an end."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import (
+    Array,
+    Component,
+    Connections,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    ModelError,
+    Param,
+    Result,
+    Scalar,
+    SimulationError,
+    Time,
+    Var,
+    connect,
+    eq,
+    positive,
+    repeat,
+    simulate,
+    when,
+)
+from components.rotational import IdealGear, Inertia
+
+G = 9.81
+
+
+class Ball(Component):
+    """A ball that rebounds from the floor with a share e of its speed."""
+
+    e: Param[Scalar, "1", positive] = 0.8
+    m: Param[Scalar, "kg", positive] = 2.0
+    g: Param[Scalar, "m/s2", positive] = G
+    h: Var[Scalar, "m"] = 1.0
+    v: Var[Scalar, "m/s"] = 0.0
+    impacts: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.h, self.v), fall=eq(d.v, -self.g))
+
+    def events(self) -> Events:
+        return dict(impact=when(self.h < 0.0, v=-self.e * self.v, impacts=self.impacts + 1.0))
+
+    def energy(self) -> Energy:
+        return Energy(stored=self.m * (0.5 * self.v**2 + self.g * self.h))
+
+
+def impacts(e: Any, n: int) -> Any:
+    """When a ball dropped from 1 m hits the floor: each flight takes e times as long as the one before."""
+    first = np.sqrt(2.0 / G)
+    flights = 2.0 * first * e ** np.arange(1, n)
+    return first + np.concatenate([[0.0], np.cumsum(flights)])
+
+
+def height(e: Any, t: float) -> Any:
+    times = impacts(e, 40)
+    n = int(np.sum(times < t))
+    since = t - times[n - 1]
+    return e**n * np.sqrt(2.0 * G) * since - 0.5 * G * since**2
+
+
+@pytest.fixture(scope="module")
+def bounced() -> Any:
+    return simulate(Ball(), 3.0, rtol=1e-10, energy=True)
+
+
+def test_moments_and_trajectory(bounced: Any) -> None:
+    assert bounced.events.names == ["impact"] * 6
+    np.testing.assert_allclose(bounced.events.times, impacts(0.8, 6), rtol=1e-12)
+    np.testing.assert_allclose(bounced.final.h, height(0.8, 3.0), rtol=1e-10)
+    assert bounced.final.impacts == 6.0
+    assert "2.88007" in str(bounced.events)
+
+
+def test_saved_steps_have_both_sides_of_an_event(bounced: Any) -> None:
+    first = np.flatnonzero(np.isclose(bounced.ts, impacts(0.8, 1)[0], rtol=1e-12))
+    assert len(first) == 2
+    before, after = (float(bounced.v[i]) for i in first)
+    np.testing.assert_allclose([before, after], [-np.sqrt(2 * G), 0.8 * np.sqrt(2 * G)], rtol=1e-10)
+    np.testing.assert_allclose(bounced.impacts[first], [0.0, 1.0])
+    assert np.all(np.diff(bounced.ts) >= 0.0)
+
+
+def test_energy_lost_at_impacts(bounced: Any) -> None:
+    account = bounced.energy
+    np.testing.assert_allclose(account.events["impact"], 2.0 * G * (1.0 - 0.8**12), rtol=1e-9)
+    np.testing.assert_allclose(account.imbalance, 0.0, atol=1e-9)
+    assert "impact" in str(account)
+
+
+def test_dense_output_on_both_sides() -> None:
+    times = np.array([0.2, 0.9, 1.5])
+    sol = simulate(Ball(), 2.0, rtol=1e-10, save="dense")
+    np.testing.assert_allclose(sol.at(times).h[1:], [height(0.8, 0.9), height(0.8, 1.5)], rtol=1e-9)
+    np.testing.assert_allclose(sol.at(times).impacts, [0.0, 1.0, 2.0])
+
+
+def dropped(e: Any, h0: Any) -> tuple[Any, Any]:
+    sol = simulate(Ball(e=e, h=h0), 2.0, rtol=1e-10, save="end")
+    return sol.final.h, sol.events.times[2]
+
+
+def test_gradients_in_both_modes_are_exact() -> None:
+    """With respect to a parameter and to a start value, of the end and of the moment of an event."""
+    point = (jnp.asarray(0.8), jnp.asarray(1.0))
+    forward = jax.jit(jax.jacfwd(dropped, argnums=(0, 1)))(*point)
+    reverse = jax.jit(jax.jacrev(dropped, argnums=(0, 1)))(*point)
+    h = 1e-6
+    first = np.sqrt(2.0 / G)
+    np.testing.assert_allclose(forward[0][0], (height(0.8 + h, 2.0) - height(0.8 - h, 2.0)) / (2 * h), rtol=1e-8)
+    np.testing.assert_allclose(forward[1][0], first * (2.0 + 4.0 * 0.8), rtol=1e-10)
+    # All moments grow with the square root of the height.
+    np.testing.assert_allclose(forward[1][1], 0.5 * impacts(0.8, 3)[2], rtol=1e-10)
+    np.testing.assert_allclose(np.ravel(reverse), np.ravel(forward), rtol=1e-10)
+
+
+def test_batch_with_different_numbers_of_events() -> None:
+    restitution = jnp.array([0.7, 0.8, 0.95])
+    heights, _ = jax.jit(jax.vmap(lambda e: dropped(e, 1.0)))(restitution)
+    np.testing.assert_allclose(heights, [height(e, 2.0) for e in restitution.tolist()], rtol=1e-8)
+
+
+def test_array_of_components() -> None:
+    class Box(Component):
+        balls: Array[Ball]
+
+    box = Box(balls=repeat(Ball(e=jnp.array([0.7, 0.8, 0.9]), h=jnp.array([1.0, 1.0, 1.0])), 3))
+    sol = simulate(box, 2.0, rtol=1e-10, save="end")
+    np.testing.assert_allclose(sol.final.balls.item.h, [height(e, 2.0) for e in (0.7, 0.8, 0.9)], rtol=1e-8)
+    # All three hit the floor for the first time at one instant.
+    assert sol.events.names[:3] == ["balls[0].impact", "balls[1].impact", "balls[2].impact"]
+    np.testing.assert_allclose(sol.events.times[:3], impacts(0.8, 1)[0], rtol=1e-12)
+
+
+def test_rebound_that_dies_out_ends_in_a_named_result() -> None:
+    with pytest.raises(SimulationError, match=r"ever faster.*band\. The last events were impact") as raised:
+        simulate(Ball(), 5.0, max_steps=100_000)
+    end = float(str(raised.value).split("t = ")[1].split(" s")[0])
+    np.testing.assert_allclose(end, impacts(0.8, 400)[-1], rtol=1e-5)
+
+
+class Relay(Component):
+    """A switch without hysteresis, that holds x at zero by infinitely many events."""
+
+    x: Var[Scalar, ""] = 1.0
+    u: Discrete[Scalar, ""] = -1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, self.u))
+
+    def events(self) -> Events:
+        return dict(up=when(self.x < 0.0, u=1.0), down=when(self.x > 0.0, u=-1.0))
+
+
+def test_chattering_ends_in_a_named_result() -> None:
+    sol = simulate(Relay(), 3.0, throw=False)
+    assert sol.result == Result.events_accumulate
+    with pytest.raises(SimulationError, match=r"At t = 1 s: .*hysteresis.* The last events were .*up"):
+        simulate(Relay(), 3.0)
+
+
+def test_events_that_undo_each_other_are_named() -> None:
+    class Loop(Component):
+        x: Var[Scalar, ""] = 0.2
+        u: Discrete[Scalar, ""] = -1.0
+
+        def equations(self, d: Self) -> Equations:
+            return dict(rate=eq(d.x, self.u))
+
+        def events(self) -> Events:
+            low = self.x < 0.5
+            return dict(up=when(low & (self.u < 0.0), u=1.0), down=when(low & (self.u > 0.0), u=-1.0))
+
+    assert simulate(Loop(), 1.0, throw=False).result == Result.events_endless
+
+
+class Clocked(Component):
+    """Every kind of moment: at the start, at one instant with another event, twice in a step, of a clock."""
+
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, ""] = 0.0
+    first: Discrete[Scalar, "s"] = -1.0
+    second: Discrete[Scalar, "s"] = -1.0
+    third: Discrete[Scalar, "s"] = -1.0
+    swings: Discrete[Scalar, "1"] = 0.0
+    at_start: Discrete[Scalar, "1"] = 0.0
+    zero: Discrete[Scalar, "1"] = 0.0
+    order: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, jnp.cos(self.t), check_units=False))
+
+    def events(self) -> Events:
+        after_one = self.first > 0.0
+        return dict(
+            one=when(self.t > 1.0, first=self.t, order=2.0 * self.order + 1.0),
+            same=when(self.t >= 1.0, second=self.t),
+            follows=when(after_one & (self.third < 0.0), third=self.t),
+            high=when(self.x > 0.999, swings=self.swings + 1.0),
+            running=when(self.x > -1.0, at_start=self.at_start + 1.0),
+            rises=when(self.x > 0.0, zero=self.zero + 1.0),
+        )
+
+
+def test_moments() -> None:
+    sol = simulate(Clocked(x=0.0), 20.0, save="end", rtol=1e-8)
+    final = sol.final
+    np.testing.assert_allclose([final.first, final.second, final.third], 1.0, rtol=1e-12)
+    # Above 0.999 for less than 0.1 s in each turn: not to be stepped over.
+    assert final.swings == 3.0
+    assert final.at_start == 1.0
+    # Exactly zero at the start and rising: that is the first of the onsets, one a turn.
+    assert final.zero == 4.0
+    assert final.order == 1.0
+
+
+class Struck(Component):
+    """Two geared rotors; a blow sets the speed of the one that is not a state."""
+
+    t: Time[Scalar, "s"] = 0.0
+    first: Inertia
+    gear: IdealGear
+    second: Inertia
+
+    def connections(self) -> Connections:
+        return connect(self.first.b, self.gear.a), connect(self.gear.b, self.second.a)
+
+    def events(self) -> Events:
+        return dict(blow=when(self.t > 0.5, **{"first.w": self.first.w + 6.0}))
+
+
+def test_reset_of_a_dependent_variable() -> None:
+    """What is tied to it follows."""
+    model = Struck(first=Inertia(J=1.0, w=3.0), gear=IdealGear(ratio=3.0), second=Inertia(J=2.0))
+    sol = simulate(model, 1.0, save="end")
+    np.testing.assert_allclose([sol.final.first.w, sol.final.second.w], [9.0, 3.0], rtol=1e-12)
+
+
+def test_reset_that_contradicts_a_constraint_is_named() -> None:
+    class TwiceStruck(Component):
+        t: Time[Scalar, "s"] = 0.0
+        first: Inertia
+        gear: IdealGear
+        second: Inertia
+
+        def connections(self) -> Connections:
+            return connect(self.first.b, self.gear.a), connect(self.gear.b, self.second.a)
+
+        def events(self) -> Events:
+            return dict(blow=when(self.t > 0.5, **{"first.w": 6.0, "second.w": 6.0}))
+
+    model = TwiceStruck(first=Inertia(J=1.0), gear=IdealGear(ratio=3.0), second=Inertia(J=2.0))
+    with pytest.raises(SimulationError, match=r"contradict the constraints.*blow"):
+        simulate(model, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"), [({"z": 1.0}, "changes z, which does not exist"), ({"T": 1.0}, "a param")]
+)
+def test_events_change_what_can_change(changes: dict[str, float], message: str) -> None:
+    class Bad(Component):
+        T: Param[Scalar, "s"] = 1.0
+        x: Var[Scalar, "m"] = 1.0
+
+        def equations(self, d: Self) -> Equations:
+            return dict(decay=eq(self.T * d.x, -self.x))
+
+        def events(self) -> Events:
+            return dict(low=when(self.x < 0.5, **changes))
+
+    with pytest.raises(ModelError, match=message):
+        simulate(Bad(), 1.0)
+
+
+def test_model_without_events() -> None:
+    sol = simulate(Inert(), 1.0, save="end")
+    with pytest.raises(ModelError, match="no events"):
+        _ = sol.events
+
+
+class Inert(Component):
+    T: Param[Scalar, "s"] = 1.0
+    x: Var[Scalar, "m"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(self.T * d.x, -self.x))

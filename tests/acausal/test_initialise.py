@@ -1,0 +1,249 @@
+"""Start values from conditions, from rest, and along a homotopy."""
+
+from typing import Any, Self
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _mechanisms import Pendulum
+from _models import Diode
+
+from acausal import (
+    Array,
+    Component,
+    Connections,
+    Equations,
+    ModelError,
+    Param,
+    Scalar,
+    SimulationError,
+    Var,
+    connect,
+    eq,
+    initialise,
+    prefer,
+    repeat,
+    replace,
+    simulate,
+)
+from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
+from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
+from docs.drive import drive
+
+
+def test_drive_at_rest() -> None:
+    """The stalled motor holds the spring: i = V / R, and phi = ratio k i / c."""
+    rest = initialise(drive, steady=True)
+    assert float(rest.motor.inductor.i) == pytest.approx(12.0 / 0.3, rel=1e-12)
+    assert float(rest.gear.b.phi) == pytest.approx(20.0 * 0.04 * 40.0 / 10.0, rel=1e-12)
+    assert float(rest.load.w) == pytest.approx(0.0, abs=1e-12)
+    later = simulate(rest, 0.1, save="end").final
+    np.testing.assert_allclose([later.motor.inductor.i, later.spring.tau], [40.0, 32.0], rtol=1e-9)
+
+
+def conditions(s: Any, d: Any) -> Any:
+    """On an algebraic variable and on derivatives."""
+    return dict(torque=eq(s.spring.tau, 10.0), acceleration=eq(d.load.w, 50.0), current=eq(d.motor.inductor.i))
+
+
+def test_conditions() -> None:
+    """(J + ratio^2 J_m) dw/dt = ratio k i - tau gives i; V = R i + k ratio w gives w; tau = c phi + d w gives phi."""
+    start = initialise(drive, conditions, strict=True)
+    current = ((5e-3 + 20.0**2 * 5e-5) * 50.0 + 10.0) / (20.0 * 0.04)
+    speed = (12.0 - 0.3 * current) / (0.04 * 20.0)
+    found = [start.motor.inductor.i, start.load.w, start.gear.b.phi]
+    np.testing.assert_allclose(found, [current, speed, (10.0 - 0.1 * speed) / 10.0], rtol=1e-12)
+    assert start.spring.tau is None
+    assert float(simulate(start, 1e-3)["spring.tau"][0]) == pytest.approx(10.0, rel=1e-12)
+
+
+def test_what_conditions_leave_open_stays() -> None:
+    """The current keeps the start value that is given; the angle, of which none is, that of its class."""
+    model = replace(drive, {"motor.inductor.i": 5.0})
+    start = initialise(model, lambda s, d: dict(speed=eq(s.motor.rotor.w, 40.0)))
+    found = [start.load.w, start.motor.inductor.i, start.gear.b.phi]
+    np.testing.assert_allclose(found, [2.0, 5.0, 0.0], rtol=1e-12, atol=1e-15)
+
+
+def rotor_turns(s: Any, d: Any) -> Any:
+    return dict(turning=eq(s.motor.rotor.w, 1.0))
+
+
+def test_start_values_that_are_given_stay_unless_they_are_free() -> None:
+    moving = replace(drive, {"load.w": 3.0})
+    with pytest.raises(SimulationError, match=r"(?s)Not met: turning\..*\(free=\[\.\.\.\]\): load\.w\."):
+        initialise(moving, rotor_turns)
+    for free in (["load.w"], "all"):
+        assert float(initialise(moving, rotor_turns, free=free).load.w) == pytest.approx(1.0 / 20.0, rel=1e-12)
+
+
+def test_conditions_that_contradict_each_other_are_named() -> None:
+    def both(s: Any, d: Any) -> Any:
+        return dict(load=eq(s.load.w, 1.0), rotor=eq(s.motor.rotor.w, 1.0), current=eq(s.motor.inductor.i, 2.0))
+
+    with pytest.raises(SimulationError, match=r"depend on each other and contradict: (load, rotor|rotor, load)\.\n"):
+        initialise(drive, both)
+
+
+def test_strict() -> None:
+    expected = r"leave 2 of the start values undetermined.*: gear\.b\.phi, motor\.inductor\.i\."
+    with pytest.raises(SimulationError, match=expected):
+        initialise(drive, rotor_turns, strict=True)
+
+
+def test_wrong_names() -> None:
+    with pytest.raises(ModelError, match=r"free: the model has no variable 'load\.v'\. Did you mean load\.w"):
+        initialise(drive, steady=True, free=["load.v"])
+    with pytest.raises(ModelError, match=r"conditions: .*'speed'.*shape of the model"):
+        initialise(drive, lambda s, d: dict(turning=eq(s.load.speed, 1.0)))
+    with pytest.raises(ModelError, match=r"conditions must return a dictionary of equations"):
+        initialise(drive, lambda s, d: s.load.w - 1.0)  # pyright: ignore[reportArgumentType]
+
+
+class Beam(Component):
+    """A beam under axial force, by its deflection: its stiffness k may be negative, so that it snaps through."""
+
+    k: Param[Scalar, "N/m"]
+    k3: Param[Scalar, "N/m3"] = 1e6
+    load: Param[Scalar, "N"] = 20.0
+    d: Param[Scalar, "N.s/m"] = 5.0
+    m: Param[Scalar, "kg"] = 0.1
+    s: Var[Scalar, "m", prefer] = 0.0
+    v: Var[Scalar, "m/s", prefer] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        elastic = self.k * self.s + self.k3 * self.s**3
+        return dict(speed=eq(self.v, d.s), newton=eq(self.m * d.v, -self.d * self.v - elastic - self.load))
+
+
+def test_easier_model() -> None:
+    """From s > 0 the search ends where the force is least; the only root is reached from a beam without axial force."""
+    buckled = Beam(k=-1200.0, s=0.03)
+    (root,) = (root.real for root in np.roots([1e6, 0.0, -1200.0, 20.0]) if abs(root.imag) < 1e-12)
+    with pytest.raises(SimulationError, match=r"Not met: der\(v\) = 0"):
+        initialise(buckled, steady=True)
+    start = initialise(buckled, steady=True, easier=replace(buckled, {"k": 500.0}))
+    np.testing.assert_allclose([start.s, start.v], [root, 0.0], rtol=1e-10, atol=1e-12)
+
+
+class Stage(Component):
+    """A resistor, then a diode and a capacitor to ground."""
+
+    r: Resistor
+    diode: Diode
+    c: Capacitor
+    p: Pin = Pin()
+    q: Pin = Pin()
+    n: Pin = Pin()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.p, self.r.p),
+            connect(self.r.n, self.diode.p, self.c.p, self.q),
+            connect(self.n, self.diode.n, self.c.n),
+        )
+
+
+class Ladder(Component):
+    source: ConstantVoltage
+    stages: tuple[Stage, ...]
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        first, *others = self.stages
+        return (
+            connect(self.source.p, first.p),
+            *(connect(before.q, after.p) for before, after in zip(self.stages, others, strict=False)),
+            connect(self.source.n, self.ground.p, *(stage.n for stage in self.stages)),
+        )
+
+
+def test_ladder_of_diodes() -> None:
+    """Exponentials one behind the other, from no voltage to 50 V: what each resistor brings its node takes on."""
+    stages = [Stage(r=Resistor(R=10.0), diode=Diode(saturation=1e-12), c=Capacitor(C=1e-6)) for _ in range(4)]
+    start = initialise(Ladder(source=ConstantVoltage(V=50.0), stages=tuple(stages)), steady=True)
+    v = np.array([stage.c.v for stage in start.stages])
+    through = -np.diff([50.0, *v, v[-1]]) / 10.0
+    np.testing.assert_allclose(through[:-1] - through[1:], 1e-12 * np.expm1(v / 0.025), rtol=1e-7)
+    assert np.all(v > 0.5)
+
+
+def deflection(k: Any, load: Any) -> Any:
+    return initialise(Beam(k=k, load=load), steady=True).s
+
+
+def test_gradients() -> None:
+    """ds/dk = -s / (k + 3 k3 s^2) and ds/dload = -1 / (...), in both modes and against finite differences."""
+    at = (jnp.asarray(500.0), jnp.asarray(20.0))
+    s = deflection(*at)
+    slope = 500.0 + 3e6 * s**2
+    forward = jax.jit(jax.jacfwd(deflection, argnums=(0, 1)))(*at)
+    np.testing.assert_allclose(forward, [-s / slope, -1.0 / slope], rtol=1e-9)
+    np.testing.assert_allclose(jax.jit(jax.grad(deflection, argnums=(0, 1)))(*at), forward, rtol=1e-12)
+    run, h = jax.jit(deflection), 1e-3
+    difference = (run(at[0], at[1] + h) - run(at[0], at[1] - h)) / (2.0 * h)
+    np.testing.assert_allclose(forward[1], difference, rtol=1e-6)
+
+
+def test_gradient_by_given_start_values() -> None:
+    """On a rod of length L, y = -sqrt(L^2 - x^2) wherever x is given."""
+
+    def height(length: Any, x: Any) -> Any:
+        return initialise(Pendulum(L=length, x=x, y=-1.0), free=["y"]).y
+
+    at = (jnp.asarray(1.2), jnp.asarray(0.7))
+    y = -np.sqrt(1.2**2 - 0.7**2)
+    np.testing.assert_allclose(jax.jit(height)(*at), y, rtol=1e-12)
+    np.testing.assert_allclose(jax.jit(jax.jacfwd(height, argnums=(0, 1)))(*at), [1.2 / y, -0.7 / y], rtol=1e-10)
+    np.testing.assert_allclose(jax.jit(jax.grad(height, argnums=(0, 1)))(*at), [1.2 / y, -0.7 / y], rtol=1e-10)
+
+
+def test_batch() -> None:
+    loads = jnp.array([-5.0, 5.0, 20.0])
+    together = jax.jit(jax.vmap(lambda load: deflection(500.0, load)))(loads)
+    roots = [[root.real for root in np.roots([1e6, 0.0, 500.0, load]) if root.imag == 0.0] for load in loads]
+    np.testing.assert_allclose(together, np.ravel(roots), rtol=1e-9)
+
+
+def test_failure_without_an_error() -> None:
+    """A bob 2 m to the side of its joint needs a rod as long."""
+
+    @eqx.filter_jit
+    def height(length: Any) -> Any:
+        return initialise(Pendulum(L=length, x=2.0, y=-1.0), free=["y"], throw=False).y
+
+    np.testing.assert_allclose(jax.vmap(height)(jnp.array([1.0, 2.5])), [np.nan, -1.5], rtol=1e-12)
+    assert np.isnan(initialise(Pendulum(L=1.0, x=2.0, y=-1.0), free=["y"], throw=False).y)
+
+
+class Wall(Component):
+    """Layers between a room and the outside."""
+
+    room: FixedTemperature
+    layers: Array[HeatCapacitor]
+    joints: Array[ThermalConductor]
+    outside: FixedTemperature
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.room.port, self.joints[0].a),
+            connect(self.joints[:-1].b, self.layers[:].port),
+            connect(self.layers[:].port, self.joints[1:].a),
+            connect(self.joints[-1].b, self.outside.port),
+        )
+
+
+def test_array_of_components() -> None:
+    """At rest the temperature falls linearly."""
+    n = 6
+    wall = Wall(
+        room=FixedTemperature(temperature=300.0),
+        layers=repeat(HeatCapacitor(C=jnp.linspace(1e3, 2e3, n), T=280.0), n),
+        joints=repeat(ThermalConductor(G=50.0), n + 1),
+        outside=FixedTemperature(temperature=265.0),
+    )
+    rest = initialise(wall, steady=True)
+    np.testing.assert_allclose(rest.layers.item.T, np.linspace(300.0, 265.0, n + 2)[1:-1], rtol=1e-12)
+    np.testing.assert_allclose(simulate(rest, 100.0, save="end").final.layers.item.T, rest.layers.item.T, rtol=1e-9)
