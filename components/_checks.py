@@ -21,10 +21,14 @@ def increasing(knots: np.ndarray) -> bool:
     return bool(np.all(np.diff(knots) > 0.0))
 
 
-def check_order(owner: Component | Record, low: str, high: str) -> None:
-    """Raise `ParameterError` unless the parameter `low` is smaller than `high`, where both are known."""
+def check_order(owner: Component | Record, low: str, high: str, *, equal: bool = False) -> None:
+    """Raise `ParameterError` unless the parameter `low` is smaller than `high`, or `equal`, where both are known."""
     above = getattr(owner, high)
-    if not isinstance(above, Tracer):
+    if isinstance(above, Tracer):
+        return
+    if equal:
+        check(owner, low, lambda value: value <= np.asarray(above), f"at most {high} = {above}")
+    else:
         check(owner, low, lambda value: value < np.asarray(above), f"smaller than {high} = {above}")
 
 

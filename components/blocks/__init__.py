@@ -31,6 +31,9 @@ from ._nonlinear import SlewRateLimiter as SlewRateLimiter
 from ._nonlinear import SmoothSwitch as SmoothSwitch
 from ._nonlinear import Switch as Switch
 from ._pwm import PWMAverage as PWMAverage
+from ._sampled import PWM as PWM
+from ._sampled import SampledPI as SampledPI
+from ._sampled import SampleHold as SampleHold
 from ._sources import Clock as Clock
 from ._sources import Constant as Constant
 from ._sources import Ramp as Ramp

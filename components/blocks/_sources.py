@@ -1,7 +1,7 @@
 """Signals that depend on time only (as in MSL `Modelica.Blocks.Sources`).
 
-`Step` jumps and `Ramp` has kinks. The integrator meets them as an error estimate that is suddenly large, and shortens
-its steps; a run that ends or restarts at the jump is cheaper and more accurate.
+The jump of `Step` and the corners of `Ramp` are events: a step of the integrator ends there, and the derivatives with
+respect to their times are exact.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Equations, Param, Scalar, eq, positive
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, eq, positive, when
 
 from ._interfaces import Output, SignalSource
 
@@ -32,14 +32,18 @@ class Clock(SignalSource):
 
 
 class Step(SignalSource):
-    """y = offset, and offset + height from `start_time` on. The derivative with respect to `start_time` is zero."""
+    """y = offset, and offset + height from `start_time` on."""
 
     height: Param[Scalar, ""]  # height of the step
     offset: Param[Scalar, ""] = 0.0  # value before it
     start_time: Param[Scalar, "s"] = 0.0  # time of the step
+    on: Discrete[Scalar, "1"] = 0.0  # 1 from the step on
 
     def equations(self, d: Self) -> Equations:
-        return dict(step=eq(self.y.value, self.offset + self.height * jnp.where(self.t < self.start_time, 0.0, 1.0)))
+        return dict(step=eq(self.y.value, self.offset + self.height * self.on))
+
+    def events(self) -> Events:
+        return dict(step=when(self.t > self.start_time, on=1.0))
 
 
 class Ramp(SignalSource):
@@ -49,10 +53,18 @@ class Ramp(SignalSource):
     duration: Param[Scalar, "s", positive]  # how long it takes
     offset: Param[Scalar, ""] = 0.0  # value before it
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
+    begun: Discrete[Scalar, "1"] = 0.0  # 1 from its start on
+    ended: Discrete[Scalar, "1"] = 0.0  # 1 from its end on
 
     def equations(self, d: Self) -> Equations:
-        progress = jnp.clip((self.t - self.start_time) / self.duration, 0.0, 1.0)
-        return dict(ramp=eq(self.y.value, self.offset + self.height * progress))
+        progress = self.begun * (self.t - self.start_time) / self.duration
+        return dict(ramp=eq(self.y.value, self.offset + self.height * jnp.where(self.ended > 0.5, 1.0, progress)))
+
+    def events(self) -> Events:
+        return dict(
+            begin=when(self.t > self.start_time, begun=1.0),
+            end=when(self.t > self.start_time + self.duration, ended=1.0),
+        )
 
 
 class Sine(SignalSource):

@@ -1,8 +1,8 @@
 """Signals of time that repeat, decay or sweep (as in MSL `Modelica.Blocks.Sources`).
 
-`Pulse` and `SawTooth` jump, `Trapezoid` has kinks. The integrator meets them as an error estimate that is suddenly
-large, and shortens its steps; but a pulse that is shorter than a step can be missed altogether: keep steps short, or
-split the run at the jumps. The derivatives with respect to the times of jumps are zero.
+The jumps of `Pulse` and `SawTooth` are events: a step of the integrator ends there. The kinks of `Trapezoid` and
+`Exponentials`, and the start of `ExpSine`, are none: the integrator meets them as an error estimate that is suddenly
+large, and shortens its steps.
 """
 
 from typing import Self
@@ -11,10 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from acausal import Equations, Param, Scalar, eq, nonnegative, positive
+from acausal import Discrete, Equations, Events, Param, Scalar, eq, nonnegative, positive, when
 
 from .._checks import check
 from .._limit import limited
+from . import _intervals as intervals
 from ._interfaces import SignalSource
 
 
@@ -26,33 +27,43 @@ class Periodic(SignalSource, partial=True):
     offset: Param[Scalar, ""] = 0.0  # value before it, and its lowest value
     start_time: Param[Scalar, "s"] = 0.0  # time of the first period
 
-    def _phase(self) -> Scalar:
-        """Time since the period began in s."""
-        elapsed = self.t - self.start_time
-        return elapsed - self.period * jnp.floor(elapsed / self.period)
-
-    def _shaped(self, shape: Scalar) -> Scalar:
-        return self.offset + self.amplitude * jnp.where(self.t < self.start_time, 0.0, shape)
-
 
 class Pulse(Periodic):
     """A rectangle wave: offset + amplitude for the first part of each period, offset for the rest."""
 
     width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
+    periods: Discrete[Scalar, "1"] = 0.0  # how many have begun
+    on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
 
     def __check_init__(self) -> None:
         check(self, "width", lambda value: value <= 1.0, "at most 1")
 
     def equations(self, d: Self) -> Equations:
-        shape = jnp.where(self._phase() < self.width * self.period, 1.0, 0.0)
-        return dict(pulse=eq(self.y.value, self._shaped(shape)))
+        return dict(pulse=eq(self.y.value, self.offset + self.amplitude * self.on))
+
+    def events(self) -> Events:
+        is_due = intervals.is_due(self.t, self.start_time, self.period, self.periods)
+        over = self.t > self.start_time + (self.periods - 1.0 + self.width) * self.period
+        begun = intervals.count(self.t, self.start_time, self.period)
+        return dict(
+            rise=when(is_due, on=1.0, periods=begun),
+            fall=when((self.on > 0.5) & over & ~is_due, on=0.0),
+        )
 
 
 class SawTooth(Periodic):
     """Rises from offset to offset + amplitude in each period, and falls back at once."""
 
+    periods: Discrete[Scalar, "1"] = 0.0  # how many have begun
+
     def equations(self, d: Self) -> Equations:
-        return dict(saw_tooth=eq(self.y.value, self._shaped(self._phase() / self.period)))
+        elapsed = self.t - self.start_time - (self.periods - 1.0) * self.period
+        shape = jnp.where(self.periods > 0.5, elapsed / self.period, 0.0)
+        return dict(saw_tooth=eq(self.y.value, self.offset + self.amplitude * shape))
+
+    def events(self) -> Events:
+        is_due = intervals.is_due(self.t, self.start_time, self.period, self.periods)
+        return dict(fall=when(is_due, periods=intervals.count(self.t, self.start_time, self.period)))
 
 
 class Trapezoid(Periodic):
@@ -69,9 +80,12 @@ class Trapezoid(Periodic):
             check(self, "period", lambda value: value >= total, f"at least rising + width + falling = {total} s")
 
     def equations(self, d: Self) -> Equations:
-        up = self._phase() / self.rising
-        down = (self.rising + self.width + self.falling - self._phase()) / self.falling
-        return dict(trapezoid=eq(self.y.value, self._shaped(limited(jnp.minimum(up, down), 0.0, 1.0))))
+        elapsed = self.t - self.start_time
+        phase = elapsed - self.period * jnp.floor(elapsed / self.period)
+        down = (self.rising + self.width + self.falling - phase) / self.falling
+        shape = limited(jnp.minimum(phase / self.rising, down), 0.0, 1.0)
+        shape = jnp.where(self.t < self.start_time, 0.0, shape)
+        return dict(trapezoid=eq(self.y.value, self.offset + self.amplitude * shape))
 
 
 class ExpSine(SignalSource):

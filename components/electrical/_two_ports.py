@@ -5,11 +5,24 @@ from typing import Any, Self
 import numpy as np
 from jax.core import Tracer
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero, positive, prefer
+from acausal import (
+    Connections,
+    Energy,
+    Equations,
+    Param,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    nonnegative,
+    nonzero,
+    positive,
+    prefer,
+)
 
 from .._checks import check
-from ..blocks import Input
-from ._interfaces import TwoPort
+from ..blocks import PWM, Input
+from ._interfaces import Pin, TwoPort
 
 
 class Transformer(TwoPort):
@@ -76,6 +89,38 @@ class AveragedBridge(TwoPort):
             voltages=eq(self.v2, self.duty.value * self.v1),
             currents=eq(self.i1, -self.duty.value * self.i2),
         )
+
+
+class HBridge(TwoPort):
+    """A full bridge of ideal switches, switched by pulse-width modulation: v2 = g v1 - 2 Ron i2' and i1 = -g i2.
+
+    Here g is the sign of the duty for the first share |duty| of each period, and 0, where the load is short-circuited,
+    for the rest; i2' = -i2 flows into the load through two switches. `HBridge(frequency=..., Ron=...)`, in Hz and ohm.
+    The duty is read when a period begins; see `blocks.PWM`. Left out: dead time, losses of switching. The average over
+    a period is an `AveragedBridge`.
+    """
+
+    Ron: Param[Scalar, "ohm", nonnegative]  # resistance of a closed switch
+    pwm: PWM
+    duty: Input = Input()
+
+    def __init__(self, *, frequency: Scalar, Ron: Scalar = 0.0) -> None:
+        self.Ron, self.pwm = Ron, PWM.of_frequency(frequency)
+        self.v1 = self.v2 = self.i1 = self.i2 = 0.0
+        self.p1, self.n1, self.p2, self.n2, self.duty = Pin(), Pin(), Pin(), Pin(), Input()
+
+    def connections(self) -> Connections:
+        return (connect(self.duty, self.pwm.u),)
+
+    def equations(self, d: Self) -> Equations:
+        gate = self.pwm.y.value
+        return super().equations(d) | dict(
+            voltages=eq(self.v2, gate * self.v1 + 2.0 * self.Ron * self.i2),
+            currents=eq(self.i1, -gate * self.i2),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=2.0 * self.Ron * self.i2**2)
 
 
 class Controlled(TwoPort, partial=True):

@@ -11,11 +11,17 @@ from ._interfaces import TwoPort as TwoPort
 from ._pump import Pump as Pump
 from ._sensors import FlowSensor as FlowSensor
 from ._sensors import PressureSensor as PressureSensor
+from ._solenoid_valve import LiftValve as LiftValve
+from ._solenoid_valve import SolenoidValve as SolenoidValve
 from ._sources import ConstantFlow as ConstantFlow
 from ._sources import ConstantPressure as ConstantPressure
 from ._sources import SignalFlow as SignalFlow
 from ._sources import SignalPressure as SignalPressure
 from ._sources import Tank as Tank
+from ._stopped import StickingPump as StickingPump
+from ._stopped import StoppedCylinder as StoppedCylinder
+from ._switching_valves import IdealCheckValve as IdealCheckValve
+from ._switching_valves import SnapReliefValve as SnapReliefValve
 from ._valves import CheckValve as CheckValve
 from ._valves import LaminarResistance as LaminarResistance
 from ._valves import OnOffValve as OnOffValve

@@ -12,6 +12,11 @@ from ._cam_profiles import CamProfile as CamProfile
 from ._cam_profiles import EccentricDisc as EccentricDisc
 from ._cam_profiles import LinearLift as LinearLift
 from ._cam_profiles import TabulatedLift as TabulatedLift
+from ._dry_friction import BearingFriction as BearingFriction
+from ._dry_friction import Brake as Brake
+from ._dry_friction import Clutch as Clutch
+from ._dry_friction import OneWayClutch as OneWayClutch
+from ._dry_friction import StribeckBearing as StribeckBearing
 from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._friction import Bearing as Bearing
 from ._friction import StribeckFriction as StribeckFriction
@@ -23,6 +28,8 @@ from ._gears import WormGear as WormGear
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._lossy_gear import LossyGear as LossyGear
+from ._lugre import LuGreFriction as LuGreFriction
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration
 from ._motion import SignalAngle as SignalAngle
@@ -40,5 +47,6 @@ from ._sources import LinearSpeedDependentTorque as LinearSpeedDependentTorque
 from ._sources import QuadraticSpeedDependentTorque as QuadraticSpeedDependentTorque
 from ._sources import SignalTorque as SignalTorque
 from ._sources import SignalTorque2 as SignalTorque2
+from ._stops import HardStop as HardStop
 from ._wheels import IdealGearR2T as IdealGearR2T
 from ._wheels import IdealRollingWheel as IdealRollingWheel

@@ -7,6 +7,9 @@ from ._basic import Rod as Rod
 from ._basic import SlidingMass as SlidingMass
 from ._basic import Spring as Spring
 from ._basic import SpringDamper as SpringDamper
+from ._dry_friction import Brake as Brake
+from ._dry_friction import StribeckFriction as StribeckFriction
+from ._dry_friction import SupportFriction as SupportFriction
 from ._gap import ElastoGap as ElastoGap
 from ._housing import ClutchSpring as ClutchSpring
 from ._housing import TabulatedSpring as TabulatedSpring
@@ -14,6 +17,7 @@ from ._housing import ViscousFriction as ViscousFriction
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._lugre import LuGreFriction as LuGreFriction
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration
 from ._motion import SignalPosition as SignalPosition
@@ -31,3 +35,5 @@ from ._sources import LinearSpeedDependentForce as LinearSpeedDependentForce
 from ._sources import QuadraticSpeedDependentForce as QuadraticSpeedDependentForce
 from ._sources import SignalForce as SignalForce
 from ._sources import SignalForce2 as SignalForce2
+from ._stops import HardStop as HardStop
+from ._stops import MassWithStopAndFriction as MassWithStopAndFriction

@@ -85,14 +85,14 @@ class _Account:
         # An array variable is one node, and takes as many places in a point as it has elements.
         sizes = np.ones(self.flat.n_nodes, dtype=int)
         for leaf in self.flat.leaves:
-            if leaf.declaration.role != "param":
+            if leaf.declaration.role not in ("param", "discrete"):
                 sizes[leaf.first] = math.prod(leaf.sizes)
         self.start: list[int] = np.concatenate([[0], np.cumsum(sizes)]).tolist()
 
     def fill(self, x: Array) -> Any:
-        """The model with the variables' values in place; parameters stay."""
+        """The model with the variables' values in place; parameters and discrete variables stay."""
         filled = [
-            value if leaf.declaration.role == "param" else self._value(x, leaf)
+            self._value(x, leaf) if leaf.declaration.is_variable else leaf.declaration.start if value is None else value
             for leaf, value in zip(self.flat.leaves, self.leaves, strict=True)
         ]
         return jax.tree_util.tree_unflatten(self.flat.structure, filled)

@@ -1,0 +1,48 @@
+"""Rigid stops as a variable structure: free, or resting at the lower or upper one.
+
+The modes are -1 (resting at the lower stop), 0 (free) and 1 (at the upper one). One structure serves all of them by a
+path parameter s: while resting it is the contact effort into the component, else the acceleration.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Events, Scalar, when
+
+
+def acceleration(mode: Scalar, s: Scalar, creep: Scalar) -> Scalar:
+    return jnp.where(mode == 0.0, s, creep * s)
+
+
+def effort(mode: Scalar, s: Scalar) -> Scalar:
+    return jnp.where(mode == 0.0, 0.0, s)
+
+
+def stops(
+    mode: Scalar,
+    place: Scalar,
+    speed: Scalar,
+    s: Scalar,
+    low: Scalar,
+    high: Scalar,
+    *,
+    e: Scalar,
+    slow: Scalar,
+    name: str,
+) -> Events:
+    """Impacts at both ends, which change the speed `name`, and lift-off from them."""
+    rebound = -e * speed
+    stays = jnp.abs(rebound) <= slow
+    free = mode == 0.0
+
+    def impact(beyond: Any, side: float) -> Any:
+        changes = {"mode": jnp.where(stays, side, 0.0), name: jnp.where(stays, 0.0, rebound)}
+        return when(free & beyond, **changes)
+
+    return dict(
+        impact_low=impact((place < low) & (speed < 0.0), -1.0),
+        impact_high=impact((place > high) & (speed > 0.0), 1.0),
+        lift_low=when((mode == -1.0) & (s > 0.0), mode=0.0),
+        lift_high=when((mode == 1.0) & (s < 0.0), mode=0.0),
+    )

@@ -1,0 +1,105 @@
+"""Blocks that act at equal intervals, by events: sampling, a sampled controller, pulse-width modulation."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, eq, nonzero, positive, when
+
+from .._checks import check_order
+from .._limit import limited
+from . import _intervals as intervals
+from ._interfaces import SISO, Input, Output
+
+
+class Sampled(Component, partial=True):
+    """What happens at start_time, start_time + period, ...; each of them is an event, so that steps end there."""
+
+    period: Param[Scalar, "s", positive]  # from sample to sample
+    start_time: Param[Scalar, "s"] = 0.0  # time of the first sample
+    samples: Discrete[Scalar, "1"] = 0.0  # how many there were
+    t: Time[Scalar, "s"] = 0.0
+
+    def is_due(self) -> Any:
+        """Whether it is time for the next sample."""
+        return intervals.is_due(self.t, self.start_time, self.period, self.samples)
+
+    def count(self) -> Scalar:
+        """How many samples there are with the present one."""
+        return intervals.count(self.t, self.start_time, self.period)
+
+
+class SampleHold(SISO, Sampled):
+    """y = u at the last sample; 0 before the first one (MSL `ZeroOrderHold`)."""
+
+    held: Discrete[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(hold=eq(self.y.value, self.held))
+
+    def events(self) -> Events:
+        return dict(sample=when(self.is_due(), held=self.u.value, samples=self.count()))
+
+
+class SampledPI(Sampled):
+    """A digital PI controller of e = u_s - u_m within limits: at each sample x grows by e period / T, y = k (e + x).
+
+    Backward differences; x does not grow while y is at a limit and e drives it further (clamping), so that it does not
+    wind up. Between samples, y is held; it is 0 before the first one.
+    """
+
+    k: Param[Scalar, "1", nonzero]  # gain
+    T: Param[Scalar, "s", positive]  # integral time
+    y_min: Param[Scalar, "1"] = -jnp.inf  # lower limit of y
+    y_max: Param[Scalar, "1"] = jnp.inf  # upper limit of y
+    x: Discrete[Scalar, "1"] = 0.0  # integral part, before the gain
+    held: Discrete[Scalar, "1"] = 0.0  # y
+    u_s: Input = Input()  # set point
+    u_m: Input = Input()  # measured value
+    y: Output = Output()
+
+    def __check_init__(self) -> None:
+        check_order(self, "y_min", "y_max")
+
+    def equations(self, d: Self) -> Equations:
+        return dict(hold=eq(self.y.value, self.held))
+
+    def events(self) -> Events:
+        error = self.u_s.value - self.u_m.value
+        x = self.x + error * self.period / self.T
+        wanted = self.k * (error + x)
+        y = limited(wanted, self.y_min, self.y_max)
+        winds_up = (wanted - y) * self.k * error > 0.0
+        kept = jnp.where(winds_up, self.x, x)
+        return dict(sample=when(self.is_due(), held=y, x=kept, samples=self.count()))
+
+
+class PWM(Sampled):
+    """Pulse-width modulation: y = 1 for the first share |u| of each period, with the sign of u, and 0 for the rest.
+
+    The duty u, limited to -1 .. 1, is read at the beginning of each period (regular sampling). The averaged counterpart
+    is `PWMAverage`. As a run takes several steps for each period, take the average where the ripple does not matter.
+    """
+
+    duty: Discrete[Scalar, "1"] = 0.0  # of this period
+    on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
+    u: Input = Input()
+    y: Output = Output()
+
+    @classmethod
+    def of_frequency(cls, frequency: Scalar) -> "PWM":
+        """Pulses with a frequency in Hz."""
+        return cls(period=1.0 / frequency)
+
+    def equations(self, d: Self) -> Equations:
+        return dict(pulse=eq(self.y.value, self.on * jnp.sign(self.duty)))
+
+    def events(self) -> Events:
+        duty = limited(self.u.value, -1.0, 1.0)
+        began = self.start_time + (self.samples - 1.0) * self.period
+        over = self.t > began + jnp.abs(self.duty) * self.period
+        is_due = self.is_due()
+        return dict(
+            begin=when(is_due, duty=duty, on=1.0, samples=self.count()),
+            end=when((self.on > 0.5) & over & ~is_due, on=0.0),
+        )

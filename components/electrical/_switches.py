@@ -1,0 +1,130 @@
+"""Ideal diode and switches (as in MSL `Modelica.Electrical.Analog.Ideal`), whose changes are events."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, when
+
+from ..blocks import Input
+from ._interfaces import Pin, TwoPin
+
+NEAR = 1e-10  # V or A beyond which a diode surely changes over, whatever the rounding
+
+
+class IdealDiode(TwoPin):
+    """A diode with two lines as its characteristic, forward from p to n (MSL `IdealDiode`).
+
+    Conducting, v = Vknee + Ron (i - Goff Vknee); blocking, i = Goff v; they meet at v = Vknee. It changes over by an
+    event where the path parameter s passes zero, which is i - Goff Vknee while it conducts and v - Vknee while it
+    blocks. Small positive Ron and Goff keep circuits determinate that have parallel or serial diodes.
+    """
+
+    Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting
+    Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while blocking
+    Vknee: Param[Scalar, "V", nonnegative] = 0.0  # forward threshold voltage
+    s: Var[Scalar, ""] = 0.0  # path parameter, in A or V
+    on: Discrete[Scalar, "1"] = 0.0  # 1 while it conducts
+
+    def equations(self, d: Self) -> Equations:
+        on, leak = self.on > 0.5, self.Goff * self.Vknee
+        return super().equations(d) | dict(
+            voltage_path=eq(self.v, self.Vknee + jnp.where(on, self.Ron * self.s, self.s), check_units=False),
+            current_path=eq(self.i, leak + jnp.where(on, self.s, self.Goff * self.s), check_units=False),
+        )
+
+    def events(self) -> Events:
+        on = self.on > 0.5
+        return dict(
+            conduct=when(~on & (self.s > NEAR), on=1.0),
+            block=when(on & (self.s < -NEAR), on=0.0),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.v * self.i)
+
+
+class ControlledSwitch(TwoPin, partial=True):
+    """A contact that opens and closes at once, by an event where the signal u passes `threshold`.
+
+    Closed, v = Ron i; open, i = Goff v. To interrupt the current of an inductor takes a path for it, such as a diode.
+    """
+
+    Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while closed
+    Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while open
+    threshold: Param[Scalar, ""] = 0.5  # value of u at which it changes over
+    s: Var[Scalar, ""] = 0.0  # path parameter: i while closed, v while open
+    high: Discrete[Scalar, "1"] = 0.0  # 1 while u is above the threshold
+    u: Input = Input()
+
+    def closed(self) -> Any:
+        """Whether it is closed."""
+        raise NotImplementedError
+
+    def equations(self, d: Any) -> Equations:
+        closed = self.closed()
+        return super().equations(d) | dict(
+            voltage_path=eq(self.v, jnp.where(closed, self.Ron * self.s, self.s), check_units=False),
+            current_path=eq(self.i, jnp.where(closed, self.s, self.Goff * self.s), check_units=False),
+        )
+
+    def events(self) -> Events:
+        above = self.u.value > self.threshold
+        return dict(rise=when(above, high=1.0), fall=when(~above & (self.high > 0.5), high=0.0))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.v * self.i)
+
+
+class IdealClosingSwitch(ControlledSwitch):
+    """A contact that is closed while the signal u is above `threshold` (MSL `IdealClosingSwitch`)."""
+
+    def closed(self) -> Any:
+        return self.high > 0.5
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class IdealOpeningSwitch(ControlledSwitch):
+    """A contact that is open while the signal u is above `threshold` (MSL `IdealOpeningSwitch`)."""
+
+    def closed(self) -> Any:
+        return self.high < 0.5
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class IdealCommutingSwitch(Component):
+    """Joins p to n2 while the signal u is above `threshold`, else to n1 (MSL `IdealCommutingSwitch`)."""
+
+    Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance of the closed contact
+    Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance of the open one
+    threshold: Param[Scalar, ""] = 0.5  # value of u at which it changes over
+    s1: Var[Scalar, ""] = 0.0  # path parameter of n1: current while closed, voltage while open
+    s2: Var[Scalar, ""] = 0.0  # path parameter of n2
+    high: Discrete[Scalar, "1"] = 0.0  # 1 while u is above the threshold
+    p: Pin = Pin()
+    n1: Pin = Pin()
+    n2: Pin = Pin()
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        high, on, off = self.high > 0.5, self.Ron, self.Goff
+        voltage1, current1 = jnp.where(high, self.s1, on * self.s1), jnp.where(high, off * self.s1, self.s1)
+        voltage2, current2 = jnp.where(high, on * self.s2, self.s2), jnp.where(high, self.s2, off * self.s2)
+        return dict(
+            kirchhoff=eq(self.p.i + self.n1.i + self.n2.i),
+            voltage_1=eq(self.p.v - self.n1.v, voltage1, check_units=False),
+            voltage_2=eq(self.p.v - self.n2.v, voltage2, check_units=False),
+            current_1=eq(-self.n1.i, current1, check_units=False),
+            current_2=eq(-self.n2.i, current2, check_units=False),
+        )
+
+    def events(self) -> Events:
+        above = self.u.value > self.threshold
+        return dict(rise=when(above, high=1.0), fall=when(~above & (self.high > 0.5), high=0.0))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=-(self.p.v - self.n1.v) * self.n1.i - (self.p.v - self.n2.v) * self.n2.i)

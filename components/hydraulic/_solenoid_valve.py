@@ -1,0 +1,92 @@
+"""A valve opened by a coil, as a mechanism: coil, armature with spring and stops, opening."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Connections, Equations, Param, Scalar, connect, eq, nonnegative, positive
+
+from ..electrical import Pin, Solenoid
+from ..translational import Damper, Fixed, Flange, HardStop, Mass, Spring
+from ._interfaces import FluidPort
+from ._valves import Resistance, turbulent_flow
+
+
+class LiftValve(Resistance):
+    """An orifice whose area is proportional to a lift: q = C_d area s / stroke sqrt(2 dp / rho), 0 <= s <= stroke.
+
+    Square root as in `Orifice`. Flow forces are not modelled: it takes no force to hold the rod.
+    """
+
+    area: Param[Scalar, "m2", nonnegative]  # at full lift
+    stroke: Param[Scalar, "m", positive]  # full lift
+    density: Param[Scalar, "kg/m3", positive]  # rho
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
+    rod: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        share = jnp.clip(self.rod.s / self.stroke, 0.0, 1.0)
+        conductance = self.discharge_coefficient * self.area * share * jnp.sqrt(2.0 / self.density)
+        return super().equations(d) | dict(
+            no_force=eq(self.rod.f),
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
+        )
+
+
+class SolenoidValve(Component):
+    """A normally closed on/off valve: a coil lifts a sprung armature from one rigid stop to the other.
+
+    `SolenoidValve(R=..., L0=..., g0=..., m=..., spring=..., preload=..., stroke=..., area=..., density=...)`; the gap
+    of its coil at full lift is `residual_gap`. The parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop` (impacts
+    are events) and `LiftValve`; the coil's current and the armature's motion give the dead times of opening and
+    closing. Not modelled: flow forces, pressure forces on the armature, saturation.
+    """
+
+    coil: Solenoid
+    armature: Mass
+    spring: Spring
+    damper: Damper
+    stop: HardStop
+    valve: LiftValve
+    wall: Fixed
+    p: Pin = Pin()
+    n: Pin = Pin()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def __init__(
+        self,
+        *,
+        R: Scalar,
+        L0: Scalar,
+        g0: Scalar,
+        m: Scalar,
+        spring: Scalar,
+        preload: Scalar,
+        stroke: Scalar,
+        area: Scalar,
+        density: Scalar,
+        damping: Scalar = 0.0,
+        residual_gap: Scalar = 0.0,
+        restitution: Scalar = 0.0,
+        discharge_coefficient: Scalar = 0.61,
+    ) -> None:
+        self.coil = Solenoid(R=R, L0=L0, g0=g0, closed=stroke + residual_gap)
+        self.armature = Mass(m=m)
+        self.spring = Spring(c=spring, s_rel0=-preload / spring)
+        self.damper = Damper(d=damping)
+        self.stop = HardStop(s_min=0.0, s_max=stroke, restitution=restitution)
+        self.valve = LiftValve(area=area, stroke=stroke, density=density, discharge_coefficient=discharge_coefficient)
+        self.wall = Fixed()
+        self.p, self.n, self.a, self.b = Pin(), Pin(), FluidPort(), FluidPort()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.p, self.coil.p),
+            connect(self.n, self.coil.n),
+            connect(self.a, self.valve.a),
+            connect(self.b, self.valve.b),
+            connect(self.wall.flange, self.spring.a, self.damper.a),
+            connect(self.coil.rod, self.armature.a, self.stop.flange, self.valve.rod, self.spring.b, self.damper.b),
+        )

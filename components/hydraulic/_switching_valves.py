@@ -1,0 +1,67 @@
+"""Valves that open and close by events: exact corners and hysteresis where `_valves.py` is smooth."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Discrete, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, when
+
+from .._checks import check_order
+from ._valves import Resistance
+
+
+class IdealCheckValve(Resistance):
+    """A non-return valve with two lines as its characteristic, open from a to b.
+
+    Open, q = conductance (dp - cracking_pressure) + leakage cracking_pressure; closed, q = leakage dp: they meet at
+    dp = cracking_pressure, which the valve passes by an event. `CheckValve` is its smooth counterpart.
+    """
+
+    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure beyond cracking
+    cracking_pressure: Param[Scalar, "Pa", nonnegative] = 2e4  # dp at which the valve opens
+    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
+    beyond: Var[Scalar, "Pa"] = 0.0  # dp - cracking_pressure
+    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while it is open
+
+    def equations(self, d: Self) -> Equations:
+        slope = jnp.where(self.is_open > 0.5, self.conductance, self.leakage)
+        return super().equations(d) | dict(
+            beyond=eq(self.beyond, self.dp - self.cracking_pressure),
+            law=eq(self.q, slope * self.beyond + self.leakage * self.cracking_pressure),
+        )
+
+    def events(self) -> Events:
+        is_open = self.is_open > 0.5
+        return dict(
+            open=when(~is_open & (self.beyond > 0.0), is_open=1.0),
+            close=when(is_open & (self.beyond < 0.0), is_open=0.0),
+        )
+
+
+class SnapReliefValve(Resistance):
+    """A relief valve with hysteresis: it opens at cracking_pressure and closes at the lower reseat_pressure.
+
+    Open, q = conductance (dp - reseat_pressure) + leakage reseat_pressure; closed, q = leakage dp. The flow jumps as it
+    opens. `ReliefValve` is the smooth counterpart without hysteresis.
+    """
+
+    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure beyond reseating
+    cracking_pressure: Param[Scalar, "Pa", positive]  # dp at which the valve opens
+    reseat_pressure: Param[Scalar, "Pa", positive]  # dp at which it closes
+    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
+    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while it is open
+
+    def __check_init__(self) -> None:
+        check_order(self, "reseat_pressure", "cracking_pressure")
+
+    def equations(self, d: Self) -> Equations:
+        slope = jnp.where(self.is_open > 0.5, self.conductance, self.leakage)
+        rest = self.leakage * self.reseat_pressure
+        return super().equations(d) | dict(law=eq(self.q, slope * (self.dp - self.reseat_pressure) + rest))
+
+    def events(self) -> Events:
+        is_open = self.is_open > 0.5
+        return dict(
+            open=when(~is_open & (self.dp > self.cracking_pressure), is_open=1.0),
+            close=when(is_open & (self.dp < self.reseat_pressure), is_open=0.0),
+        )

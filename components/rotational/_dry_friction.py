@@ -1,0 +1,222 @@
+"""Dry friction that truly sticks (as in MSL): bearing, brake, clutch, freewheel. See `components/_stick_slip.py`."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+)
+
+from .. import _stick_slip as stick_slip
+from .._checks import check, check_order, check_samples
+from .._tables import linear
+from ..blocks import Input
+from ._interfaces import Flange
+
+
+class DryFriction(Component, partial=True):
+    """Friction between two parts that slide on each other with the relative speed w, or stick.
+
+    Sliding: tau = level sign(w). Stuck: w stays, and |tau| <= peak is what holds it; beyond that it breaks away. Both
+    changes are events, so a run has no kink within a step, and sticking is not creep. The modes are -1 (sliding
+    backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a model starts there).
+
+    Stuck pairs that are rigidly joined share their load, which no law of friction determines, by their `creep`. It has
+    to be well above 1e-16 / J, with the moment of inertia J that they hold, and well below 1 / J.
+    """
+
+    creep: Param[Scalar, "1/(kg.m2)", nonnegative] = stick_slip.CREEP  # relative acceleration per torque while stuck
+    rest: Param[Scalar, "rad/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # relative speed
+    a_rel: Var[Scalar, "rad/s2"] = 0.0  # relative acceleration
+    tau: Var[Scalar, "N.m"] = 0.0  # friction torque
+    s: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, else a_rel as a number
+    mode: Discrete[Scalar, "1"] = stick_slip.FREE
+
+    def level(self) -> Scalar:
+        """Size of the torque while sliding."""
+        raise NotImplementedError
+
+    def peak_level(self) -> Scalar:
+        """Largest torque while stuck."""
+        raise NotImplementedError
+
+    def pressed(self) -> Any:
+        """Whether there is friction at all."""
+        return True
+
+    def equations(self, d: Any) -> Equations:
+        return dict(
+            acceleration=eq(self.a_rel, d.w),
+            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
+            friction=eq(self.tau, self._effort()),
+        )
+
+    def _effort(self) -> Scalar:
+        return stick_slip.effort(self.mode, self.s, self.level())
+
+    def events(self) -> Events:
+        return (
+            stick_slip.begins(self.mode, self.w, self.rest, self.pressed())
+            | stick_slip.sticks(self.mode, self.w, self.a_rel, self.rest)
+            | stick_slip.breaks_away(self.mode, self.s, self.peak_level())
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self._effort() * self.w)
+
+
+class ShaftFriction(DryFriction, partial=True):
+    """Friction between a shaft and the ground, or a `support=Flange()` of its own."""
+
+    flange: Flange = Flange()
+    support: Flange | None = None
+
+    def equations(self, d: Any) -> Equations:
+        torque = dict(torque=eq(self.flange.tau, self.tau))
+        if self.support is None:
+            return super().equations(d) | torque | dict(speed=eq(self.w, d.flange.phi))
+        return (
+            super().equations(d)
+            | torque
+            | dict(
+                speed=eq(self.w, d.flange.phi - d.support.phi),
+                reaction=eq(self.support.tau, -self.tau),
+            )
+        )
+
+
+class BearingFriction(ShaftFriction):
+    """Friction given by a table of torques over speeds, tau(|w|); break-away at peak tau(0) (MSL `BearingFriction`).
+
+    Straight lines between the samples; beyond the last one the last line goes on.
+    """
+
+    speeds: Param[Vector, "rad/s"]  # increasing, from 0
+    torques: Param[Vector, "N.m"]  # at these speeds
+    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
+
+    def __check_init__(self) -> None:
+        check_samples(self, "torques", "speeds")
+        check(self, "speeds", lambda speeds: speeds[0] == 0.0, "led by zero")
+        check(self, "torques", lambda torques: torques >= 0.0, "nonnegative")
+        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+
+    def level(self) -> Scalar:
+        return linear(jnp.abs(self.w), self.speeds, self.torques)
+
+    def peak_level(self) -> Scalar:
+        return self.peak * self.torques[0]
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class StribeckBearing(ShaftFriction):
+    """Sliding torque Tc + (Ts - Tc) exp(-(w/ws)^2) + C |w|, break-away at Ts (Bo, Pavelescu 1982).
+
+    The smooth counterpart, which creeps instead of sticking, is `StribeckFriction`.
+    """
+
+    Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
+    Ts: Param[Scalar, "N.m", nonnegative]  # break-away torque, at least Tc
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
+
+    def __check_init__(self) -> None:
+        check_order(self, "Tc", "Ts", equal=True)
+
+    def level(self) -> Scalar:
+        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2)) + self.C * jnp.abs(self.w)
+
+    def peak_level(self) -> Scalar:
+        return self.Ts
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class CouplingFriction(DryFriction, partial=True):
+    """Friction between two shafts: phi_rel = phi_b - phi_a, tau = tau_b = -tau_a."""
+
+    phi_rel: Var[Scalar, "rad"] = 0.0  # relative angle
+    a: Flange = Flange()
+    b: Flange = Flange()
+
+    def equations(self, d: Any) -> Equations:
+        return super().equations(d) | dict(
+            relative_angle=eq(self.phi_rel, self.b.phi - self.a.phi),
+            speed=eq(self.w, d.phi_rel),
+            torque_a=eq(self.a.tau, -self.tau),
+            torque_b=eq(self.b.tau, self.tau),
+        )
+
+
+class Pressed(DryFriction, partial=True):
+    """Plates pressed together by u fn_max slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens them."""
+
+    mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
+    fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
+    cgeo: Param[Scalar, "m", nonnegative] = 1.0  # number of friction surfaces times their mean radius
+    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
+    u: Input = Input()
+
+    def __check_init__(self) -> None:
+        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+
+    def pressed(self) -> Any:
+        return self.u.value > 0.0
+
+    def level(self) -> Scalar:
+        return self.mu * self.cgeo * self.fn_max * jnp.maximum(self.u.value, 0.0)
+
+    def peak_level(self) -> Scalar:
+        return self.peak * self.level()
+
+    def events(self) -> Events:
+        return super().events() | stick_slip.lets_go(self.mode, self.u.value < 0.0)
+
+
+class Brake(Pressed, ShaftFriction):
+    """A brake between a shaft and the ground, or a `support=Flange()` of its own (MSL `Brake`). See `Pressed`."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class Clutch(Pressed, CouplingFriction):
+    """A friction clutch between two shafts (MSL `Clutch`). See `Pressed` for the law."""
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class OneWayClutch(Pressed, CouplingFriction):
+    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b overruns a, w >= 0, but not a b.
+
+    Stuck, it holds any negative torque; a positive one only up to the static level, which is zero for a freewheel that
+    is not pressed. It never opens. A model has to start with w >= 0.
+    """
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+    def pressed(self) -> Any:
+        return True
+
+    def events(self) -> Events:
+        kept = ("engage", "stick", "forward")
+        return {name: event for name, event in super().events().items() if name in kept}

@@ -1,0 +1,51 @@
+"""Friction with bristles: smooth, and yet it sticks."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from .._checks import check_order
+from ._interfaces import ToGround
+
+
+class LuGreFriction(ToGround):
+    """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
+
+    dz/dt = w - stiffness |w| z / g(w) with g(w) = Tc + (Ts - Tc) exp(-(w/ws)^2), and
+    tau = stiffness z + damping dz/dt + C w. It has no events: below break-away it is a stiff spring, with presliding
+    and hysteresis, and sliding it tends to g(w) sign(w) + C w. A large damping may make it give energy at high speeds.
+    """
+
+    Tc: Param[Scalar, "N.m", positive]  # Coulomb (sliding) torque
+    Ts: Param[Scalar, "N.m", positive]  # break-away torque, at least Tc
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    stiffness: Param[Scalar, "N.m/rad", positive]  # of the bristles, sigma_0
+    damping: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # of the bristles, sigma_1
+    C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
+    z: Var[Scalar, "rad", prefer] = 0.0  # deflection of the bristles
+    slip: Var[Scalar, "rad/s"] = 0.0  # speed at which they slide
+
+    def __check_init__(self) -> None:
+        check_order(self, "Tc", "Ts", equal=True)
+
+    def _level(self) -> Scalar:
+        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2))
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            slip=eq(self.slip, self.stiffness * jnp.abs(self.w) * self.z / self._level()),
+            bristles=eq(d.z, self.w - self.slip),
+            friction=eq(self.flange.tau, self._torque()),
+        )
+
+    def _torque(self) -> Scalar:
+        return self.stiffness * self.z + self.damping * (self.w - self.slip) + self.C * self.w
+
+    def energy(self) -> Energy:
+        elastic = self.stiffness * self.z
+        return Energy(
+            stored=0.5 * self.stiffness * self.z**2,
+            dissipated=self._torque() * self.w - elastic * (self.w - self.slip),
+        )

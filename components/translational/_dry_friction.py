@@ -1,0 +1,169 @@
+"""Dry friction that truly sticks (as in MSL): guides, brake, a mass with friction. See `components/_stick_slip.py`."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+)
+
+from .. import _stick_slip as stick_slip
+from .._checks import check, check_order, check_samples
+from .._tables import linear
+from ..blocks import Input
+from ._interfaces import Flange
+
+
+class DryFriction(Component, partial=True):
+    """Friction of a rod that slides with the speed v, or sticks, on the ground or a `support=Flange()` of its own.
+
+    Sliding: f = level sign(v). Stuck: v stays, and |f| <= peak is what holds it; beyond that it breaks away. Both
+    changes are events, so a run has no kink within a step, and sticking is not creep. The modes are -1 (sliding
+    backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a model starts there).
+
+    Stuck pairs that are rigidly joined share their load, which no law of friction determines, by their `creep`. It has
+    to be well above 1e-16 / m, with the mass m that they hold, and well below 1 / m.
+    """
+
+    creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # relative acceleration per force while stuck
+    rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
+    v: Var[Scalar, "m/s", prefer] = 0.0  # relative speed
+    a_rel: Var[Scalar, "m/s2"] = 0.0  # relative acceleration
+    f: Var[Scalar, "N"] = 0.0  # friction force
+    s: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else a_rel as a number
+    mode: Discrete[Scalar, "1"] = stick_slip.FREE
+    flange: Flange = Flange()
+    support: Flange | None = None
+
+    def level(self) -> Scalar:
+        """Size of the force while sliding."""
+        raise NotImplementedError
+
+    def peak_level(self) -> Scalar:
+        """Largest force while stuck."""
+        raise NotImplementedError
+
+    def pressed(self) -> Any:
+        """Whether there is friction at all."""
+        return True
+
+    def equations(self, d: Any) -> Equations:
+        laws = dict(
+            acceleration=eq(self.a_rel, d.v),
+            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
+            friction=eq(self.f, self._effort()),
+            force=eq(self.flange.f, self.f),
+        )
+        if self.support is None:
+            return laws | dict(speed=eq(self.v, d.flange.s))
+        return laws | dict(
+            speed=eq(self.v, d.flange.s - d.support.s),
+            reaction=eq(self.support.f, -self.f),
+        )
+
+    def _effort(self) -> Scalar:
+        return stick_slip.effort(self.mode, self.s, self.level())
+
+    def events(self) -> Events:
+        return (
+            stick_slip.begins(self.mode, self.v, self.rest, self.pressed())
+            | stick_slip.sticks(self.mode, self.v, self.a_rel, self.rest)
+            | stick_slip.breaks_away(self.mode, self.s, self.peak_level())
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self._effort() * self.v)
+
+
+class SupportFriction(DryFriction):
+    """Friction given by a table of forces over speeds, f(|v|); break-away at peak f(0) (MSL `SupportFriction`).
+
+    Straight lines between the samples; beyond the last one the last line goes on.
+    """
+
+    speeds: Param[Vector, "m/s"]  # increasing, from 0
+    forces: Param[Vector, "N"]  # at these speeds
+    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
+
+    def __check_init__(self) -> None:
+        check_samples(self, "forces", "speeds")
+        check(self, "speeds", lambda speeds: speeds[0] == 0.0, "led by zero")
+        check(self, "forces", lambda forces: forces >= 0.0, "nonnegative")
+        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+
+    def level(self) -> Scalar:
+        return linear(jnp.abs(self.v), self.speeds, self.forces)
+
+    def peak_level(self) -> Scalar:
+        return self.peak * self.forces[0]
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class StribeckFriction(DryFriction):
+    """Sliding force Fc + (Fs - Fc) exp(-(v/vs)^2) + C |v|, break-away at Fs (Bo, Pavelescu 1982).
+
+    With `support=Flange()` it acts between two bodies, such as a block and the belt that carries it.
+    """
+
+    Fc: Param[Scalar, "N", nonnegative]  # Coulomb (sliding) force
+    Fs: Param[Scalar, "N", nonnegative]  # break-away force, at least Fc
+    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
+
+    def __check_init__(self) -> None:
+        check_order(self, "Fc", "Fs", equal=True)
+
+    def level(self) -> Scalar:
+        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((self.v / self.vs) ** 2)) + self.C * jnp.abs(self.v)
+
+    def peak_level(self) -> Scalar:
+        return self.Fs
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class Brake(DryFriction):
+    """A brake pressed on by u fn_max: it slides with mu cgeo u fn_max and holds `peak` times that; u <= 0 releases it.
+
+    As MSL `Brake`, on the ground or a `support=Flange()` of its own.
+    """
+
+    mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
+    fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
+    cgeo: Param[Scalar, "1", nonnegative] = 1.0  # number of friction surfaces
+    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
+    u: Input = Input()
+
+    def __check_init__(self) -> None:
+        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+
+    def pressed(self) -> Any:
+        return self.u.value > 0.0
+
+    def level(self) -> Scalar:
+        return self.mu * self.cgeo * self.fn_max * jnp.maximum(self.u.value, 0.0)
+
+    def peak_level(self) -> Scalar:
+        return self.peak * self.level()
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+    def events(self) -> Events:
+        return super().events() | stick_slip.lets_go(self.mode, self.u.value < 0.0)

@@ -1,0 +1,51 @@
+"""Friction with bristles: smooth, and yet it sticks."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from .._checks import check_order
+from ._interfaces import ToGround
+
+
+class LuGreFriction(ToGround):
+    """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
+
+    dz/dt = v - stiffness |v| z / g(v) with g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2), and
+    f = stiffness z + damping dz/dt + C v. It has no events: below break-away it is a stiff spring, with presliding
+    and hysteresis, and sliding it tends to g(v) sign(v) + C v. A large damping may make it give energy at high speeds.
+    """
+
+    Fc: Param[Scalar, "N", positive]  # Coulomb (sliding) force
+    Fs: Param[Scalar, "N", positive]  # break-away force, at least Fc
+    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    stiffness: Param[Scalar, "N/m", positive]  # of the bristles, sigma_0
+    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # of the bristles, sigma_1
+    C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
+    z: Var[Scalar, "m", prefer] = 0.0  # deflection of the bristles
+    slip: Var[Scalar, "m/s"] = 0.0  # speed at which they slide
+
+    def __check_init__(self) -> None:
+        check_order(self, "Fc", "Fs", equal=True)
+
+    def _level(self) -> Scalar:
+        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((self.v / self.vs) ** 2))
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            slip=eq(self.slip, self.stiffness * jnp.abs(self.v) * self.z / self._level()),
+            bristles=eq(d.z, self.v - self.slip),
+            friction=eq(self.flange.f, self._force()),
+        )
+
+    def _force(self) -> Scalar:
+        return self.stiffness * self.z + self.damping * (self.v - self.slip) + self.C * self.v
+
+    def energy(self) -> Energy:
+        elastic = self.stiffness * self.z
+        return Energy(
+            stored=0.5 * self.stiffness * self.z**2,
+            dissipated=self._force() * self.v - elastic * (self.v - self.slip),
+        )
