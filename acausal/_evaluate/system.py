@@ -23,7 +23,7 @@ from .._reduce.tear import Torn
 from .constraints import STATE, Constraints, constraints_of, placed
 from .happenings import Happenings, happenings_of
 from .packing import discrete_start, packed
-from .plan import Group, Packed, Pair, Plan, Store, group_residuals
+from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
 from .starts import Inputs, Starts
 
@@ -123,23 +123,49 @@ class System:
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
-        """Parameters that are declared positive or non-negative."""
-        return [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+        """Parameters that are declared positive or non-negative, those first that are checked many at once."""
+        stacked = [leaf for _, leaves in self._signed_slots for leaf in leaves]
+        return stacked + self.signed_singles
 
-    def bad_parameters(self, leaves: Sequence[Any]) -> Any:
+    @ft.cached_property
+    def signed_singles(self) -> list[int]:
+        """Those that are checked one by one."""
+        stacked = {leaf for _, leaves in self._signed_slots for leaf in leaves}
+        signed = [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+        return [leaf for leaf in signed if leaf not in stacked]
+
+    @ft.cached_property
+    def _signed_slots(self) -> list[tuple[tuple[int, int], list[int]]]:
+        """Slots of many components whose parameters have a range, with the leaf of each member."""
+        slots = []
+        for kind, slot in self._used_params:
+            instances = self.flat.instances[kind]
+            if instances.total > UNROLLED and instances.kind.declarations[slot].sign is not None:
+                leaves = np.repeat(np.array(instances.first_leaf) + slot, instances.counts)
+                slots.append(((kind, slot), leaves.tolist()))
+        return slots
+
+    def bad_parameters(self, leaves: Sequence[Any], params: Packed) -> Any:
         """For each of `signed_leaves`, whether its value is outside its range."""
-        checks = []
-        for index in self.signed_leaves:
+        checks = [jnp.zeros(0, bool)]
+        for key, members in self._signed_slots:
+            sign = self.flat.leaves[members[0]].declaration.sign
+            assert sign is not None
+            checks.append(~jnp.all(sign.admits(params[key].reshape(len(members), -1)), axis=1))
+        for index in self.signed_singles:
             sign = self.flat.leaves[index].declaration.sign
             assert sign is not None
-            checks.append(~jnp.all(sign.admits(leaves[index])))
-        return jnp.stack(checks) if checks else jnp.zeros(0, bool)
+            checks.append(~jnp.all(sign.admits(leaves[index]))[None])
+        return jnp.concatenate(checks)
+
+    @ft.cached_property
+    def _used_params(self) -> list[tuple[int, int]]:
+        groups = self.plan.groups + self.residuals + self.constraints.groups
+        return sorted({key for group in groups for key in group.program.params})
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
-        groups = self.plan.groups + self.residuals + self.constraints.groups
-        used = {key for group in groups for key in group.program.params}
-        return {key: packed(self.flat, leaves, *key) for key in sorted(used)}
+        return {key: packed(self.flat, leaves, *key) for key in self._used_params}
 
     def vector_field(self, t: Any, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
         """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""

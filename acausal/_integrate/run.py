@@ -23,7 +23,8 @@ NEAR = 1e-9  # of the time span: an event this short before the step size vanish
 def run(settings: Settings, numbers: Numbers) -> Solution:
     """Integrate; compiled once for each `settings`."""
     system = settings.system
-    inputs = Inputs(system.pack_params(numbers.params), jnp.asarray(numbers.starts), settings.given)
+    packed = system.pack_params(numbers.params) if numbers.packed is None else numbers.packed
+    inputs = Inputs(packed, jnp.asarray(numbers.starts), settings.given)
     y0, bad_starts = initial_state(system, numbers.t0, inputs)
     y0 = system.with_memory(numbers.t0, y0, inputs)
     solver, y0, switched = through_events(settings, numbers, inputs, solver_of(settings), y0)
@@ -106,7 +107,7 @@ def _outcome(
 ) -> tuple[Any, Any]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system = settings.system
-    bad_parameters = system.bad_parameters(numbers.params)
+    bad_parameters = system.bad_parameters(numbers.params, inputs.params)
     finite = jnp.all(jnp.isfinite(y)) & system.all_finite(t, y, inputs)
     event_rules, event = _event_rules(settings, numbers, inputs, raw, t)
     rules = [

@@ -63,6 +63,7 @@ class Numbers:
     """What a compiled run is called with. `params` has the leaves of the model, None where they are variables."""
 
     params: list[Any]
+    packed: Any  # the same by class, for a model of many parts, of which `params` then has only what is read singly
     starts: Any
     t0: Any
     t1: Any
