@@ -13,7 +13,7 @@ from _rig import Rig
 from acausal import Component, Connections, ParameterError, Scalar, connect, simulate
 from components import blocks, rotational, translational
 
-TIGHT = dict(rtol=1e-10)
+TIGHT = 1e-10
 
 
 def times_of(solution: Any, name: str) -> list[Any]:
@@ -36,7 +36,7 @@ def slide(Fc: Scalar, v: Scalar, force: Scalar = 0.0) -> Rig:
 
 
 def path(Fc: Scalar, v: Scalar, force: Scalar = 0.0, end: float = 3.0) -> Scalar:
-    return simulate(slide(Fc, v, force), end, save="end", **TIGHT).final.parts[1].b.s
+    return simulate(slide(Fc, v, force), end, save="end", rtol=TIGHT).final.parts[1].b.s
 
 
 def test_braking_to_rest_and_its_gradient() -> None:
@@ -98,7 +98,7 @@ def test_stick_slip_on_a_belt() -> None:
         block = translational.Mass(m=M, v=V)
         belt, spring = translational.ConstantSpeed(speed=V), translational.Spring(c=C)
         model = Rig(parts=(belt, block, spring, translational.Fixed(), friction), wiring=wire_belt)
-        return simulate(model, 2.2, save="end", **TIGHT)
+        return simulate(model, 2.2, save="end", rtol=TIGHT)
 
     solution, expected = run(4.0, 1.5), stick_slip_times(4.0, 1.5, 3)
     np.testing.assert_allclose(jnp.stack(times_of(solution, "parts[4].backward"))[:3], expected[0], atol=1e-8)
@@ -128,7 +128,7 @@ def test_freewheel_drives_and_overruns() -> None:
         rotational.Inertia(J=2.0),
         blocks.Constant(k=0.0),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_freewheel), 1.5, save=jnp.array([0.5, 1.5]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_freewheel), 1.5, save=jnp.array([0.5, 1.5]), rtol=TIGHT)
     np.testing.assert_allclose(solution.parts[2].w, [1.0, -1.0], atol=1e-8)
     np.testing.assert_allclose(solution.parts[4].w, [1.0, 2.0], atol=1e-8)
     np.testing.assert_allclose(solution.parts[3].tau[0], -4.0, atol=1e-8)
@@ -171,7 +171,7 @@ def test_gear_shift_of_a_planetary_gear() -> None:
         release=blocks.Step(offset=1.0, height=-1.0, start_time=1.0),
         press=blocks.Step(height=1.0, start_time=1.0),
     )
-    solution = simulate(gearbox, 3.0, save=jnp.array([0.5, 1.0, 2.5, 3.0]), **TIGHT)
+    solution = simulate(gearbox, 3.0, save=jnp.array([0.5, 1.0, 2.5, 3.0]), rtol=TIGHT)
     first = 3.0 / (0.1 + 0.5 / 2.5**2)
     np.testing.assert_allclose(solution.sun.w[:2], [0.5 * first, first], rtol=1e-8)
     np.testing.assert_allclose(solution.carrier.w[:2], solution.sun.w[:2] / 2.5, rtol=1e-8)
@@ -201,7 +201,7 @@ def test_worm_locks_itself_and_drives() -> None:
             rotational.Inertia(J=0.1),
             rotational.ConstantTorque(torque=load),
         )
-        return simulate(Rig(parts=parts, wiring=wire_worm), 0.5, save="end", **TIGHT).final.parts[1].w
+        return simulate(Rig(parts=parts, wiring=wire_worm), 0.5, save="end", rtol=TIGHT).final.parts[1].w
 
     drive, load = jnp.array([0.0, 0.3, 0.7]), jnp.array([-5.0, -5.0, -5.0])
     found = jax.vmap(turned)(drive, load)
@@ -218,7 +218,7 @@ def wire_lugre(drive: Any, friction: Any) -> Connections:
 def test_lugre_slides_with_its_level(w: float) -> None:
     """Steady sliding: g(w) sign(w) + C w."""
     friction = rotational.LuGreFriction(Tc=1.0, Ts=1.5, ws=0.1, stiffness=1e3, damping=1.0, C=0.2)
-    solution = simulate(Rig(parts=(rotational.ConstantSpeed(speed=w), friction), wiring=wire_lugre), 5.0, **TIGHT)
+    solution = simulate(Rig(parts=(rotational.ConstantSpeed(speed=w), friction), wiring=wire_lugre), 5.0, rtol=TIGHT)
     level = 1.0 + 0.5 * math.exp(-((w / 0.1) ** 2))
     np.testing.assert_allclose(solution.final.parts[1].flange.tau, math.copysign(level, w) + 0.2 * w, rtol=1e-8)
 

@@ -11,7 +11,7 @@ from _rig import Rig
 from acausal import Connections, ParameterError, connect, simulate
 from components import blocks, electrical, hydraulic, rotational
 
-TIGHT = dict(rtol=1e-10)
+TIGHT = 1e-10
 
 
 def times_of(solution: Any, name: str) -> np.ndarray:
@@ -32,7 +32,7 @@ def test_check_valve_charges_a_volume_once() -> None:
         hydraulic.IdealCheckValve(conductance=conductance, cracking_pressure=cracking),
         hydraulic.Volume(volume=volume, bulk_modulus=beta),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_check), 0.8, save=jnp.array([0.2, 0.8]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_check), 0.8, save=jnp.array([0.2, 0.8]), rtol=TIGHT)
     T = volume / (beta * conductance)
     start = math.asin(cracking / P) / omega
     gain, lag = P / math.hypot(1.0, omega * T), math.atan(omega * T)
@@ -60,7 +60,7 @@ def test_relief_valve_with_hysteresis_oscillates() -> None:
         hydraulic.SnapReliefValve(conductance=G, cracking_pressure=high, reseat_pressure=low),
         hydraulic.Tank(),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_relief), 0.03, save="end", **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_relief), 0.03, save="end", rtol=TIGHT)
     relieve = C / G * math.log((high - q / G) / (low - q / G))
     opens = C * high / q + np.arange(4) * (relieve + C * (high - low) / q)
     np.testing.assert_allclose(times_of(solution, "parts[2].open"), opens, rtol=1e-8)
@@ -68,7 +68,7 @@ def test_relief_valve_with_hysteresis_oscillates() -> None:
 
 
 def test_reseat_pressure_is_below_cracking_pressure() -> None:
-    with pytest.raises(ParameterError, match="SnapReliefValve.reseat_pressure must be smaller"):
+    with pytest.raises(ParameterError, match=r"SnapReliefValve.reseat_pressure must be smaller"):
         hydraulic.SnapReliefValve(conductance=1.0, cracking_pressure=1.0, reseat_pressure=2.0)
 
 
@@ -97,7 +97,7 @@ def test_solenoid_valve_opens_and_closes() -> None:
         hydraulic.Tank(),
         electrical.Ground(),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_solenoid), 0.19, save=jnp.array([0.09, 0.19]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_solenoid), 0.19, save=jnp.array([0.09, 0.19]), rtol=TIGHT)
     L = L0 / (1.0 + (stroke + residual) / g0)
     flux = math.sqrt(2.0 * L0 * g0 * preload)
     lift = -L / R * math.log(1.0 - flux / (L * V / R))
@@ -126,7 +126,7 @@ def test_pump_breaks_away() -> None:
         hydraulic.Tank(),
         hydraulic.ConstantPressure(pressure=dp),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_pump), 0.7, save=jnp.array([0.4, 0.7]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_pump), 0.7, save=jnp.array([0.4, 0.7]), rtol=TIGHT)
     # At the start the pressure alone, 0.2 N.m, does not turn it back.
     np.testing.assert_allclose(times_of(solution, "parts[2].bearing.forward"), [(D * dp + Ts) / rate], atol=1e-8)
     np.testing.assert_allclose(solution.parts[2].pump.q[0], -1e-13 * dp, rtol=1e-6)

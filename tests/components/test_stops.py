@@ -12,7 +12,7 @@ from _rig import Rig
 from acausal import Connections, ParameterError, Scalar, connect, simulate
 from components import blocks, hydraulic, rotational, translational
 
-TIGHT = dict(rtol=1e-10)
+TIGHT = 1e-10
 G = 9.81
 
 
@@ -25,7 +25,7 @@ def drop(e: Scalar, end: float, v_rest: float = 0.3) -> Any:
     weight = translational.ConstantForce(force=-2.0 * G)
     ball = translational.Mass(m=2.0, a=translational.Flange(s=1.0))
     floor = translational.HardStop(s_min=0.0, restitution=e, v_rest=v_rest)
-    return simulate(Rig(parts=(weight, ball, floor), wiring=wire_drop), end, save="end", **TIGHT)
+    return simulate(Rig(parts=(weight, ball, floor), wiring=wire_drop), end, save="end", rtol=TIGHT)
 
 
 def impacts(e: float, count: int) -> np.ndarray:
@@ -57,13 +57,14 @@ def test_gradient_through_impacts() -> None:
     value, backward = jax.value_and_grad(final)(0.6)
     np.testing.assert_allclose(value, height(0.6, 1.3), atol=1e-8)
     expected = jax.grad(height)(0.6, 1.3)
-    np.testing.assert_allclose([backward, jax.jacfwd(final)(0.6)], [expected] * 2, rtol=1e-6)
+    np.testing.assert_allclose(backward, expected, rtol=1e-6)
+    np.testing.assert_allclose(jax.jacfwd(final)(0.6), expected, rtol=1e-6)
 
 
 def test_a_batch_with_different_numbers_of_impacts() -> None:
     e = jnp.array([0.0, 0.6, 1.0])
     found = jax.vmap(lambda e: drop(e, 1.3).final.parts[1].b.s)(e)
-    np.testing.assert_allclose(found[:2], [0.0, height(0.6, 1.3)], atol=1e-8)
+    np.testing.assert_allclose(found[:2], [0.0, float(height(0.6, 1.3))], atol=1e-8)
     elastic = math.sqrt(2.0 * G) * (1.3 - impacts(1.0, 1)[0]) - 0.5 * G * (1.3 - impacts(1.0, 1)[0]) ** 2
     np.testing.assert_allclose(found[2], elastic, atol=1e-8)
 
@@ -88,7 +89,7 @@ def test_preloaded_spool_lifts_and_reaches_its_other_stop() -> None:
         translational.Fixed(),
         translational.HardStop(s_min=0.0, s_max=end),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_spool), 0.6, save=jnp.array([0.2, 0.3, 0.6]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_spool), 0.6, save=jnp.array([0.2, 0.3, 0.6]), rtol=TIGHT)
     omega, t = math.sqrt(c / m), 0.05
     lift = rate / c * (t - math.sin(omega * t) / omega)
     np.testing.assert_allclose(solution.parts[2].b.s, [0.0, lift, end], atol=1e-8)
@@ -106,7 +107,7 @@ def test_mass_with_stop_and_friction() -> None:
     """Slides with 10 N - 4 N, hits the stop at s_max with v = sqrt(2 a s), and is held there."""
     body = translational.MassWithStopAndFriction(m=2.0, s_min=-1.0, s_max=1.5, Fc=4.0, Fs=4.0, vs=0.1)
     model = Rig(parts=(translational.ConstantForce(force=10.0), body), wiring=wire_rub)
-    solution = simulate(model, 2.0, save=jnp.array([0.5, 2.0]), **TIGHT)
+    solution = simulate(model, 2.0, save=jnp.array([0.5, 2.0]), rtol=TIGHT)
     body = solution.parts[1]
     np.testing.assert_allclose(body.mass.b.s, [0.5 * 3.0 * 0.25, 1.5], atol=1e-8)
     np.testing.assert_allclose(body.mass.v, [1.5, 0.0], atol=1e-8)
@@ -123,7 +124,7 @@ def test_cylinder_onto_its_end() -> None:
     cylinder = hydraulic.StoppedCylinder(bore=0.02, stroke=0.05)
     area = math.pi / 4.0 * 0.02**2
     parts = (hydraulic.ConstantPressure(pressure=1e5), cylinder, translational.Mass(m=5.0))
-    solution = simulate(Rig(parts=parts, wiring=wire_cylinder), 0.5, save="end", **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_cylinder), 0.5, save="end", rtol=TIGHT)
     np.testing.assert_allclose(solution.events.times[0], math.sqrt(2.0 * 0.05 * 5.0 / (area * 1e5)), atol=1e-8)
     final = solution.final.parts
     np.testing.assert_allclose([final[2].b.s, final[2].v], [0.05, 0.0], atol=1e-8)
@@ -142,7 +143,7 @@ def test_rotor_behind_a_gear_bounces_between_stops() -> None:
         rotational.IdealGear(ratio=4.0),
         rotational.HardStop(phi_min=-1.0, phi_max=1.0, restitution=0.5),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_shaft), 3.5, save="end", **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_shaft), 3.5, save="end", rtol=TIGHT)
     times = np.asarray(solution.events.times)
     np.testing.assert_allclose(times[np.isfinite(times)], [0.5, 2.5], atol=1e-8)
     final = solution.final.parts

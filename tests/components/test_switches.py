@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from acausal import Component, Connections, connect, simulate
 from components import blocks, electrical
 
-TIGHT = dict(rtol=1e-10)
+TIGHT = 1e-10
 
 
 def times_of(solution: Any, name: str) -> np.ndarray:
@@ -40,7 +40,7 @@ def test_half_wave_rectifier_with_coil() -> None:
         electrical.Inductor(L=L),
         electrical.Ground(),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_half), 1.9, save=jnp.array([0.3, 1.4]), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_half), 1.9, save=jnp.array([0.3, 1.4]), rtol=TIGHT)
     impedance, phase = math.hypot(R, omega * L), math.atan2(omega * L, R)
 
     def current(t: float, start: float) -> float:
@@ -48,7 +48,7 @@ def test_half_wave_rectifier_with_coil() -> None:
         return forced(t) - forced(start) * math.exp(-R / L * (t - start))
 
     start = math.asin(knee / V) / omega
-    stop = brentq(current, 0.45, 0.95, args=(start,), xtol=1e-14)
+    stop = float(brentq(current, 0.45, 0.95, args=(start,), xtol=1e-14))  # pyright: ignore[reportArgumentType]
     np.testing.assert_allclose(times_of(solution, "parts[2].conduct"), [start, start + 1.0], atol=1e-8)
     np.testing.assert_allclose(times_of(solution, "parts[2].block"), [stop, stop + 1.0], atol=1e-8)
     np.testing.assert_allclose(solution.parts[4].i, [current(0.3, start), current(0.4, start)], atol=1e-8)
@@ -122,7 +122,7 @@ def test_contacts_follow_their_signal() -> None:
         commuting=electrical.IdealCommutingSwitch(Ron=1.0, Goff=0.0),
         loads=tuple(electrical.Resistor(R=2.0) for _ in range(4)),
     )
-    solution = simulate(contacts, 2.0, save=jnp.array([0.1, 0.5, 1.0, 1.5]), **TIGHT)
+    solution = simulate(contacts, 2.0, save=jnp.array([0.1, 0.5, 1.0, 1.5]), rtol=TIGHT)
     high = np.array([0.0, 2.0, 0.0, 2.0])
     for load, expected in zip(solution.loads, [high, 2.0 - high, 2.0 - high, high], strict=True):
         np.testing.assert_allclose(load.i, expected, atol=1e-10)
@@ -151,7 +151,7 @@ def test_bridge_ripples_about_its_average() -> None:
         electrical.Ground(),
     )
     ends = np.array([0.4, 1.0, 1.4, 2.0, 2.4, 3.0]) * T
-    solution = simulate(Rig(parts=parts, wiring=wire_bridge), 3.5 * T, save=jnp.asarray(ends), **TIGHT)
+    solution = simulate(Rig(parts=parts, wiring=wire_bridge), 3.5 * T, save=jnp.asarray(ends), rtol=TIGHT)
     r, i, expected = R + 2.0 * Ron, 0.0, []
     for _ in range(3):
         i = -V / r + (i + V / r) * math.exp(-r / L * 0.4 * T)
