@@ -17,7 +17,8 @@ class IdealDiode(TwoPin):
 
     Conducting, v = Vknee + Ron (i - Goff Vknee); blocking, i = Goff v; they meet at v = Vknee. It changes over by an
     event where the path parameter s passes zero, which is i - Goff Vknee while it conducts and v - Vknee while it
-    blocks. Small positive Ron and Goff keep circuits determinate that have parallel or serial diodes.
+    blocks. Small positive Ron and Goff keep circuits determinate in which diodes are in series or parallel; a diode in
+    series with a coil needs a positive Goff, and one in parallel with a capacitor a positive Ron.
     """
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting

@@ -39,13 +39,13 @@ class IdealCheckValve(Resistance):
 
 
 class SnapReliefValve(Resistance):
-    """A relief valve with hysteresis: it opens at cracking_pressure and closes at the lower reseat_pressure.
+    """A relief valve that snaps: fully open from `cracking_pressure` on, closed again from the lower `reseat_pressure` on.
 
-    Open, q = conductance (dp - reseat_pressure) + leakage reseat_pressure; closed, q = leakage dp. The flow jumps as it
-    opens. `ReliefValve` is the smooth counterpart without hysteresis.
+    Open, q = conductance dp; closed, q = leakage dp. The flow jumps. Where the flow to be relieved is below
+    conductance reseat_pressure, it opens and closes again and again. `ReliefValve` is smooth and has no hysteresis.
     """
 
-    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure beyond reseating
+    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure when open
     cracking_pressure: Param[Scalar, "Pa", positive]  # dp at which the valve opens
     reseat_pressure: Param[Scalar, "Pa", positive]  # dp at which it closes
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
@@ -56,8 +56,7 @@ class SnapReliefValve(Resistance):
 
     def equations(self, d: Self) -> Equations:
         slope = jnp.where(self.is_open > 0.5, self.conductance, self.leakage)
-        rest = self.leakage * self.reseat_pressure
-        return super().equations(d) | dict(law=eq(self.q, slope * (self.dp - self.reseat_pressure) + rest))
+        return super().equations(d) | dict(law=eq(self.q, slope * self.dp))
 
     def events(self) -> Events:
         is_open = self.is_open > 0.5

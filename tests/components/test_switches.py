@@ -1,0 +1,161 @@
+"""Ideal diodes, switches and the switched bridge, against closed forms."""
+
+import math
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from _rig import Rig
+from scipy.optimize import brentq
+
+from acausal import Component, Connections, connect, simulate
+from components import blocks, electrical
+
+TIGHT = 1e-10
+
+
+def times_of(solution: Any, name: str) -> np.ndarray:
+    times = np.asarray(solution.events.times)
+    return np.array([time for time, here in zip(times, solution.events.names, strict=False) if here == name])
+
+
+def wire_half(sine: Any, source: Any, diode: Any, resistor: Any, coil: Any, ground: Any) -> Connections:
+    return (
+        connect(sine.y, source.u),
+        connect(source.p, diode.p),
+        connect(diode.n, resistor.p),
+        connect(resistor.n, coil.p),
+        connect(coil.n, source.n, ground.p),
+    )
+
+
+def test_half_wave_rectifier_with_coil() -> None:
+    """It conducts from v = Vknee on, and blocks where the current of the closed form has come back to zero."""
+    V, omega, R, L, knee = 10.0, 2.0 * math.pi, 2.0, 0.5, 0.7
+    parts = (
+        blocks.Sine(amplitude=V, frequency=1.0),
+        electrical.SignalVoltage(),
+        electrical.IdealDiode(Ron=0.0, Goff=1e-10, Vknee=knee),
+        electrical.Resistor(R=R),
+        electrical.Inductor(L=L),
+        electrical.Ground(),
+    )
+    solution = simulate(Rig(parts=parts, wiring=wire_half), 1.9, save=jnp.array([0.3, 1.4]), rtol=TIGHT)
+    impedance, phase = math.hypot(R, omega * L), math.atan2(omega * L, R)
+
+    def current(t: float, start: float) -> float:
+        forced = lambda t: V / impedance * math.sin(omega * t - phase) - knee / R  # noqa: E731
+        return forced(t) - forced(start) * math.exp(-R / L * (t - start))
+
+    start = math.asin(knee / V) / omega
+    stop = float(brentq(current, 0.45, 0.95, args=(start,), xtol=1e-14))  # pyright: ignore[reportArgumentType]
+    np.testing.assert_allclose(times_of(solution, "parts[2].conduct"), [start, start + 1.0], atol=1e-8)
+    np.testing.assert_allclose(times_of(solution, "parts[2].block"), [stop, stop + 1.0], atol=1e-8)
+    np.testing.assert_allclose(solution.parts[4].i, [current(0.3, start), current(0.4, start)], atol=1e-8)
+
+
+def test_six_diode_rectifier() -> None:
+    """The mean of the output of a three-phase bridge is 3 sqrt(3) V / pi; commutations are 60 degrees apart."""
+    rectifier = Rectifier(
+        sines=tuple(blocks.Sine(amplitude=100.0, frequency=50.0, phase=-2.0 * math.pi * k / 3.0) for k in range(3)),
+        sources=tuple(electrical.SignalVoltage() for _ in range(3)),
+        upper=tuple(electrical.IdealDiode(Ron=1e-6, Goff=1e-6) for _ in range(3)),
+        lower=tuple(electrical.IdealDiode(Ron=1e-6, Goff=1e-6) for _ in range(3)),
+        load=electrical.Resistor(R=10.0),
+    )
+    grid = (np.arange(240) + 0.5) * 0.02 / 240
+    solution = simulate(rectifier, 0.02, save=jnp.asarray(grid), rtol=1e-8)
+    phases = 100.0 * np.sin(100.0 * np.pi * grid[:, None] - 2.0 * np.pi * np.arange(3) / 3.0)
+    np.testing.assert_allclose(solution.load.v, phases.max(1) - phases.min(1), atol=5e-3)
+    found = np.sort(np.concatenate([times_of(solution, f"upper[{k}].conduct") for k in range(3)]))
+    np.testing.assert_allclose(found[-3:], np.array([1.0, 5.0, 9.0]) / 600.0, atol=1e-6)
+
+
+class Rectifier(Component):
+    """Three phases in star, six diodes, a resistor."""
+
+    sines: tuple[blocks.Sine, ...]
+    sources: tuple[electrical.SignalVoltage, ...]
+    upper: tuple[electrical.IdealDiode, ...]
+    lower: tuple[electrical.IdealDiode, ...]
+    load: electrical.Resistor
+    ground: electrical.Ground = electrical.Ground()
+
+    def connections(self) -> Connections:
+        rows = list(zip(self.sines, self.sources, self.upper, self.lower, strict=True))
+        return (
+            *(connect(sine.y, source.u) for sine, source, _, _ in rows),
+            *(connect(source.p, upper.p, lower.n) for _, source, upper, lower in rows),
+            connect(self.ground.p, *(source.n for source in self.sources)),
+            connect(self.load.p, *(upper.n for upper in self.upper)),
+            connect(self.load.n, *(lower.p for lower in self.lower)),
+        )
+
+
+class Contacts(Component):
+    """A voltage on four resistors, behind a closing, an opening and a commuting switch."""
+
+    pulse: blocks.Pulse
+    supply: electrical.ConstantVoltage
+    closing: electrical.IdealClosingSwitch
+    opening: electrical.IdealOpeningSwitch
+    commuting: electrical.IdealCommutingSwitch
+    loads: tuple[electrical.Resistor, ...]
+    ground: electrical.Ground = electrical.Ground()
+
+    def connections(self) -> Connections:
+        ends = (self.closing.n, self.opening.n, self.commuting.n1, self.commuting.n2)
+        return (
+            connect(self.pulse.y, self.closing.u, self.opening.u, self.commuting.u),
+            connect(self.supply.p, self.closing.p, self.opening.p, self.commuting.p),
+            connect(self.supply.n, self.ground.p, *(load.n for load in self.loads)),
+            *(connect(end, load.p) for end, load in zip(ends, self.loads, strict=True)),
+        )
+
+
+def test_contacts_follow_their_signal() -> None:
+    contacts = Contacts(
+        pulse=blocks.Pulse(amplitude=1.0, period=1.0, start_time=0.25),
+        supply=electrical.ConstantVoltage(V=6.0),
+        closing=electrical.IdealClosingSwitch(Ron=1.0, Goff=0.0),
+        opening=electrical.IdealOpeningSwitch(Ron=1.0, Goff=0.0),
+        commuting=electrical.IdealCommutingSwitch(Ron=1.0, Goff=0.0),
+        loads=tuple(electrical.Resistor(R=2.0) for _ in range(4)),
+    )
+    solution = simulate(contacts, 2.0, save=jnp.array([0.1, 0.5, 1.0, 1.5]), rtol=TIGHT)
+    high = np.array([0.0, 2.0, 0.0, 2.0])
+    for load, expected in zip(solution.loads, [high, 2.0 - high, 2.0 - high, high], strict=True):
+        np.testing.assert_allclose(load.i, expected, atol=1e-10)
+
+
+def wire_bridge(duty: Any, supply: Any, bridge: Any, resistor: Any, coil: Any, ground: Any) -> Connections:
+    return (
+        connect(duty.y, bridge.duty),
+        connect(supply.p, bridge.p1),
+        connect(supply.n, bridge.n1, bridge.n2, ground.p),
+        connect(bridge.p2, resistor.p),
+        connect(resistor.n, coil.p),
+        connect(coil.n, bridge.n2),
+    )
+
+
+def test_bridge_ripples_about_its_average() -> None:
+    """With a duty of -0.4, period by period: i rises towards -V/R for 0.4 T, and falls towards 0 for 0.6 T."""
+    V, R, L, T, duty, Ron = 12.0, 2.0, 0.01, 1e-3, -0.4, 0.1
+    parts = (
+        blocks.Constant(k=duty),
+        electrical.ConstantVoltage(V=V),
+        electrical.HBridge(frequency=1.0 / T, Ron=Ron),
+        electrical.Resistor(R=R),
+        electrical.Inductor(L=L),
+        electrical.Ground(),
+    )
+    ends = np.array([0.4, 1.0, 1.4, 2.0, 2.4, 3.0]) * T
+    solution = simulate(Rig(parts=parts, wiring=wire_bridge), 3.5 * T, save=jnp.asarray(ends), rtol=TIGHT)
+    r, i, expected = R + 2.0 * Ron, 0.0, []
+    for _ in range(3):
+        i = -V / r + (i + V / r) * math.exp(-r / L * 0.4 * T)
+        expected.append(i)
+        i = i * math.exp(-r / L * 0.6 * T)
+        expected.append(i)
+    np.testing.assert_allclose(solution.parts[4].i, expected, atol=1e-8)

@@ -1,0 +1,115 @@
+"""Signals that jump at given times: landing on the jumps, derivatives, sampled control."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _rig import Rig
+
+from acausal import Connections, ParameterError, Scalar, connect, simulate
+from components import blocks
+
+TIMES = np.array([0.0, 0.35, 0.9, 1.7, 2.9])
+
+
+def wire_sources(*parts: Any) -> Connections:
+    half = len(parts) // 2
+    return tuple(connect(source.y, reader.u) for source, reader in zip(parts[:half], parts[half:], strict=True))
+
+
+@pytest.fixture(scope="module")
+def sources() -> Any:
+    """All sources with events in one run, each with an integrator behind it."""
+    parts = (
+        blocks.Step(height=2.0, offset=0.5, start_time=1.0),
+        blocks.Ramp(height=2.0, duration=1.4, offset=0.5, start_time=0.3),
+        blocks.Pulse(amplitude=2.0, period=1.0, width=0.5, offset=0.5, start_time=0.3),
+        blocks.SawTooth(amplitude=2.0, period=1.0, start_time=0.3),
+    )
+    model = Rig(parts=(*parts, *(blocks.Integrator() for _ in parts)), wiring=wire_sources)
+    return simulate(model, 2.9, save=jnp.asarray(TIMES), rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("index", "expected", "area"),
+    [
+        (0, [0.5, 0.5, 0.5, 2.5, 2.5], 0.5 * 2.9 + 2.0 * 1.9),
+        (1, [0.5, 0.5 + 2.0 * 0.05 / 1.4, 0.5 + 2.0 * 0.6 / 1.4, 2.5, 2.5], 0.5 * 2.9 + 0.5 * 2.0 * 1.4 + 2.0 * 1.2),
+        (2, [0.5, 2.5, 0.5, 2.5, 0.5], 0.5 * 2.9 + 2.0 * 1.5),
+        (3, [0.0, 0.1, 1.2, 0.8, 1.2], 2.0 + 0.6**2),
+    ],
+    ids=["Step", "Ramp", "Pulse", "SawTooth"],
+)
+def test_source(sources: Any, index: int, expected: list[float], area: float) -> None:
+    """Values between the jumps, and the integral over all of them, which has no error of a step across a jump."""
+    np.testing.assert_allclose(sources.parts[index].y.value, expected, atol=1e-12)
+    np.testing.assert_allclose(sources.parts[4 + index].x[-1], area, atol=1e-10)
+
+
+def wire_step(step: Any, integrator: Any) -> Connections:
+    return (connect(step.y, integrator.u),)
+
+
+def test_derivative_with_respect_to_the_time_of_a_jump() -> None:
+    def area(start_time: Scalar) -> Scalar:
+        parts = (blocks.Step(height=2.0, start_time=start_time), blocks.Integrator())
+        return simulate(Rig(parts=parts, wiring=wire_step), 3.0, save="end").final.parts[1].x
+
+    value, slope = jax.value_and_grad(area)(1.2)
+    np.testing.assert_allclose([value, slope, jax.jacfwd(area)(1.2)], [3.6, -2.0, -2.0], rtol=1e-10)
+
+
+def test_a_run_that_begins_late_begins_with_the_values_of_then() -> None:
+    parts = (
+        blocks.Pulse(amplitude=2.0, period=1.0, width=0.5),
+        blocks.SawTooth(amplitude=2.0, period=1.0),
+        blocks.Integrator(),
+        blocks.Integrator(),
+    )
+    model = Rig(parts=parts, wiring=wire_sources)
+    solution = simulate(model, 9.2, t0=7.25, save=jnp.array([7.3, 7.7, 9.2]), rtol=1e-10)
+    np.testing.assert_allclose(solution.parts[0].y.value, [2.0, 0.0, 2.0], atol=1e-12)
+    np.testing.assert_allclose(solution.parts[1].y.value, [0.6, 1.4, 0.4], atol=1e-12)
+
+
+def wire_loop(set_point: Any, controller: Any, plant: Any, hold: Any, pwm: Any, mean: Any) -> Connections:
+    return (
+        connect(set_point.y, controller.u_s),
+        connect(plant.y, controller.u_m, hold.u),
+        connect(controller.y, plant.u, pwm.u),
+        connect(pwm.y, mean.u),
+    )
+
+
+def test_sampled_control() -> None:
+    """The plant T dx/dt = y - x between samples is x -> y + (x - y) exp(-h / T): the loop is a recursion."""
+    h, T, k, Ti = 0.1, 0.5, 0.6, 0.4
+    parts = (
+        blocks.Constant(k=1.0),
+        blocks.SampledPI(period=h, k=k, T=Ti, y_max=0.9),
+        blocks.FirstOrder(T=T),
+        blocks.SampleHold(period=2.0 * h),
+        blocks.PWM(period=h),
+        blocks.Integrator(),
+    )
+    grid = np.arange(10) * h + 0.05
+    solution = simulate(Rig(parts=parts, wiring=wire_loop), 0.999999, save=jnp.asarray(grid), rtol=1e-10)
+    x, part, outputs, held = 0.0, 0.0, [], []
+    for i in range(10):
+        held.append(x if i % 2 == 0 else held[-1])
+        error = 1.0 - x
+        wanted = k * (error + part + error * h / Ti)
+        if wanted <= 0.9:
+            part += error * h / Ti
+        outputs.append(min(wanted, 0.9))
+        x = outputs[-1] + (x - outputs[-1]) * np.exp(-h / T)
+    assert max(outputs) == 0.9
+    np.testing.assert_allclose(solution.parts[1].y.value, outputs, atol=1e-8)
+    np.testing.assert_allclose(solution.parts[3].y.value, held, atol=1e-8)
+
+
+def test_limits_of_a_sampled_controller_are_checked() -> None:
+    with pytest.raises(ParameterError, match=r"SampledPI.y_min must be smaller than y_max"):
+        blocks.SampledPI(period=0.1, k=1.0, T=1.0, y_min=1.0, y_max=0.0)
