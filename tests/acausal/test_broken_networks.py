@@ -35,6 +35,16 @@ BROKEN: dict[str, tuple[Netlist, str]] = {
         r"parts\[2\]",
     ),
     "like gears in parallel": ((SHAFT, GEAR, GEAR, LOAD), r"parts\[[12]\]"),
+    "a gear beside two that make up its ratio": (
+        (
+            SHAFT,
+            element("rotational.IdealGear", "r1", "r2", ratio=0.3),
+            element("rotational.IdealGear", "r1", "r4", ratio=0.1),
+            element("rotational.IdealGear", "r4", "r2", ratio=3.0),
+            LOAD,
+        ),
+        r"parts\[[123]\]",
+    ),
     "a speed given twice": (
         (
             element("rotational.ConstantSpeed", "r0", speed=1.0),
@@ -128,7 +138,11 @@ def test_legal(name: str) -> None:
     assert_agree(*LEGAL[name])
 
 
-@pytest.mark.parametrize("name", BROKEN)
+ROUNDED = pytest.mark.xfail(strict=True, reason="A pivot that is zero but for rounding is divided by.")
+UNNOTICED = ("a gear beside two that make up its ratio",)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[ROUNDED] * (name in UNNOTICED)) for name in BROKEN])
 def test_diagnosis(name: str) -> None:
     netlist, culprit = BROKEN[name]
     with pytest.raises(SingularError):
