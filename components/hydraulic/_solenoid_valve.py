@@ -38,8 +38,8 @@ class SolenoidValve(Component):
     """A normally closed on/off valve: a coil lifts a sprung armature from one rigid stop to the other.
 
     `SolenoidValve(R=..., L0=..., g0=..., m=..., spring=..., preload=..., stroke=..., area=..., density=...)`; the gap
-    of its coil at full lift is `residual_gap`. The parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop` (impacts
-    are events) and `LiftValve`; the coil's current and the armature's motion give the dead times of opening and
+    of its coil at full lift is `residual_gap`. The parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop`, whose
+    impacts are events, and `LiftValve`; the coil's current and the armature's motion give the dead times of opening and
     closing. Not modelled: flow forces, pressure forces on the armature, saturation.
     """
 
