@@ -20,9 +20,9 @@ class Relay(Component):
 
 
 class Undoing(Component):
-    """Two events that make each other's condition true, as soon as x is below 0.5."""
+    """Two events that make each other's condition true, from the start on."""
 
-    x: Var[Scalar, ""] = 1.0
+    x: Var[Scalar, ""] = 0.2
     u: Discrete[Scalar, ""] = -1.0
 
     def equations(self, d: Self) -> Equations:
