@@ -38,15 +38,9 @@ class SolenoidValve(Component):
     """A normally closed on/off valve: a coil lifts a sprung armature from one rigid stop to the other.
 
     `SolenoidValve(R=..., L0=..., g0=..., m=..., spring=..., preload=..., stroke=..., area=..., density=...)`; the gap
-<<<<<<< HEAD
-    of its coil at full lift is `residual_gap`. Its parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop`, whose
-    impacts are events, and `LiftValve`; the coil's current and the armature's motion give the dead times of opening
-    and closing. Not modelled: flow forces, pressure forces on the armature, saturation.
-=======
     of its coil at full lift is `residual_gap`. The parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop`, whose
     impacts are events, and `LiftValve`; the coil's current and the armature's motion give the dead times of opening and
     closing. Not modelled: flow forces, pressure forces on the armature, saturation.
->>>>>>> dd1496e3d82c1bf104384099ad1eb715fdfb36df
     """
 
     coil: Solenoid
