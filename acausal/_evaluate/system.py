@@ -15,14 +15,14 @@ from .._declare.component import Component
 from .._declare.layout import complete_leaves
 from .._errors import ModelError
 from .._reduce.aliases import TIME, ZERO, Merged
-from .._reduce.flatten import FlatLeaf, FlatModel
+from .._reduce.flatten import FlatModel
 from .._reduce.index import Reduced
 from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
-from .._tracing import is_traced
 from .constraints import STATE, Constraints, constraints_of, placed
 from .happenings import Happenings, happenings_of
+from .packing import discrete_start, packed
 from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
 from .starts import Inputs, Starts
@@ -102,7 +102,7 @@ class System:
     def parameters(self, leaves: Sequence[Any]) -> list[Any]:
         """The leaves of a model, None where they are variables; discrete ones as they are at the start."""
         return [
-            None if i in self.variable_leaves else _discrete_start(leaf, leaves[i])
+            None if i in self.variable_leaves else discrete_start(leaf, leaves[i])
             for i, leaf in enumerate(self.flat.leaves)
         ]
 
@@ -123,23 +123,49 @@ class System:
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
-        """Parameters that are declared positive or non-negative."""
-        return [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+        """Parameters that are declared positive or non-negative, those first that are checked many at once."""
+        stacked = [leaf for _, leaves in self._signed_slots for leaf in leaves]
+        return stacked + self.signed_singles
 
-    def bad_parameters(self, leaves: Sequence[Any]) -> Any:
+    @ft.cached_property
+    def signed_singles(self) -> list[int]:
+        """Those that are checked one by one."""
+        stacked = {leaf for _, leaves in self._signed_slots for leaf in leaves}
+        signed = [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
+        return [leaf for leaf in signed if leaf not in stacked]
+
+    @ft.cached_property
+    def _signed_slots(self) -> list[tuple[tuple[int, int], list[int]]]:
+        """Slots of many components whose parameters have a range, with the leaf of each member."""
+        slots = []
+        for kind, slot in self._used_params:
+            instances = self.flat.instances[kind]
+            if instances.total > UNROLLED and instances.kind.declarations[slot].sign is not None:
+                leaves = np.repeat(np.array(instances.first_leaf) + slot, instances.counts)
+                slots.append(((kind, slot), leaves.tolist()))
+        return slots
+
+    def bad_parameters(self, leaves: Sequence[Any], params: Packed) -> Any:
         """For each of `signed_leaves`, whether its value is outside its range."""
-        checks = []
-        for index in self.signed_leaves:
+        checks = [jnp.zeros(0, bool)]
+        for key, members in self._signed_slots:
+            sign = self.flat.leaves[members[0]].declaration.sign
+            assert sign is not None
+            checks.append(~jnp.all(sign.admits(params[key].reshape(len(members), -1)), axis=1))
+        for index in self.signed_singles:
             sign = self.flat.leaves[index].declaration.sign
             assert sign is not None
-            checks.append(~jnp.all(sign.admits(leaves[index])))
-        return jnp.stack(checks) if checks else jnp.zeros(0, bool)
+            checks.append(~jnp.all(sign.admits(leaves[index]))[None])
+        return jnp.concatenate(checks)
+
+    @ft.cached_property
+    def _used_params(self) -> list[tuple[int, int]]:
+        groups = self.plan.groups + self.residuals + self.constraints.groups
+        return sorted({key for group in groups for key in group.program.params})
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
-        groups = self.plan.groups + self.residuals + self.constraints.groups
-        used = {key for group in groups for key in group.program.params}
-        return {key: _packed(self.flat, leaves, *key) for key in sorted(used)}
+        return {key: packed(self.flat, leaves, *key) for key in self._used_params}
 
     def vector_field(self, t: Any, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
         """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
@@ -193,7 +219,7 @@ class System:
         if not values:
             return inputs
         leaves = [values.get(i) for i in range(len(self.flat.leaves))]
-        changed = {key: _packed(self.flat, leaves, *key) for key in inputs.params if self._is_discrete(key)}
+        changed = {key: packed(self.flat, leaves, *key) for key in inputs.params if self._is_discrete(key)}
         return dataclasses.replace(inputs, params=inputs.params | changed)
 
     def _is_discrete(self, key: tuple[int, int]) -> bool:
@@ -330,25 +356,3 @@ class System:
         if representative == TIME:
             return None, 1
         return (self.ordered.table.number_of_node[representative], 0), sign
-
-
-def _discrete_start(leaf: FlatLeaf, value: Any) -> Any:
-    if leaf.declaration.role != "discrete":
-        return value
-    value = leaf.declaration.start if value is None else value
-    shape = leaf.stack + leaf.sizes
-    return jnp.broadcast_to(value, shape) if shape else value
-
-
-def _packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
-    instances = flat.instances[kind]
-    sizes = instances.kind.sizes[slot]
-    values = [leaves[first + slot] for first in instances.first_leaf]
-    if instances.total > UNROLLED:
-        # Thousands of separate numbers are collected fastest on the host.
-        xp = jnp if any(is_traced(value) for value in values) else np
-        return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
-    members: list[Any] = []
-    for value, stack in zip(values, instances.stacks, strict=True):
-        members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
-    return tuple(members)

@@ -1,5 +1,6 @@
 """`simulate`: from a model to its solution, traceable in every number of the model."""
 
+import dataclasses
 import functools as ft
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
@@ -19,11 +20,13 @@ from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
 from .quantity import Quantity, trace
-from .run import Numbers, Settings, run
+from .run import run
+from .settings import Numbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 
 MAX_STEPS = 4096
+LARGE = 300  # leaves: from here on parameters are packed before they are handed to the compiled run
 MAX_EVENTS = 32
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
 
@@ -101,8 +104,11 @@ def simulate(
         given=system.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
+    params = [_strong(leaf) for leaf in system.parameters(leaves)]
+    is_large = len(params) > LARGE
     numbers = Numbers(
-        params=[_strong(leaf) for leaf in system.parameters(leaves)],
+        params=_read_singly(settings, params) if is_large else params,
+        packed=system.pack_params(params) if is_large else None,
         starts=system.starts.pack(leaves),
         t0=_strong(_as_number(t0)),
         t1=_strong(_as_number(t1)),
@@ -116,6 +122,8 @@ def simulate(
     )
     _check_times(numbers)
     solution = run(settings, numbers)
+    if is_large:
+        solution = dataclasses.replace(solution, _params=params)
     return report_failure(solution) if throw else solution
 
 
@@ -154,6 +162,17 @@ def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[An
     if integrals is None and not energy:
         return None
     return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
+
+
+def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
+    """The parameters that a run reads by themselves; thousands of arguments would take XLA long."""
+    system = settings.system
+    wanted = {*system.signed_singles, *system.discrete_places}
+    for quantity in (settings.stop, settings.integrand, settings.stored):
+        wanted.update(quantity.leaves if quantity else ())
+    if system.happenings:
+        wanted.update((*system.happenings.conditions.leaves, *system.happenings.actions.leaves))
+    return [value if i in wanted else None for i, value in enumerate(params)]
 
 
 def _total_stored(s: Any) -> Any:

@@ -39,7 +39,7 @@ class IdealCheckValve(Resistance):
 
 
 class SnapReliefValve(Resistance):
-    """A relief valve with hysteresis: it snaps open at `cracking_pressure` and shut at the lower `reseat_pressure`.
+    """A relief valve that snaps: fully open from `cracking_pressure` on, closed again from the lower `reseat_pressure`.
 
     Open, q = conductance dp; closed, q = leakage dp. The flow jumps. Where the flow to be relieved is below
     conductance reseat_pressure, it opens and closes again and again. `ReliefValve` is smooth and has no hysteresis.

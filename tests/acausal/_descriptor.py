@@ -65,7 +65,15 @@ class Descriptor:
         """The nearest point on the constraints."""
         return z - self.G.T @ self.missed(z, t)
 
-    def solve(self, z0: Any, times: Any, rtol: float = 1e-10) -> Any:
+    def start(self, rows: Any, values: Any, t: float = 0.0) -> Any:
+        """The point on the constraints at which the rows have the values, which determine it and do not contradict."""
+        known = np.concatenate([self.G, rows]), np.concatenate([-self.H @ self.all_sources(t), values])
+        z, _, rank, _ = np.linalg.lstsq(*known, rcond=NONE)
+        assert rank == len(z), "The start values do not determine the start."
+        np.testing.assert_allclose(known[0] @ z, known[1], atol=1e-9, err_msg="The start values contradict each other.")
+        return z
+
+    def solve(self, z0: Any, times: Any, rtol: float = 1e-11) -> Any:
         """z at the times, the first of which is that of `z0`."""
 
         def rest(t: float, z: Any, rate: Any, residual: Any) -> None:

@@ -47,6 +47,19 @@ class Part(NamedTuple):
 Netlist = tuple[Part, ...]
 
 
+def element(kind: str, *nodes: str, **values: float) -> Part:
+    """A part between nodes such as `e1`, `r0` or `t2`."""
+    domains = {domain[0]: domain for domain in ACROSS}
+    return Part(kind, tuple((domains[node[0]], int(node[1:])) for node in nodes), values)
+
+
+def resistor(a: str, b: str, R: float = 1.0) -> Part:
+    return element("electrical.Resistor", a, b, R=R)
+
+
+GROUND = element("electrical.Ground", "e0")
+
+
 def ports_of(kind: str) -> dict[str, str]:
     """The domains of an element's ports by name."""
     domain, _, name = kind.partition(".")

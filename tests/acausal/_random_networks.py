@@ -135,7 +135,7 @@ def _two_port(net: Growing) -> None:
     elif kind == "CCC":
         ports = (hang, between)
     else:
-        ports = net.either_way(hang, between)  # pyright: ignore[reportArgumentType]
+        ports = (hang, between) if net.random.random() < 0.5 else (between, hang)
     values = {
         "IdealTransformer": {"n": net.signed()},
         "Transformer": {"L1": net.number(1.0), "L2": net.number(1.0), "M": 0.4 * net.signed()},
@@ -230,8 +230,8 @@ def _of(domain: str, *ways: Any) -> tuple[Any, ...]:
 START = {"electrical": _start_circuit, "rotational": _start_shafts, "translational": _start_rods}
 GROW = {
     "electrical": (_new_branch,) * 8 + (_two_port, _machine, _machine, _new_ground),
-    "rotational": _of("rotational", *(_new_end,) * 5, _second_anchor) + (_gear, _gear, _planetary),
-    "translational": _of("translational", *(_new_end,) * 5, _second_anchor) + (_rack,),
+    "rotational": (*_of("rotational", *((_new_end,) * 5), _second_anchor), _gear, _gear, _planetary),
+    "translational": (*_of("translational", *((_new_end,) * 5), _second_anchor), _rack),
 }
 CLOSE = {
     "electrical": (_chord,),

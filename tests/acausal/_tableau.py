@@ -38,29 +38,31 @@ class Tableau:
         nodes = list(dict.fromkeys(node for part in netlist for node in part.nodes))
         terminals = [(i, port) for i, part in enumerate(netlist) for port in ports_of(part.kind)]
         inner = [(i, name) for i, part in enumerate(netlist) for name in INNER.get(part.name, ())]
-        places: dict[Any, int] = {key: row for row, key in enumerate([*nodes, *terminals, *inner])}
+        self._places: dict[Any, int] = {key: row for row, key in enumerate([*nodes, *terminals, *inner])}
+        self.n = n = len(self._places)
         self.sources = Sources(netlist)
-        n = self.n = len(places)
-        self._z, self._rate, one = np.split(np.eye(2 * n + len(self.sources.omega)), [n, 2 * n])
-        sines = iter(one[1:])
-        rows, balances = [], np.zeros((len(nodes), one.shape[1]))
+        self._z, self._rate, (one, *sines) = np.split(np.eye(2 * n + len(self.sources.omega)), [n, 2 * n])
         self.signals: dict[str, Any] = {}
+        rows, balances = [], np.zeros((len(nodes), len(one)))
         for i, part in enumerate(netlist):
-            ports = [
-                Terminal(self._z[places[node]], self._rate[places[node]], self._z[places[i, port]])
-                for port, node in zip(ports_of(part.kind), part.nodes, strict=True)
-            ]
+            ports, own = self._ports(i, part), self._inner(i, part)
             for node, terminal in zip(part.nodes, ports, strict=True):
-                balances[places[node]] += terminal.f
-            own = {
-                name: Inner(self._z[places[i, name]], self._rate[places[i, name]]) for name in INNER.get(part.name, ())
-            }
-            source = next(sines) if part.driven else one[0]
-            rows += _law(part, ports, list(own.values()), source)
+                balances[self._places[node]] += terminal.f
+            rows += _law(part, ports, list(own.values()), sines.pop(0) if part.driven else one)
             self._name(f"parts[{i}]", part, ports, own)
         self.A, self.E, self.S = np.split(np.array([*rows, *balances]), [n, 2 * n], axis=1)
-        assert len(self.A) == n
         self.signals = {name: row[:n] for name, row in self.signals.items()}
+
+    def _ports(self, i: int, part: Part) -> list[Terminal]:
+        rows = [
+            (self._places[node], self._places[i, port])
+            for port, node in zip(ports_of(part.kind), part.nodes, strict=True)
+        ]
+        return [Terminal(self._z[node], self._rate[node], self._z[flow]) for node, flow in rows]
+
+    def _inner(self, i: int, part: Part) -> dict[str, Inner]:
+        rows = {name: self._places[i, name] for name in INNER.get(part.name, ())}
+        return {name: Inner(self._z[row], self._rate[row]) for name, row in rows.items()}
 
     def _name(self, path: str, part: Part, ports: list[Terminal], own: dict[str, Inner]) -> None:
         domains = ports_of(part.kind)
@@ -70,11 +72,9 @@ class Tableau:
         if list(domains) == ["p", "n"] and not part.name.endswith("Sensor"):
             self.signals |= {f"{path}.v": ports[0].x - ports[1].x, f"{path}.i": ports[0].f}
         if part.name in ("Spring", "Damper", "SpringDamper"):
-            relative = {"rotational": "phi_rel", "translational": "s_rel"}[domains["a"]]
-            self.signals |= {
-                f"{path}.{relative}": ports[1].x - ports[0].x,
-                f"{path}.{THROUGH[domains['a']]}": ports[1].f,
-            }
+            domain = domains["a"]
+            self.signals[f"{path}.{ACROSS[domain]}_rel"] = ports[1].x - ports[0].x
+            self.signals[f"{path}.{THROUGH[domain]}"] = ports[1].f
         self.signals |= {f"{path}.{name}": unknown.y for name, unknown in own.items()}
 
 

@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from _event_models import Relay, Undoing, forced_gear
 from _models import gear_train, rc
 
 from acausal import (
@@ -95,6 +96,24 @@ RUNS: dict[str, Run] = {
         lambda **k: simulate(Holder(part=BlowUp()), 3.0, save="end", **k),
         SimulationError,
         r"At t = 1\.57\S* s: The step size fell below dtmin.*part\.x",
+    ),
+    "events_accumulate": Run(
+        Result.events_accumulate,
+        lambda **k: simulate(Relay(), 3.0, save="end", **k),
+        SimulationError,
+        r"At t = 1 s: .*ever faster.*hysteresis.*The last events were .*up",
+    ),
+    "events_endless": Run(
+        Result.events_endless,
+        lambda **k: simulate(Undoing(), 1.0, save="end", **k),
+        SimulationError,
+        r"At t = 0\.5 s: .*without end.*undo each other.*The last events were .*up",
+    ),
+    "bad_reset": Run(
+        Result.bad_reset,
+        lambda **k: simulate(forced_gear(), 1.0, save="end", **k),
+        SimulationError,
+        r"contradict the constraints.*Set fewer of them.*force",
     ),
     "not_finite": Run(
         Result.not_finite,

@@ -22,6 +22,7 @@ Scalar = Float[Array, ""]
 State = Float[Array, " n"]
 Matrix = Float[Array, "n n"]
 Stages = Float[Array, "s n"] | list[State]
+LARGEST_CONSTANT = 100
 VectorField = Callable[[Scalar, State], State]
 
 
@@ -188,11 +189,19 @@ def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
     return jnp.sum(jnp.asarray(weights)[:, None] * stages, axis=0)
 
 
+def _unit_vectors(n: int, t: Any) -> Matrix:
+    """The identity; a large one depends on `t` in form, lest XLA evaluate it, and what follows, while it compiles."""
+    if n <= LARGEST_CONSTANT:
+        return jnp.eye(n)
+    index = jnp.arange(n)
+    return (index[:, None] == index + jnp.isnan(t)).astype(float)
+
+
 def linearise(f: VectorField, t: Any, y: State) -> tuple[State, State, Matrix]:
     r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, in one batch of directional derivatives."""
 
     def directional(direction: Float[Array, " 1+n"]) -> tuple[State, State]:
         return jax.jvp(f, (t, y), (direction[0], direction[1:]))
 
-    f0, columns = jax.vmap(directional, out_axes=(None, -1))(jnp.eye(1 + len(y), dtype=y.dtype))
+    f0, columns = jax.vmap(directional, out_axes=(None, -1))(_unit_vectors(1 + len(y), t))
     return f0, columns[:, 0], columns[:, 1:]

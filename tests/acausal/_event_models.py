@@ -1,0 +1,51 @@
+"""Models whose events cannot be carried out, or never end."""
+
+from typing import Self
+
+from acausal import Component, Connections, Discrete, Equations, Events, Scalar, Var, connect, eq, when
+from components.rotational import IdealGear, Inertia
+
+
+class Relay(Component):
+    """A switch without hysteresis, that holds x at zero by infinitely many events."""
+
+    x: Var[Scalar, ""] = 1.0
+    u: Discrete[Scalar, ""] = -1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, self.u))
+
+    def events(self) -> Events:
+        return dict(up=when(self.x < 0.0, u=1.0), down=when(self.x > 0.0, u=-1.0))
+
+
+class Undoing(Component):
+    """Two events that make each other's condition true, as soon as x is below 0.5."""
+
+    x: Var[Scalar, ""] = 1.0
+    u: Discrete[Scalar, ""] = -1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, self.u))
+
+    def events(self) -> Events:
+        low = self.x < 0.5
+        return dict(up=when(low & (self.u < 0.0), u=1.0), down=when(low & (self.u > 0.0), u=-1.0))
+
+
+class ForcedGear(Component):
+    """A gear of ratio 2 whose sides are both given a speed of 1 rad/s, when the first has turned by 1 rad."""
+
+    first: Inertia
+    gear: IdealGear
+    second: Inertia
+
+    def connections(self) -> Connections:
+        return connect(self.first.b, self.gear.a), connect(self.gear.b, self.second.a)
+
+    def events(self) -> Events:
+        return dict(force=when(self.first.a.phi > 1.0, **{"first.w": 1.0, "second.w": 1.0}))
+
+
+def forced_gear() -> ForcedGear:
+    return ForcedGear(first=Inertia(J=1.0, w=4.0), gear=IdealGear(ratio=2.0), second=Inertia(J=1.0))
