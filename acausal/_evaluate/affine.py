@@ -12,6 +12,7 @@ from typing import Any
 import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
+from .._errors import StructureError
 from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 
@@ -55,6 +56,12 @@ def over(a: Any, b: Any) -> Any:
     for x in (a, b):
         if isinstance(x, Minus):
             return negated(over(x.array, b) if x is a else over(a, x.array))
+    if isinstance(b, float) and b == 0.0:
+        raise StructureError(
+            "Equations cancel: of a set of ideal elements, such as a capacitor across a voltage source away from the "
+            "ground, or inductors as the only links of a part of the circuit, one current or voltage is left without an "
+            "equation. Remedy: connect that part to the Ground, or give one of the elements a resistance."
+        )
     return times(a, 1.0 / b) if isinstance(b, float) else a / b
 
 

@@ -12,7 +12,7 @@ from .plan import Pair
 from .starts import Inputs
 from .system import System
 
-GIVEN = 1e-12  # how much less than a dependent variable a start value that is given yields to the constraints
+GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 

@@ -138,7 +138,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             return direction * terms.vf(t, y, args)
 
         f0, f_t, jacobian = linearise(f, t0, y0)
-        solve = linear_solver(self._mass_matrix(len(y0)) / tableau.gamma - h * jacobian, self.nominal)
+        solve = linear_solver(self._mass_matrix(len(y0), t0) / tableau.gamma - h * jacobian, self.nominal)
 
         def stage(row: tuple, earlier: Stages) -> State:
             a, c, alpha, gamma = row
@@ -153,9 +153,10 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         error = combine(tableau.error, u).astype(jnp.bfloat16).astype(y0.dtype)
         return y1, error, {"y0": y0, "y1": y1, "coeffs": coeffs}, None, diffrax.RESULTS.successful
 
-    def _mass_matrix(self, n: int) -> Matrix:
-        mass = jnp.ones(n) if self.mass is None else self.mass
-        return jnp.diag(mass) if mass.ndim == 1 else mass
+    def _mass_matrix(self, n: int, t: Any) -> Matrix:
+        if self.mass is None:
+            return _unit_vectors(n, t)
+        return self.mass[:, None] * _unit_vectors(n, t) if self.mass.ndim == 1 else self.mass
 
     def _mass_times(self, v: State) -> State:
         if self.mass is None:
