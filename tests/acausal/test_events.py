@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _event_models import Relay, Undoing
+from _switching_models import Relay, Undoing
 
 from acausal import (
     Array,

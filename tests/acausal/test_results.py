@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _event_models import Relay, Undoing, forced_gear
 from _models import gear_train, rc
+from _switching_models import Relay, Undoing, forced_gear
 
 from acausal import (
     Component,
