@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 export MPLBACKEND := Agg
 
-.PHONY: demo test lint bench docs clean
+.PHONY: demo test test-slow lint bench docs clean
 
 demo: $(READY)  ## set up and run the studies of the clutch actuators
 	$(BIN)/python -m studies validate --out output
@@ -12,6 +12,9 @@ demo: $(READY)  ## set up and run the studies of the clutch actuators
 
 test: lint  ## set up and run lint, type check and tests
 	$(BIN)/python -m pytest
+
+test-slow: $(READY)  ## the tests that compile many models
+	$(BIN)/python -m pytest -m slow
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -59,8 +59,8 @@ def over(a: Any, b: Any) -> Any:
     if isinstance(b, float) and b == 0.0:
         raise StructureError(
             "Equations cancel: of a set of ideal elements, such as a capacitor across a voltage source away from the "
-            "ground, or inductors as the only links of a part of the circuit, one current or voltage is left without an "
-            "equation. Remedy: connect that part to the Ground, or give one of the elements a resistance."
+            "ground, or inductors as the only links of a part of the circuit, one current or voltage is left without "
+            "an equation. Remedy: connect that part to the Ground, or give one of the elements a resistance."
         )
     return times(a, 1.0 / b) if isinstance(b, float) else a / b
 

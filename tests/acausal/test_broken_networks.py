@@ -12,6 +12,8 @@ from test_networks import COUPLED, assert_agree
 
 from acausal import ModelError, SimulationError, StructureError, check, simulate
 
+pytestmark = pytest.mark.slow
+
 SOURCE = element("electrical.ConstantVoltage", "e1", "e0", V=2.0)
 SHAFT = element("rotational.Inertia", "r0", "r1", J=1.0)
 GEAR = element("rotational.IdealGear", "r1", "r2", ratio=2.0)

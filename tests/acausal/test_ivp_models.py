@@ -4,6 +4,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _ivp_models import (
     AKZO,
     AMPLIFIER,
@@ -16,6 +17,8 @@ from _ivp_models import (
 )
 
 from acausal import Component, simulate, structure
+
+pytestmark = pytest.mark.slow
 
 RTOL = 1e-6  # of the end values, each relative to itself
 

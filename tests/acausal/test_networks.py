@@ -19,6 +19,8 @@ from hypothesis import strategies as st
 from acausal import Solution, replace, simulate
 from acausal._declare.node import leaves_of
 
+pytestmark = pytest.mark.slow
+
 TIMES = np.linspace(0.0, 2.0, 9)
 RTOL = 1e-6  # of the range of each signal
 COUPLED = ("electrical", "rotational", "translational")

@@ -11,6 +11,8 @@ from _rig import Rig
 from acausal import Connections, ParameterError, connect, simulate
 from components import blocks, electrical, hydraulic, rotational
 
+pytestmark = pytest.mark.slow
+
 TIGHT = 1e-10
 
 

@@ -5,11 +5,14 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _rig import Rig
 from scipy.optimize import brentq
 
 from acausal import Component, Connections, connect, simulate
 from components import blocks, electrical
+
+pytestmark = pytest.mark.slow
 
 TIGHT = 1e-10
 
