@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from .._declare.component import Component
 from .._declare.layout import complete_leaves, layout_of
 from .._errors import ModelError, ParameterError, SimulationError
-from .._evaluate.initial import constrained_names, initial_state
+from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -120,7 +120,7 @@ def _start(point: Point) -> Any:
     """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
     y, bad = _initial_state(point)
     if not is_traced(bad) and np.any(bad):
-        name = constrained_names(point.system)[int(np.argmax(np.asarray(bad)))]
+        name = checked_names(point.system, point.inputs().given)[int(np.argmax(np.asarray(bad)))]
         raise SimulationError(
             f"The start values contradict the constraints: {name} cannot have the value it is given. Leave it out, or "
             "that of a variable that it is connected to rigidly."

@@ -101,6 +101,18 @@ def _linear(program: Program, known: Known) -> list[Any]:
     return [_inserted(value, dict(zip(indices, solution, strict=True))) for value in unknowns]
 
 
+def tear_matrix(program: Program, known: Known) -> Any:
+    """The square matrices, stacked, of the linear equations that determine the tearing variables."""
+    indices = _tear_indices(program)
+    if not program.is_elementwise:
+        return _dense_system(program, known)[0][None]
+    unknowns = _substitute(program, known, {i: Affine(None, {i: 1.0}) for i in indices})
+    rows = [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
+    shape = program.shapes[0]
+    entries = [[jnp.broadcast_to(computed(row.terms.get(i, 0.0)), shape) for i in indices] for row in rows]
+    return jnp.moveaxis(jnp.array(entries).reshape(len(rows), len(rows), -1), -1, 0)
+
+
 def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
     total = value.base
     for symbol, factor in value.terms.items():
@@ -147,14 +159,19 @@ def _residuals(program: Program, known: Known, tears: Sequence[Any]) -> list[Any
 
 def _dense(program: Program, known: Known) -> list[Any]:
     """A linear system with array unknowns or many of them: its matrix by differentiation, solved by LAPACK."""
+    matrix, rest, unravel = _dense_system(program, known)
+    return unravel(-jnp.linalg.solve(matrix, rest))
+
+
+def _dense_system(program: Program, known: Known) -> tuple[Any, Any, Callable[[Any], list[Any]]]:
+    """A and b of A x + b = 0, and x as tearing variables."""
     zeros = [jnp.zeros(program.shapes[i]) for i in _tear_indices(program)]
     flat, unravel = ravel_pytree(zeros)
 
     def residual(x: Any) -> Any:
         return ravel_pytree(_residuals(program, known, unravel(x)))[0]
 
-    matrix = jax.jacfwd(residual)(flat)
-    return unravel(-jnp.linalg.solve(matrix, residual(flat)))
+    return jax.jacfwd(residual)(flat), residual(flat), unravel
 
 
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:

@@ -11,9 +11,9 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import StructureError
 from .._reduce.aliases import Merged, merge
+from .._reduce.cancel import reduced_exactly
 from .._reduce.flatten import FlatModel, flatten
-from .._reduce.incidence import tabulate
-from .._reduce.index import Reduced, reduce_index
+from .._reduce.index import Reduced
 from .._reduce.sort import Sorted, sort
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
@@ -54,14 +54,12 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
     flat = flatten(model)
     check_units(flat)
     try:
-        merged = merge(flat)
-        return flat, merged, reduce_index(tabulate(flat, merged))
+        return flat, *reduced_exactly(flat, merge(flat))
     except StructureError:
         if not any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves):
             raise
     flat = flatten(model, split=True)
-    merged = merge(flat)
-    return flat, merged, reduce_index(tabulate(flat, merged))
+    return flat, *reduced_exactly(flat, merge(flat))
 
 
 def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:

@@ -60,7 +60,7 @@ class Constraints:
         NaN where that fails. The derivative is implicit: dx -> dx - W G^T (G W G^T)^-1 (G dx + dg).
         """
         for group in self.groups:
-            x = self._moved(group, Store(x, t), jnp.asarray(weight), params, _find if far else _return)
+            x = self._moved(group, Store(x, t), jnp.asarray(weight), params, find if far else _return)
         return x
 
     def _moved(self, group: Group, store: Store, weight: Any, params: Packed, solve: Callable[..., Any]) -> Any:
@@ -106,7 +106,7 @@ def _return(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any
     return z, basis, rows
 
 
-def _find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
+def find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
     """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
     def step(carry: Any) -> Any:

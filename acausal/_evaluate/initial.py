@@ -7,27 +7,34 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .apart import GIVEN, TOLERANCE, Apart, apart_pairs
 from .constraints import STATE
 from .plan import Pair
 from .starts import Inputs
 from .system import System
 
-GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
-TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
-
 
 def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
-    """The state vector to start from, and for each of `constrained_names` whether its start value is contradicted.
+    """The state vector to start from, and for each of `checked_names` whether its start value is contradicted.
 
     States keep their start values, unless values are given for variables that depend on them through constraints
     g(x) = 0, or the states are restricted themselves: then the start is the nearest point x0 - D g_x(x0)^T m (to first
     order), with m such that g = 0, where D lets dependent variables move freely, states only where they must, and given
-    values not at all if there is another way.
+    values not at all if there is another way. What is given for algebraic unknowns is a condition of the same kind.
     """
     given = given_pairs(system, inputs)
-    if is_plain(system, given):
+    apart = apart_pairs(system, inputs.given)
+    if is_plain(system, given) and not apart:
         y = _starts_of(system, inputs, system.states)
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
+    x, bad = _projected(system, t0, inputs, given)
+    if apart:
+        x, bad = Apart(system, t0, inputs, given, apart).moved(x, bad)
+    return _with_algebraic(system, t0, x[system.constraints.states], inputs), bad
+
+
+def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tuple[Any, Any]:
+    """The start point moved onto the constraints."""
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = np.where(given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
@@ -38,8 +45,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     # From the result of the first, given values put back, the second projection moves them no further.
     x = jax.lax.scan(project, x0, None, length=2)[0]
     moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
-    bad = jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
-    return _with_algebraic(system, t0, x[constraints.states], inputs), bad
+    return x, jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
 
 
 def start_point(system: System, inputs: Inputs) -> Any:
@@ -76,8 +82,15 @@ def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
     return jnp.concatenate([y, plan.collect(store, system.algebraic)])
 
 
-def constrained_names(system: System) -> list[str]:
+def checked_names(system: System, given: frozenset[int]) -> list[str]:
     """The variable behind each element of what `initial_state` checks."""
+    table, size = system.ordered.table, system.plan.size
+    apart = [table.variable_name(*pair) for pair in apart_pairs(system, given) for _ in range(size(pair[0]))]
+    return apart + constrained_names(system)
+
+
+def constrained_names(system: System) -> list[str]:
+    """The variable behind each element of the constrained pairs."""
     table, size = system.ordered.table, system.plan.size
     return [table.variable_name(*pair) for pair in system.constraints.pairs for _ in range(size(pair[0]))]
 

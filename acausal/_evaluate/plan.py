@@ -65,9 +65,9 @@ class Store:
         """A segment as a flat array."""
         return jnp.ravel(computed(self._segments[segment]))
 
-    def all(self) -> list[Any]:
-        """All segments computed so far."""
-        return [self.flat(segment) for segment in self._segments]
+    def is_finite(self) -> Any:
+        """Whether all that was computed so far is finite."""
+        return jnp.all(jnp.stack([jnp.all(jnp.isfinite(self.flat(segment))) for segment in self._segments]))
 
     def gather(self, read: Read) -> Any:
         """The values of all members, stacked in front."""

@@ -85,6 +85,11 @@ class System:
         return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=False)
 
     @ft.cached_property
+    def constrained(self) -> frozenset[Pair]:
+        """The variables below their highest derivatives, the states among them."""
+        return frozenset(self.ordered.constrained)
+
+    @ft.cached_property
     def invariants(self) -> Constraints:
         """The constraints on which the states of a run must be kept."""
         return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=True)
@@ -303,15 +308,13 @@ class System:
         moved = invariants.projected(x, weight, t, inputs.params)
         return placed(y, invariants.in_state_vector, moved[invariants.states])
 
-    def all_finite(self, t: Any, y: Any, inputs: Inputs) -> Any:
-        """Whether all unknowns are finite at a point, outputs that feed no state included."""
-        store = self.evaluate(t, y, inputs, list(self.plan.places))
-        finite = [jnp.all(jnp.isfinite(segment)) for segment in store.all()]
-        return jnp.all(jnp.stack(finite))
+    def evaluate_all(self, t: Any, y: Any, inputs: Inputs) -> Store:
+        """All unknowns at a point, outputs that feed no state included."""
+        return self.evaluate(t, y, inputs, list(self.plan.places))
 
     def first_not_finite(self, t: Any, y: Any, inputs: Inputs) -> Pair | None:
         """The first unknown, in the order of computation, that is not finite at a point; for messages."""
-        store = self.evaluate(t, y, inputs, list(self.plan.places))
+        store = self.evaluate_all(t, y, inputs)
         for pair, place in self.plan.places.items():
             value = store.flat(place.segment)[place.start : place.start + self.plan.size(pair[0])]
             if not np.all(np.isfinite(np.asarray(value))):

@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ParameterError, SimulationError
-from .._evaluate.initial import constrained_names
+from .._evaluate.initial import checked_names
 from .._evaluate.plan import Pair
+from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .result import Result, sentence
@@ -52,7 +53,7 @@ def _error(solution: Solution) -> Exception:
         leaf = system.signed_leaves[int(solution._culprit)]
         return ParameterError(f"{_requirement(system, leaf)} It is {solution._params[leaf]}.")
     if result == Result.bad_start:
-        name = constrained_names(system)[int(solution._culprit)]
+        name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(
             f"{sentence(result)} {name} cannot have the value it is given: leave out the start value of this "
             "variable, or of those that it is connected to rigidly."
@@ -61,6 +62,10 @@ def _error(solution: Solution) -> Exception:
     where = f"At t = {float(t):.6g} s: "
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
+    if result == Result.undetermined:
+        return SimulationError(
+            where + sentence(result) + about_block(system, linear_blocks(system)[int(solution._culprit)])
+        )
     if result == Result.never_stopped:
         return SimulationError(where + sentence(result))
     culprit = _first_not_finite(solution)

@@ -31,6 +31,7 @@ class Result(eqx.Enumeration):
         "An event sets variables to values that contradict the constraints between them. Set fewer of them: those that "
         "are tied to others follow."
     )
+    undetermined = "Equations are singular but for errors of rounding, so that any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter is outside the range it is declared with."
     bad_start = "The start values contradict the equations."

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from .._evaluate.initial import initial_state
+from .._evaluate.singular import singular_blocks
 from .._evaluate.starts import Inputs
 from .crossing import Crossing
 from .result import Result
@@ -108,13 +109,15 @@ def _outcome(
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system = settings.system
     bad_parameters = system.bad_parameters(numbers.params, inputs.params)
-    finite = jnp.all(jnp.isfinite(y)) & system.all_finite(t, y, inputs)
+    everything = system.evaluate_all(t, y, inputs)
+    singular = singular_blocks(system, everything, inputs)
     event_rules, event = _event_rules(settings, numbers, inputs, raw, t)
     rules = [
         (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
         (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),
         *event_rules,
-        (~finite, Result.not_finite),
+        (jnp.any(singular), Result.undetermined),
+        (~everything.is_finite(), Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),
         (jnp.any(bad_parameters), Result.bad_parameter),
     ]
@@ -123,7 +126,8 @@ def _outcome(
         result = Result.where(jnp.asarray(raw.event_mask), Result.stopped, Result.never_stopped)
     for condition, outcome in rules:
         result = Result.where(condition, outcome, result)
-    culprit = jnp.where(jnp.any(bad_starts), _first(bad_starts), event)
+    culprit = jnp.where(result == Result.undetermined, _first(singular), event)
+    culprit = jnp.where(jnp.any(bad_starts), _first(bad_starts), culprit)
     return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), culprit)
 
 

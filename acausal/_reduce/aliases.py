@@ -18,16 +18,22 @@ TIME = -3  # of a node that is the simulation time
 
 @dataclasses.dataclass
 class Family:
-    """All uses of one equation template: a row for each, with the node behind every input (-1: a parameter)."""
+    """All uses of one equation template: a row for each, with the node behind every input (-1: a parameter).
+
+    Sums of flows belong to no instances, nor do combinations of equations, which have `names` instead.
+    """
 
     template: Template
     instances: Instances | None
     members: Int[np.ndarray, " rows"]  # which of the instances each row belongs to; the connection set for flow sums
     nodes: Int[np.ndarray, "rows inputs"]
     signs: Int[np.ndarray, "rows inputs"]
+    names: list[str] | None = None
 
     def name(self, row: int, flat: FlatModel) -> str:
         """The path of the component and the name of the equation."""
+        if self.names is not None:
+            return self.names[row]
         if self.instances is None:
             ports = ", ".join(flat.node_name(int(n)).rpartition(".")[0] for n in flat.flow_sets[self.members[row]][0])
             return f"sum of flows at the connection of {ports}"
@@ -35,7 +41,8 @@ class Family:
         return f"{path}.{self.template.name}" if path else self.template.name
 
     def select(self, rows: np.ndarray) -> "Family":
-        return Family(self.template, self.instances, self.members[rows], self.nodes[rows], self.signs[rows])
+        names = None if self.names is None else [self.names[row] for row in rows.tolist()]
+        return Family(self.template, self.instances, self.members[rows], self.nodes[rows], self.signs[rows], names)
 
 
 @dataclasses.dataclass

@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 
 from .._errors import StructureError, complain
+from .dependent import FRACTIONS, Row, dependencies
 from .incidence import Incidence
 from .matching import match, neighbours, reach
 
@@ -122,8 +123,8 @@ def _explanation(
     lines = [f"The model has {counts} and cannot be solved."]
     for over, touched in _pieces(spare_rows, neighbours(rows, variables, table.n_rows), partner):
         lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
-        lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(over)]))
-        lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(touched)]))
+        lines.append("  equations: " + listed([table.row_name(row) for row in sorted(over)]))
+        lines.append("  variables: " + listed([table.variable_name(v) for v in sorted(touched)]))
         lines.append(
             "  Remedy: remove one of these equations or components (two ideal sources in parallel, a value fixed "
             "twice), or put an element between them."
@@ -132,8 +133,8 @@ def _explanation(
         lines.append(
             f"Too few equations: only {_count(len(touched), 'equation')} for {_count(len(under), 'variable')}."
         )
-        lines.append("  variables: " + _listed([table.variable_name(v) for v in sorted(under)]))
-        lines.append("  equations: " + _listed([table.row_name(row) for row in sorted(touched)]))
+        lines.append("  variables: " + listed([table.variable_name(v) for v in sorted(under)]))
+        lines.append("  equations: " + listed([table.row_name(row) for row in sorted(touched)]))
         lines.append(
             "  Remedy: add an equation or a component that determines one of these variables" + _hint(table, under)
         )
@@ -164,8 +165,18 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
-def _listed(names: list[str], most: int = 12) -> str:
+def listed(names: list[str], most: int = 12) -> str:
     return ", ".join(names[:most]) + (f", and {len(names) - most} more" if len(names) > most else "")
+
+
+def fixed_rows(table: Incidence, *, with_rest: bool = False) -> np.ndarray:
+    """The equations that are sums of variables with fixed numbers as factors and, `with_rest`, of anything known."""
+    fixed = np.ones(table.n_rows, bool)
+    fixed[table.row[(table.strength < 3) | (table.order > 0)]] = False
+    for index, family in enumerate(table.families):
+        if family.template.level or (family.template.form.has_rest and not with_rest):
+            fixed[table.offsets[index] : table.offsets[index + 1]] = False
+    return np.flatnonzero(fixed)
 
 
 def _check_redundant(table: Incidence) -> None:
@@ -174,45 +185,22 @@ def _check_redundant(table: Incidence) -> None:
     Structure cannot see that the flows around a circuit without ground sum to zero by themselves; elimination with
     exact fractions can.
     """
-    fixed = np.ones(table.n_rows, bool)
-    fixed[table.row[(table.strength < 3) | (table.order > 0)]] = False
-    for index, family in enumerate(table.families):
-        if family.template.level:
-            fixed[table.offsets[index] : table.offsets[index + 1]] = False
-    if np.count_nonzero(fixed) < 2:
-        return
-    use = fixed[table.row]
-    equations: dict[int, dict[int, Fraction]] = {int(row): {} for row in np.flatnonzero(fixed)}
+    fixed = fixed_rows(table, with_rest=True).tolist()
+    terms: dict[int, Row] = {row: {} for row in fixed}
+    use = np.isin(table.row, fixed)
     for row, variable, number in zip(
         table.row[use].tolist(), table.variable[use].tolist(), table.number[use].tolist(), strict=True
     ):
-        equations[row][variable] = Fraction(number)
-    _eliminate(table, equations)
-
-
-def _eliminate(table: Incidence, equations: dict[int, dict[int, Fraction]]) -> None:
-    pivots: dict[int, tuple[dict[int, Fraction], set[int]]] = {}
-    for row, terms in sorted(equations.items(), key=lambda item: len(item[1])):
-        terms, used = dict(terms), {row}
-        while hits := [variable for variable in terms if variable in pivots]:
-            pivot, origin = pivots[hits[0]]
-            factor = terms[hits[0]] / pivot[hits[0]]
-            used |= origin
-            for variable, value in pivot.items():
-                terms[variable] = terms.get(variable, Fraction(0)) - factor * value
-                if terms[variable] == 0:
-                    del terms[variable]
-        if not terms:
-            rows = sorted(used)
-            complain(
-                StructureError(
-                    "These equations repeat or contradict each other, and leave the rest undetermined:\n  "
-                    + _listed([table.row_name(row) for row in rows])
-                    + f"\n  Remedy: {_remedy(table, rows)}"
-                )
+        terms[row][variable] = Fraction(number)
+    for combination in dependencies(list(terms.values()), FRACTIONS):
+        rows = sorted(fixed[i] for i in combination)
+        complain(
+            StructureError(
+                "These equations repeat or contradict each other, and leave the rest undetermined:\n  "
+                + listed([table.row_name(row) for row in rows])
+                + f"\n  Remedy: {_remedy(table, rows)}"
             )
-            continue
-        pivots[next(iter(terms))] = (terms, used)
+        )
 
 
 def _remedy(table: Incidence, rows: list[int]) -> str:

@@ -112,7 +112,8 @@ def _differentiated(family: Family, times: int) -> Family:
     for i, item in enumerate(family.template.inputs):
         position.setdefault((item.slot, item.element), i)
     columns = [position[item.slot, item.element] for item in template.inputs]
-    return Family(template, family.instances, family.members, family.nodes[:, columns], family.signs[:, columns])
+    nodes, signs = family.nodes[:, columns], family.signs[:, columns]
+    return dataclasses.replace(family, template=template, nodes=nodes, signs=signs)
 
 
 def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int, invariants: list[int]) -> list[Block]:

@@ -232,13 +232,13 @@ def _checked(stated: Any, kind: Kind) -> dict[str, Equation]:
 
 
 @ft.cache
-def sum_template(signs: tuple[int, ...], shape: tuple[int, ...]) -> Template:
-    """Kirchhoff's law at a connection of several ports: the signed flows sum to zero."""
+def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template:
+    """A sum with fixed factors is zero, as that of the flows at a connection of several ports by Kirchhoff's law."""
 
-    def residual(*flows: Any) -> Any:
-        terms = [flow if sign > 0 else -flow for flow, sign in zip(flows, signs, strict=True)]
+    def residual(*values: Any) -> Any:
+        terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]
         return sum(terms[1:], terms[0])
 
-    closed = jax.make_jaxpr(residual)(*structs([shape] * len(signs)))
-    inputs = tuple(Input(slot, 0, "var") for slot in range(len(signs)))
-    return Template("flows", None, closed, inputs, (ANY,) * len(signs))
+    closed = jax.make_jaxpr(residual)(*structs([shape] * len(factors)))
+    inputs = tuple(Input(slot, 0, "var") for slot in range(len(factors)))
+    return Template("flows", None, closed, inputs, (ANY,) * len(factors))

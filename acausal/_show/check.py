@@ -11,7 +11,7 @@ from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError, collecting
 from .._evaluate.building import build
-from .._evaluate.initial import constrained_names, initial_state
+from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.system import System
 from .._integrate.failure import about_block
 from .._integrate.simulate import system_of
@@ -87,7 +87,9 @@ def _start(system: System, model: Component) -> list[str]:
     """Contradictions among start values, and equations that cannot be solved there."""
     inputs = system.pack(model)
     y, bad = initial_state(system, jnp.asarray(0.0), inputs)
-    names = sorted({name for name, is_bad in zip(constrained_names(system), np.asarray(bad), strict=False) if is_bad})
+    names = sorted(
+        {name for name, is_bad in zip(checked_names(system, inputs.given), np.asarray(bad), strict=False) if is_bad}
+    )
     if names:
         return [f"{', '.join(names)}: the start values contradict the equations. Leave some of them out."]
     pair = system.first_not_finite(jnp.asarray(0.0), y, inputs)

@@ -79,11 +79,6 @@ def capacitor(a: str, b: str, C: float = 1.0) -> Part:
     return element("electrical.Capacitor", a, b, C=C)
 
 
-CANCELS = pytest.mark.xfail(
-    strict=True,
-    raises=StructureError,
-    reason="Equations whose fixed coefficients cancel are matched as if they were independent.",
-)
 LEGAL: dict[str, tuple[Netlist, dict[str, float]]] = {
     "capacitors in a loop": (
         (GROUND, resistor("e1", "e0"), capacitor("e1", "e0"), capacitor("e0", "e1", 2.0)),
@@ -132,19 +127,14 @@ LEGAL: dict[str, tuple[Netlist, dict[str, float]]] = {
     ),
     "a gear with a free end": ((SHAFT, GEAR), {"parts[0].w": 1.0, "parts[0].a.phi": 0.5}),
 }
-UNSOLVED = ("capacitor across a source off the ground", "inductors as the only ways between two parts of a circuit")
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[CANCELS] * (name in UNSOLVED)) for name in LEGAL])
+@pytest.mark.parametrize("name", LEGAL)
 def test_legal(name: str) -> None:
     assert_agree(*LEGAL[name])
 
 
-ROUNDED = pytest.mark.xfail(strict=True, reason="A pivot that is zero but for rounding is divided by.")
-UNNOTICED = ("a gear beside two that make up its ratio",)
-
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[ROUNDED] * (name in UNNOTICED)) for name in BROKEN])
+@pytest.mark.parametrize("name", BROKEN)
 def test_diagnosis(name: str) -> None:
     netlist, culprit = BROKEN[name]
     with pytest.raises(SingularError):

@@ -98,13 +98,7 @@ APART = (
     ("netlist", "name"),
     [
         (SPINDLE, "parts[0].w"),
-        pytest.param(
-            APART,
-            "parts[1].s_rel",
-            marks=pytest.mark.xfail(
-                strict=True, raises=AssertionError, reason="What is given for a variable that is no state is dropped."
-            ),
-        ),
+        (APART, "parts[1].s_rel"),
         (SPINDLE, "parts[2].v"),
         (APART, "parts[1].b.s"),
     ],

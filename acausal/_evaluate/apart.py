@@ -1,0 +1,74 @@
+"""Start values given for algebraic unknowns, which follow from the states: conditions on where the states start."""
+
+import dataclasses
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._reduce.states import nominal_of
+from .constraints import STATE, find
+from .plan import Pair
+from .starts import Inputs
+from .system import System
+
+GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
+TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
+
+
+def apart_pairs(system: System, given: frozenset[int]) -> list[Pair]:
+    """The algebraic unknowns whose start values are given, but for those of non-linear blocks: these are guesses."""
+    nodes = [system.flat.leaves[i].first + k for i in sorted(given) for k in range(system.flat.leaves[i].count)]
+    pairs = dict.fromkeys(pair for pair in (system.pair_of_node(node)[0] for node in nodes) if pair is not None)
+    if not pairs:
+        return []
+    unknowns = system.ordered.unknowns
+    guesses = {unknowns[u] for torn in system.torn if torn.kind == "nonlinear" for u in torn.unknowns}
+    return [pair for pair in pairs if pair not in guesses and pair not in system.constrained]
+
+
+@dataclasses.dataclass
+class Apart:
+    """The conditions that algebraic unknowns, `pairs`, have their start values, and how to meet them."""
+
+    system: System
+    t0: Any
+    inputs: Inputs
+    given: np.ndarray
+    pairs: list[Pair]
+
+    def moved(self, x: Any, bad: Any) -> tuple[Any, Any]:
+        """The nearest point to x where they hold, as the constraints do; and `bad` with what is contradicted.
+
+        Where no such point is found, x stays as it is.
+        """
+        constraints = self.system.constraints
+        sizes, before = constraints.sizes, self._lack(x, self.inputs)
+        start = x
+        if len(before) + len(constraints.names) <= len(x):
+            weight = np.where(self.given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+            z = jax.lax.stop_gradient(x / sizes)
+            held = jax.lax.stop_gradient(self.inputs)
+            end, basis, rows = jax.lax.stop_gradient(find(lambda z: self._residual(sizes * z, held), z, weight))
+            found = jnp.all(jnp.isfinite(end)) & jnp.all(jnp.isfinite(basis))
+            x = x + sizes * jnp.where(found, end - z, 0.0)
+            x = x - sizes * (jnp.where(found, basis, 0.0) @ (self._residual(x, self.inputs) / rows))
+        shift = self.given & ~(jnp.abs(x - start) <= TOLERANCE * (sizes + jnp.abs(start)))
+        clash = jnp.any(shift) & (jnp.abs(before) > TOLERANCE) | ~(jnp.abs(self._lack(x, self.inputs)) <= TOLERANCE)
+        return x, jnp.concatenate([clash, bad])
+
+    def _residual(self, x: Any, inputs: Inputs) -> Any:
+        constraints = self.system.constraints
+        return jnp.concatenate([constraints.residuals(x, self.t0, inputs.params), self._lack(x, inputs)])
+
+    def _lack(self, x: Any, inputs: Inputs) -> Any:
+        """What the unknowns differ from their start values by, relative to their sizes."""
+        system = self.system
+        wanted = jnp.concatenate([jnp.ravel(system.start(inputs, v)) for v, _ in self.pairs])
+        sizes = np.concatenate(
+            [np.full(system.plan.size(pair[0]), nominal_of(system.ordered.table, pair)) for pair in self.pairs]
+        )
+        ordinary = system.solved or system
+        values = ordinary.collected(self.t0, x[system.constraints.states], inputs, self.pairs)
+        return (values - wanted) / (sizes + jnp.abs(wanted))
