@@ -16,6 +16,7 @@ import numpy as np
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .controller import GriddedSteps
 from .settings import Numbers, Settings
 from .solvers import Guided, Switching
 from .switching import Switches
@@ -69,12 +70,12 @@ def _stored(settings: Settings, numbers: Numbers, read: Callable[..., list[Any]]
     return lambda t, y, inputs: stored(numbers.stored, read(stored.leaves, t, y, inputs))[0]
 
 
-def controller_of(settings: Settings, numbers: Numbers) -> diffrax.PIDController:
+def controller_of(settings: Settings, numbers: Numbers) -> GriddedSteps:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
     others = settings.system.memory_size + settings.n_switched + settings.n_extra
     sizes = np.concatenate([settings.system.nominals, np.ones(others)])
     smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
-    return diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
+    return GriddedSteps(diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False))
 
 
 def vector_field_of(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Any], Any]:

@@ -5,10 +5,12 @@ Each function builds a model from keywords in SI units; every keyword can be tra
 """
 
 from ._designs import ehs_maxon as ehs_maxon
+from ._designs import ehs_sticking as ehs_sticking
 from ._designs import ema_fise as ema_fise
 from ._designs import ema_maxon as ema_maxon
 from ._designs import sila as sila
 from ._models import ClutchActuator as ClutchActuator
 from ._models import ElectrohydraulicActuator as ElectrohydraulicActuator
 from ._models import ElectromechanicalActuator as ElectromechanicalActuator
+from ._models import StickingActuator as StickingActuator
 from ._models import WormActuator as WormActuator

@@ -7,12 +7,21 @@ points or assumed. Gear efficiency is not modelled apart from the friction coeff
 import math
 
 from acausal import Scalar
-from components.electrical import ConstantVoltage, DCMotor
+from components.blocks import Constant, Ramp
+from components.electrical import ConstantVoltage, DCMotor, SignalVoltage
 from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder
-from components.rotational import Cam, EccentricDisc, LinearLift, PlanetaryGearbox, WormGear
+from components.rotational import (
+    Cam,
+    EccentricDisc,
+    LinearLift,
+    PlanetaryGearbox,
+    StribeckBearing,
+    StribeckFriction,
+    WormGear,
+)
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
-from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, WormActuator
+from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, StickingActuator, WormActuator
 
 SLAVE_BORE = 17.4625e-3  # m, 11/16 in
 MASTER_BORE = 19.05e-3  # m, 3/4 in
@@ -133,6 +142,44 @@ def ehs_maxon(
         piston=Mass(m=mass),
         seal=ViscousFriction(C=piston_damping),
         clutch=ClutchSpring(rate=spring_rate),
+    )
+
+
+def ehs_sticking(
+    *,
+    voltage: Scalar = 13.5,
+    ramp: Scalar | None = 99.973e-3,
+    break_away: Scalar = 0.18342,
+    coulomb: Scalar = 0.05,
+    stribeck_speed: Scalar = 30.0,
+    width: Scalar | None = None,
+    friction: Scalar = 8e-4,
+    **others: Scalar,
+) -> StickingActuator:
+    """The electrohydraulic actuator with dry friction, which keeps it from moving for some time.
+
+    The thesis measured 30 ms without motion, for which it gives no model. These numbers are one that yields them: the
+    voltage rises for the time `ramp` in s (`None`: at once) and the shaft breaks away at the torque `break_away` in
+    N.m. With `width` in rad/s the friction is smoothed over this speed, else the shaft sticks. `others` go to
+    `ehs_maxon`.
+    """
+    base = ehs_maxon(friction=friction, **others)
+    command = Constant(k=voltage) if ramp is None else Ramp(height=voltage, duration=ramp)
+    return StickingActuator(
+        supply=SignalVoltage(),
+        command=command,
+        motor=base.motor,
+        pump=base.pump,
+        bearing=(
+            StribeckBearing(Ts=break_away, Tc=coulomb, ws=stribeck_speed)
+            if width is None
+            else StribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed, w0=width)
+        ),
+        line=base.line,
+        slave=base.slave,
+        piston=base.piston,
+        seal=base.seal,
+        clutch=base.clutch,
     )
 
 

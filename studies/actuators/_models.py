@@ -1,9 +1,10 @@
 """The actuators as assemblies of components."""
 
 from acausal import Component, Connections, connect
-from components.electrical import ConstantVoltage, DCMotor, Ground
+from components.blocks import Constant, Ramp
+from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
 from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, Tank
-from components.rotational import Cam, Fixed, PlanetaryGearbox, WormGear
+from components.rotational import Cam, Fixed, PlanetaryGearbox, StribeckBearing, StribeckFriction, WormGear
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
 
@@ -13,7 +14,7 @@ class ClutchActuator(Component, partial=True):
     The clutch opens as `slave.rod.s` grows. `piston` is all that moves with the slave's rod, `seal` its friction.
     """
 
-    supply: ConstantVoltage
+    supply: ConstantVoltage | SignalVoltage
     motor: DCMotor
     line: Line
     slave: SlaveCylinder
@@ -67,8 +68,8 @@ class WormActuator(ClutchActuator):
         )
 
 
-class ElectrohydraulicActuator(ClutchActuator):
-    """Motor, fixed-displacement pump from a tank, line, slave cylinder, clutch."""
+class PumpActuator(ClutchActuator, partial=True):
+    """Motor, fixed-displacement pump from a tank, and what all actuators share."""
 
     pump: Pump
     tank: Tank = Tank()
@@ -78,5 +79,29 @@ class ElectrohydraulicActuator(ClutchActuator):
             *super().connections(),
             connect(self.motor.shaft, self.pump.shaft),
             connect(self.tank.port, self.pump.a),
+        )
+
+
+class ElectrohydraulicActuator(PumpActuator):
+    """Motor, fixed-displacement pump from a tank, line, slave cylinder, clutch."""
+
+    def connections(self) -> Connections:
+        return *super().connections(), connect(self.pump.b, self.line.a)
+
+
+class StickingActuator(PumpActuator):
+    """The electrohydraulic actuator with dry friction on its shaft, and a supply that may take time to rise.
+
+    The bearing sticks (`StribeckBearing`, by events) or creeps (`StribeckFriction`, smoothed).
+    """
+
+    command: Constant | Ramp
+    bearing: StribeckBearing | StribeckFriction
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
             connect(self.pump.b, self.line.a),
+            connect(self.command.y, self.supply.u),
+            connect(self.bearing.flange, self.pump.shaft),
         )

@@ -1,0 +1,32 @@
+"""Control by switching on and off."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, eq, positive, when
+
+from ._interfaces import Input, Output
+
+
+class TwoPointController(Component):
+    """y = 1 from when u_m falls below u_s - bandwidth / 2 until it exceeds u_s + bandwidth / 2, and 0 else.
+
+    As MSL `Logical.OnOffController`; both changes are events. Within the band y stays what it was, `is_on` at the start.
+    """
+
+    bandwidth: Param[Scalar, "", positive]  # of u_m, between switching off and on again
+    is_on: Discrete[Scalar, "1"] = 0.0
+    u_s: Input = Input()  # set point
+    u_m: Input = Input()  # measured value
+    y: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(output=eq(self.y.value, self.is_on))
+
+    def events(self) -> Events:
+        missing, half, is_on = self.u_s.value - self.u_m.value, 0.5 * self.bandwidth, self.is_on > 0.5
+        return dict(
+            on=when(jnp.logical_not(is_on) & (missing > half), is_on=1.0),
+            off=when(is_on & (missing < -half), is_on=0.0),
+        )
