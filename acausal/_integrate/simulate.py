@@ -17,6 +17,7 @@ from .._evaluate.building import build
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .._units.quantity import has_unit
+from .adjoint import BothModes
 from .energy import powers, stored
 from .failure import report_failure
 from .quantity import Quantity, trace
@@ -67,7 +68,7 @@ def simulate(
     - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
       up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 32, how many events are recorded; what
       comes later happens, but is not listed.
-    - `adjoint`: `diffrax.DirectAdjoint()`, which allows both modes of differentiation.
+    - `adjoint`: by default both modes of differentiation work; those of diffrax can be passed instead.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
     - `progress`: print how far the run is.
     - `system`: the outcome of `compile`, whose choice of states is then used.
@@ -98,7 +99,7 @@ def simulate(
         direction=_DIRECTIONS[direction],
         save=save if isinstance(save, str) else "times",
         solver=_solver_for(system, solver),
-        adjoint=diffrax.DirectAdjoint() if adjoint is None else adjoint,
+        adjoint=BothModes() if adjoint is None else adjoint,
         max_steps=max_steps,
         max_events=max_events,
         given=system.given(leaves),

@@ -1,0 +1,56 @@
+"""Differentiation of the loop over the steps, in both modes."""
+
+import functools as ft
+import math
+from collections.abc import Callable
+from typing import Any
+
+import diffrax
+import equinox.internal as eqxi
+import jax
+import numpy as np
+
+BASE = 16  # length of each loop
+HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
+
+
+class BothModes(diffrax.DirectAdjoint):
+    """`diffrax.DirectAdjoint` that goes back to a copy of the state after every 16 steps.
+
+    That one takes few copies and computes most steps twice more, which have to be compiled twice more, too.
+    """
+
+    def loop(
+        self, *, max_steps: Any, throw: Any, passed_solver_state: Any, passed_controller_state: Any, **others: Any
+    ) -> Any:
+        del throw, passed_solver_state, passed_controller_state
+        saves = ft.partial(eqxi.while_loop, kind="bounded")
+        return self._loop(max_steps=max_steps, inner_while_loop=saves, outer_while_loop=nested_loop, **others)
+
+
+def nested_loop(cond: Callable[..., Any], body: Callable[..., Any], init: Any, *, max_steps: int, buffers: Any) -> Any:
+    """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of up to `BASE` rounds.
+
+    Reverse mode keeps the state before each of the innermost loops. Where there is too much of it, as when every step
+    is saved, it keeps fewer, and computes more of them again.
+    """
+    saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))
+    copies = saved * math.ceil(max_steps / BASE)
+
+    def goes_on(counted: Any) -> Any:
+        return (counted[0] < max_steps) & cond(counted[1])
+
+    def run(counted: Any, most: int) -> Any:
+        if most == 1:
+            return counted[0] + 1, body(counted[1])
+        shorter = math.ceil(most / BASE) if most > BASE else 1
+        inner = ft.partial(run, most=shorter)
+        if shorter == BASE or (shorter > BASE and copies > HELD):
+            inner = jax.checkpoint(inner, prevent_cse=False)
+        rounds = math.ceil(most / shorter)
+        return eqxi.while_loop(
+            goes_on, inner, counted, max_steps=rounds, base=max(rounds, 2), kind="bounded",
+            buffers=lambda counted: buffers(counted[1]),
+        )  # fmt: skip
+
+    return run((0, init), BASE ** math.ceil(math.log(max(max_steps, 2), BASE)))[1]

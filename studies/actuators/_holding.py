@@ -1,0 +1,141 @@
+"""Electrohydraulic actuators that hold the clutch open, by their motor or by a valve."""
+
+import math
+
+from acausal import Connections, Scalar, connect
+from components.blocks import Constant, Gain, LimPI, TwoPointController
+from components.electrical import ConstantVoltage, IdealOpeningSwitch, Resistor, SignalVoltage
+from components.hydraulic import LaminarResistance, OnOffValve, Volume
+from components.translational import PositionSensor
+
+from ._designs import ehs_maxon
+from ._models import PumpActuator
+
+BATTERY = 13.5  # V
+STROKE = 12e-3  # m
+LEAKAGE = 1.5e14  # Pa.s/m3, past the seals: 0.02 cm3/s at the pressure of the open clutch; assumed
+COIL = 12.0 / 1.62  # ohm, of the thesis' holding valve (Atlantic CEBP with coil M7: 19.4 W)
+
+
+class HoldingActuator(PumpActuator, partial=True):
+    """The electrohydraulic actuator with a leak from the slave cylinder, and a controller of its position."""
+
+    demand: Constant
+    gauge: PositionSensor
+    leak: LaminarResistance
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.line.b, self.leak.a),
+            connect(self.leak.b, self.tank.port),
+            connect(self.gauge.flange, self.slave.rod),
+        )
+
+
+class MotorHeldActuator(HoldingActuator):
+    """The motor holds: a PI controller sets its voltage within what the battery gives."""
+
+    controller: LimPI
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.pump.b, self.line.a),
+            connect(self.demand.y, self.controller.u_s),
+            connect(self.gauge.y, self.controller.u_m),
+            connect(self.controller.y, self.supply.u),
+        )
+
+
+class ValveHeldActuator(HoldingActuator):
+    """A normally open valve holds: while it is shut by its coil, the motor is off.
+
+    A two-point controller opens it and runs the motor at full voltage whenever the slave has sunk too far.
+    """
+
+    controller: TwoPointController
+    drive: Gain
+    chamber: Volume
+    valve: OnOffValve
+    battery: ConstantVoltage
+    relay: IdealOpeningSwitch
+    coil: Resistor
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.demand.y, self.controller.u_s),
+            connect(self.gauge.y, self.controller.u_m),
+            connect(self.controller.y, self.drive.u, self.valve.u, self.relay.u),
+            connect(self.drive.y, self.supply.u),
+            connect(self.pump.b, self.chamber.port, self.valve.a),
+            connect(self.valve.b, self.line.a),
+            connect(self.battery.p, self.relay.p),
+            connect(self.relay.n, self.coil.p),
+            connect(self.coil.n, self.battery.n, self.ground.p),
+        )
+
+
+def motor_held(
+    *,
+    voltage: Scalar = BATTERY,
+    position: Scalar = STROKE,
+    leakage_resistance: Scalar = LEAKAGE,
+    gain: Scalar = 5e3,
+    integral_time: Scalar = 0.1,
+    **others: Scalar,
+) -> MotorHeldActuator:
+    """The actuator that holds by its motor; `gain` in V/m. `others` go to `ehs_maxon`."""
+    base = ehs_maxon(**others)
+    return MotorHeldActuator(
+        supply=SignalVoltage(),
+        motor=base.motor,
+        pump=base.pump,
+        line=base.line,
+        slave=base.slave,
+        piston=base.piston,
+        seal=base.seal,
+        clutch=base.clutch,
+        demand=Constant(k=position),
+        gauge=PositionSensor(),
+        leak=LaminarResistance(resistance=leakage_resistance),
+        controller=LimPI(k=gain, Ti=integral_time, y_min=0.0, y_max=voltage),
+    )
+
+
+def valve_held(
+    *,
+    voltage: Scalar = BATTERY,
+    position: Scalar = STROKE,
+    band: Scalar = 0.5e-3,
+    leakage_resistance: Scalar = LEAKAGE,
+    coil_resistance: Scalar = COIL,
+    valve_area: Scalar = math.pi / 4.0 * 4e-3**2,
+    chamber_volume: Scalar = 1e-6,
+    bulk_modulus: Scalar = 1.5e9,
+    density: Scalar = 1050.0,
+    **others: Scalar,
+) -> ValveHeldActuator:
+    """The actuator that holds by its valve, within `band` in m around `position`. `others` go to `ehs_maxon`."""
+    base = ehs_maxon(**others)
+    return ValveHeldActuator(
+        supply=SignalVoltage(),
+        motor=base.motor,
+        pump=base.pump,
+        line=base.line,
+        slave=base.slave,
+        piston=base.piston,
+        seal=base.seal,
+        clutch=base.clutch,
+        demand=Constant(k=position),
+        gauge=PositionSensor(),
+        leak=LaminarResistance(resistance=leakage_resistance),
+        controller=TwoPointController(bandwidth=band),
+        drive=Gain(k=voltage),
+        chamber=Volume(volume=chamber_volume, bulk_modulus=bulk_modulus),
+        valve=OnOffValve(area=valve_area, density=density),
+        battery=ConstantVoltage(V=voltage),
+        relay=IdealOpeningSwitch(),
+        coil=Resistor(R=coil_resistance),
+    )
