@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from .blocks import Known, tear_matrix
 from .plan import Pair, Store, over_members
@@ -11,14 +12,15 @@ from .program import Program
 from .starts import Inputs
 from .system import System
 
-SENSITIVE = 1e13  # relative change of a determinant, for one of its coefficients, from which on it counts as zero
+CHANGE = 1e-6  # of the numbers from which a determinant is computed
+GROWTH = 1e7  # by this change, from which on the determinant counts as zero but for rounding
 
 
 def singular_blocks(system: System, store: Store, inputs: Inputs) -> Any:
     """For each linear block, in the order of `linear_blocks`, whether it is singular but for rounding.
 
     Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
-    determinant then is far smaller than what a relative change of 1 in the numbers that it is computed from does to it.
+    determinant then is far smaller than it becomes when the numbers that it is computed from are changed a little.
     """
     parts: list[Any] = [jnp.zeros(0, bool)]
     for group in system.plan.groups:
@@ -36,14 +38,12 @@ def linear_blocks(system: System) -> list[Pair]:
 
 
 def _singular(program: Program, known: Known) -> Any:
-    numbers = (known.params, known.values)
-    leaves, structure = jax.tree_util.tree_flatten(numbers)
-    # Changes that differ, so that they do not cancel between coefficients.
-    changes = [x * jnp.cos(1.0 + i + jnp.arange(x.size)).reshape(x.shape) for i, x in enumerate(leaves)]
-    matrix, change = jax.jvp(
-        lambda params, values: tear_matrix(program, Known(params, values, known.time)),
-        numbers,
-        structure.unflatten(changes),
-    )
-    growth = jnp.trace(jnp.linalg.solve(matrix, change), axis1=-2, axis2=-1)
-    return jnp.any(jnp.abs(growth) > SENSITIVE)
+    def matrix(change: Any) -> Any:
+        """With all numbers changed by shares that differ, so that the changes do not cancel between coefficients."""
+        leaves, structure = jax.tree_util.tree_flatten((known.params, known.values))
+        changed = [x + change * x * np.cos(1.0 + i + np.arange(x.size)).reshape(x.shape) for i, x in enumerate(leaves)]
+        return tear_matrix(program, Known(*structure.unflatten(changed), known.time))
+
+    plain, changed = jax.vmap(matrix)(jnp.array([0.0, CHANGE]))
+    size, changed_size = (jnp.abs(jnp.linalg.det(item)) for item in (plain, changed))
+    return jnp.any(changed_size > GROWTH * size)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int
@@ -38,7 +39,7 @@ class Crossing(optx.AbstractRootFinder):
         self, fn: Any, y: Any, args: Any, options: dict[str, Any], f_struct: Any, aux_struct: Any, tags: Any
     ) -> _Bracket:
         lower, upper = jnp.asarray(options["lower"], float), jnp.asarray(options["upper"], float)
-        at_lower, at_upper = fn(lower, args)[0], fn(upper, args)[0]
+        at_lower, at_upper = jax.vmap(lambda x: fn(x, args)[0])(jnp.stack([lower, upper]))
         sign = jnp.where(at_lower > at_upper, -1.0, 1.0)
         width = upper - lower
         return _Bracket(lower, upper, sign * at_lower, sign * at_upper, sign, width, width)

@@ -139,17 +139,13 @@ def _event_rules(
     if system.happenings is None:
         return [], jnp.asarray(-1)
     assert raw.ys is not None
-    y, record = raw.ys["end"][0], raw.solver_state.record  # pyright: ignore[reportOptionalMemberAccess]
+    assert raw.solver_state is not None
+    y, holds, record = raw.ys["end"][0], raw.solver_state.holds, raw.solver_state.record
     flag, blink = y[settings.n_states + settings.n_losses], NEAR * jnp.abs(numbers.t1 - numbers.t0)
-    switches = Switches(system, system.happenings, ft.partial(read_leaves, system, numbers), None)
-    point = y[: settings.n_states]
-
-    def coming() -> Any:
-        here = switches.margins(t, point, inputs)
-        return (here <= 0) & (switches.soon(t, point, blink, inputs) > 0)
-
     stands_still = raw.result == diffrax.RESULTS.dt_min_reached
-    soon = jax.lax.cond(stands_still, coming, lambda: jnp.zeros(switches.happenings.total, bool))
+    switches = Switches(system, system.happenings, ft.partial(read_leaves, system, numbers), None)
+    coming = lambda: ~holds & (switches.soon(t, y[: settings.n_states], blink, inputs) > 0)  # noqa: E731
+    soon = jax.lax.cond(stands_still, coming, lambda: jnp.zeros_like(holds))
     is_near = ((t - record.last_time) <= blink) | jnp.any(soon)
     rules = [
         (stands_still & is_near, Result.events_accumulate),

@@ -49,25 +49,26 @@ class Switches:
     def settle(self, t: Any, y: Any, holds: Any, forced: Any, instant: Any, inputs: Inputs) -> Settled:
         """Carry out what has become true and is not in `holds`, and what that makes true, until nothing more is."""
 
-        def once(carry: Any, _: None) -> tuple[Any, None]:
-            y, margins, holds, forced, total, flag = carry
-            fired = ((margins > 0) & ~holds) | forced
+        def once(y: Any, holds: Any, last: Any, forced: Any, total: Any, flag: Any) -> tuple[Any, ...]:
+            is_true = self.soon(t, y, instant, inputs) > 0
+            # What became true by the last round's changes only now is left to this one.
+            holds = is_true & (holds | last)
+            fired = (is_true & ~holds) | forced
             changed, bad = self._changed(t, y, fired, inputs)
             changed = self._accounted(t, y, changed, fired, inputs)
             y = jnp.where(jnp.any(fired), changed, y)
             flag = jnp.where(jnp.any(fired) & bad, float(CONTRADICTED), flag)
-            margins = self.soon(t, y, instant, inputs)
-            # What has only now become true is left to the next round.
-            holds = (margins > 0) & (holds | fired)
-            return (y, margins, holds, jnp.zeros_like(forced), total | fired, flag), None
+            return y, holds, fired, jnp.zeros_like(forced), total | fired, flag
 
-        margins = self.soon(t, y, instant, inputs)
-        start = (y, margins, holds, forced, jnp.zeros_like(holds), jnp.asarray(0.0))
-        is_due = jnp.any((margins > 0) & ~holds) | jnp.any(forced)
-        rounds = lambda: jax.lax.scan(once, start, None, length=ROUNDS)[0]  # noqa: E731
-        y, margins, holds, _, fired, flag = jax.lax.cond(is_due, rounds, lambda: start)
-        endless = jnp.any((margins > 0) & ~holds)
-        return Settled(y, holds, fired, jnp.where(endless, float(ENDLESS), flag))
+        def next_round(carry: tuple[Any, ...], is_first: Any) -> tuple[Any, None]:
+            goes_on = is_first | jnp.any(carry[2])
+            return jax.lax.cond(goes_on, once, lambda *same: same, *carry), None
+
+        nothing = jnp.zeros_like(holds)
+        start = (y, holds, nothing, forced, nothing, jnp.asarray(0.0))
+        rounds = jnp.arange(ROUNDS + 1) == 0
+        y, holds, last, _, fired, flag = jax.lax.scan(next_round, start, rounds)[0]
+        return Settled(y, holds, fired, jnp.where(jnp.any(last), float(ENDLESS), flag))
 
     def _changed(self, t: Any, y: Any, fired: Any, inputs: Inputs) -> tuple[Any, Any]:
         """The vector after these events, and whether its constraints forbid it; of several values the last one counts.

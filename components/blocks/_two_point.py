@@ -12,7 +12,7 @@ from ._interfaces import Input, Output
 class TwoPointController(Component):
     """y = 1 from when u_m falls below u_s - bandwidth / 2 until it exceeds u_s + bandwidth / 2, and 0 else.
 
-    As MSL `Logical.OnOffController`; both changes are events. Within the band y stays what it was, `is_on` at the start.
+    As MSL `Logical.OnOffController`; both changes are events. Within the band y stays what it was, at first `is_on`.
     """
 
     bandwidth: Param[Scalar, "", positive]  # of u_m, between switching off and on again

@@ -1,10 +1,14 @@
 """Consistent start values."""
 
+from typing import Any
+
+import jax
 import numpy as np
 import pytest
 from _models import gear_train
 
-from acausal import simulate
+from acausal import Component, Connections, SimulationError, check, connect, linearise, replace, simulate
+from components.translational import Damper, Fixed, Mass, Spring
 
 
 @pytest.mark.parametrize(("ratio", "speed"), [(-3.0, 2.0), (10.0, 500.0), (50.0, -2e3)])
@@ -13,3 +17,56 @@ def test_given_start_propagates_through_gear(ratio: float, speed: float) -> None
     sol = simulate(gear_train(ratio, w2=speed), 1e-3, save="end")
     np.testing.assert_allclose(sol.final.second.w, speed, rtol=1e-12)
     np.testing.assert_allclose(sol.final.first.w, ratio * speed, rtol=1e-12)
+
+
+class Chain(Component):
+    """Two masses with a spring between them, the first with a damper to the wall."""
+
+    first: Mass
+    second: Mass
+    spring: Spring
+    damper: Damper
+    wall: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.wall.flange, self.damper.a),
+            connect(self.damper.b, self.first.a),
+            connect(self.first.b, self.spring.a),
+            connect(self.spring.b, self.second.a),
+        )
+
+
+def chain(**starts: Any) -> Chain:
+    model = Chain(first=Mass(m=1.0), second=Mass(m=2.0), spring=Spring(c=3.0), damper=Damper(d=4.0))
+    return replace(model, {name.replace("__", "."): value for name, value in starts.items()})
+
+
+def test_algebraic_variables_have_the_values_they_are_given() -> None:
+    """The spring's length is a difference of states, the damper's force a multiple of another one."""
+    sol = simulate(chain(spring__s_rel=0.2, damper__f=6.0), 0.1, save="dense")
+    start = sol.at(0.0)
+    np.testing.assert_allclose(start.spring.s_rel, 0.2, rtol=1e-9)
+    np.testing.assert_allclose(start.second.a.s - start.first.b.s, 0.2, rtol=1e-9)
+    np.testing.assert_allclose(start.damper.f, 6.0, rtol=1e-9)
+    np.testing.assert_allclose(start.first.v, 1.5, rtol=1e-9)
+
+
+def test_derivative_with_respect_to_the_value_of_an_algebraic_variable() -> None:
+    """The first mass stays where it is given to be, so that the second one has to go."""
+
+    def end(s_rel: Any) -> Any:
+        return simulate(chain(spring__s_rel=s_rel, first__a__s=0.1), 0.5, save="end", rtol=1e-10).final.second.a.s
+
+    forward, reverse = jax.jit(jax.jacfwd(end))(0.2), jax.jit(jax.grad(end))(0.2)
+    run, h = jax.jit(end), 1e-4
+    np.testing.assert_allclose(forward, (run(0.2 + h) - run(0.2 - h)) / (2.0 * h), rtol=1e-7)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-10)
+
+
+def test_contradiction_with_an_algebraic_variable_is_named() -> None:
+    model = chain(spring__s_rel=0.2, first__a__s=0.1, second__a__s=0.5)
+    for call in (lambda: simulate(model, 0.1, save="end"), lambda: linearise(model)):
+        with pytest.raises(SimulationError, match=r"spring\.s_rel cannot have the value it is given"):
+            call()
+    assert "spring.s_rel" in str(check(model))

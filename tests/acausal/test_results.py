@@ -12,6 +12,7 @@ from _switching_models import Relay, Undoing, forced_gear
 
 from acausal import (
     Component,
+    Connections,
     Equations,
     Param,
     ParameterError,
@@ -20,9 +21,11 @@ from acausal import (
     SimulationError,
     Solution,
     Var,
+    connect,
     eq,
     simulate,
 )
+from components.rotational import IdealGear, Inertia
 from components.translational import Mass
 
 
@@ -54,6 +57,28 @@ class Unbounded(Component):
 
     def equations(self, d: Self) -> Equations:
         return dict(law=eq(self.rate, jnp.sqrt(self.k) * self.x), motion=eq(d.x, self.rate))
+
+
+class ParallelGears(Component):
+    """A gear beside two in series whose ratios make up its own, but for rounding."""
+
+    first: Inertia
+    one: IdealGear
+    two: IdealGear
+    three: IdealGear
+    last: Inertia
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.first.b, self.one.a, self.two.a),
+            connect(self.two.b, self.three.a),
+            connect(self.one.b, self.three.b, self.last.a),
+        )
+
+
+def parallel_gears() -> ParallelGears:
+    gears = {name: IdealGear(ratio=ratio) for name, ratio in (("one", 0.3), ("two", 0.1), ("three", 3.0))}
+    return ParallelGears(first=Inertia(J=1.0), last=Inertia(J=2.0), **gears)
 
 
 class Holder(Component):
@@ -114,6 +139,12 @@ RUNS: dict[str, Run] = {
         lambda **k: simulate(forced_gear(), 1.0, save="end", **k),
         SimulationError,
         r"contradict the constraints.*Set fewer of them.*force",
+    ),
+    "undetermined": Run(
+        Result.undetermined,
+        lambda **k: simulate(parallel_gears(), 1.0, save="end", **k),
+        SimulationError,
+        r"singular but for errors of rounding.*one\.kinematics.*Remedy: look for.*ideal elements that fix one value",
     ),
     "not_finite": Run(
         Result.not_finite,
