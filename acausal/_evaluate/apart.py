@@ -65,7 +65,7 @@ class Apart:
     def _lack(self, x: Any, inputs: Inputs) -> Any:
         """What the unknowns differ from their start values by, relative to their sizes."""
         system = self.system
-        wanted = jnp.concatenate([jnp.ravel(system.start(inputs, v)) for v, _ in self.pairs])
+        wanted = system.start_values(inputs, self.pairs)
         sizes = np.concatenate(
             [np.full(system.plan.size(pair[0]), nominal_of(system.ordered.table, pair)) for pair in self.pairs]
         )

@@ -78,7 +78,7 @@ def _input(family: Family, row: int, position: int, leaves: list[Any], starts: S
     node = int(family.nodes[row, position])
     if item.source == "time" or item.order > 0 or node < 0:
         return jnp.zeros(shape)
-    return int(family.signs[row, position]) * starts.value(inputs, node)
+    return int(family.signs[row, position]) * starts.values(inputs, [node]).reshape(shape)
 
 
 def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Any:

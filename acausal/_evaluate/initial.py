@@ -1,6 +1,5 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -9,7 +8,6 @@ import numpy as np
 
 from .apart import GIVEN, TOLERANCE, Apart, apart_pairs
 from .constraints import STATE
-from .plan import Pair
 from .starts import Inputs
 from .system import System
 
@@ -25,7 +23,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     given = given_pairs(system, inputs)
     apart = apart_pairs(system, inputs.given)
     if is_plain(system, given) and not apart:
-        y = _starts_of(system, inputs, system.states)
+        y = system.start_values(inputs, system.states)
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
     x, bad = _projected(system, t0, inputs, given)
     if apart:
@@ -50,12 +48,7 @@ def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tu
 
 def start_point(system: System, inputs: Inputs) -> Any:
     """The start values of the constrained pairs, consistent or not."""
-    return _starts_of(system, inputs, system.constraints.pairs)
-
-
-def _starts_of(system: System, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
-    parts = [jnp.ravel(system.guess(inputs)([pair])) for pair in pairs]
-    return jnp.concatenate(parts) if parts else jnp.zeros(0)
+    return system.start_values(inputs, system.constraints.pairs)
 
 
 def given_pairs(system: System, inputs: Inputs) -> np.ndarray:
@@ -97,8 +90,4 @@ def constrained_names(system: System) -> list[str]:
 
 def _disagreement(system: System, inputs: Inputs) -> Any:
     """Whether start values given for variables that are the same differ."""
-    parts = []
-    for variable, order in system.constraints.pairs:
-        spread = system.start_spread(inputs, variable) if order == 0 else jnp.zeros(system.plan.size(variable))
-        parts.append(jnp.ravel(spread))
-    return jnp.concatenate(parts) > TOLERANCE * system.constraints.sizes if parts else jnp.zeros(0, bool)
+    return system.start_spreads(inputs, system.constraints.pairs) > TOLERANCE * system.constraints.sizes

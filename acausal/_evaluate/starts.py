@@ -4,7 +4,7 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -30,6 +30,15 @@ class Inputs:
     discrete: Any = None
 
 
+class _Sources(NamedTuple):
+    """Where the start values of elements come from: places in the vector of all, signs, and which of them count."""
+
+    places: np.ndarray  # [elements, most aliases]
+    signs: np.ndarray
+    counts: np.ndarray
+    is_given: np.ndarray  # [elements]
+
+
 @dataclasses.dataclass(eq=False)
 class Starts:
     """How the start values in a model's leaves, as one vector, make up those of its variables.
@@ -50,34 +59,59 @@ class Starts:
         shapes = [leaf.stack + leaf.sizes for _, leaf in variable]
         return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 
-    def value(self, inputs: Inputs, node: int) -> Any:
-        """The start value of a representative node: the mean of those given for its aliases."""
-        rows = self._rows(inputs, node)
-        total = rows[0] if len(rows) == 1 else jnp.mean(rows, axis=0)
-        return total.reshape(self._sizes(node))
+    def values(self, inputs: Inputs, nodes: Sequence[int]) -> Any:
+        """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
+        return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
-    def spread(self, inputs: Inputs, node: int) -> Any:
-        """The largest difference between that mean and what it was made from."""
-        if not self.is_given(inputs.given, node):
-            return jnp.zeros(self._elements_of(node))
-        rows = self._rows(inputs, node)
-        return jnp.max(jnp.abs(rows - jnp.mean(rows, axis=0)), axis=0)
+    def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Any:
+        """The largest difference between that mean and what it was made from; zero where no value is given."""
+        sources = self._sources(inputs.given, tuple(nodes))
+        if sources.places.shape[1] == 1:
+            return jnp.zeros(len(sources.places))
+        values = jnp.asarray(inputs.starts)[sources.places] * sources.signs
+        apart = jnp.abs(values - self._mean(inputs, sources)[:, None])
+        return jnp.max(jnp.where(sources.counts & sources.is_given[:, None], apart, 0.0), axis=1)
+
+    def _mean(self, inputs: Inputs, sources: "_Sources") -> Any:
+        values = jnp.asarray(inputs.starts)[sources.places] * sources.signs
+        if values.shape[1] == 1:
+            return values[:, 0]
+        return jnp.sum(jnp.where(sources.counts, values, 0.0), axis=1) / np.sum(sources.counts, axis=1)
 
     def is_given(self, given: frozenset[int], node: int) -> bool:
         """Whether a start value is given for one of the aliases of a node."""
         return bool(self._given(given, self._aliases(node)).any())
 
-    def _rows(self, inputs: Inputs, node: int) -> Any:
-        """The start values that count (aliases x elements), with the sign of the representative."""
+    @ft.cached_property
+    def _cache(self) -> dict[tuple[frozenset[int], tuple[int, ...]], "_Sources"]:
+        return {}
+
+    def _sources(self, given: frozenset[int], nodes: tuple[int, ...]) -> "_Sources":
+        if (given, nodes) not in self._cache:
+            self._cache[given, nodes] = self._made(given, nodes)
+        return self._cache[given, nodes]
+
+    def _made(self, given: frozenset[int], nodes: tuple[int, ...]) -> "_Sources":
+        counted = [self._counted(given, node) for node in nodes]
+        sizes = [self._elements_of(node) for node in nodes]
+        width = max([len(aliases) for aliases in counted], default=1)
+        total, first = sum(sizes), np.cumsum([0, *sizes])
+        places, signs, counts = np.zeros((total, width), int), np.ones((total, width)), np.zeros((total, width), bool)
+        for aliases, start, size in zip(counted, first, sizes, strict=False):
+            rows, own = slice(start, start + size), slice(0, len(aliases))
+            places[rows, own] = self._starts_of[aliases] + np.arange(size)[:, None]
+            signs[rows, own] = self.merged.sign[aliases]
+            counts[rows, own] = True
+        is_given = np.repeat(np.array([self.is_given(given, node) for node in nodes], bool), sizes)
+        return _Sources(places, signs, counts, is_given)
+
+    def _counted(self, given: frozenset[int], node: int) -> np.ndarray:
+        """The aliases of a node whose start values count."""
         aliases = self._aliases(node)
-        chosen = self._given(inputs.given, aliases)
+        chosen = self._given(given, aliases)
         if not chosen.any():
             chosen = np.array([self._leaf(alias).declaration.start != 0 for alias in aliases])
-        if not chosen.any():
-            chosen = np.arange(len(aliases)) == 0
-        aliases = aliases[chosen]
-        places = self._starts_of[aliases][:, None] + np.arange(self._elements_of(node))
-        return jnp.asarray(inputs.starts)[places] * self.merged.sign[aliases][:, None]
+        return aliases[chosen] if chosen.any() else aliases[:1]
 
     def _given(self, given: frozenset[int], aliases: np.ndarray) -> np.ndarray:
         return np.array([int(self.flat.leaf_of_node[alias]) in given for alias in aliases], dtype=bool)

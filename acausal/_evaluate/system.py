@@ -335,17 +335,24 @@ class System:
         """Start values for non-linear solves, by (variable, order) pair; zero for a derivative."""
 
         def guess(pairs: Sequence[Pair]) -> Any:
-            return jnp.stack([self.start(inputs, v) if k == 0 else jnp.zeros(self.plan.shapes[v]) for v, k in pairs])
+            return self.start_values(inputs, pairs).reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
 
         return guess
 
-    def start(self, inputs: Inputs, variable: int) -> Any:
-        """The start value of a variable."""
-        return self.starts.value(inputs, int(self.ordered.table.variables[variable]))
+    def start_values(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
+        """The start values of pairs one after the other; zero for a derivative."""
+        values = self.starts.values(inputs, self._nodes(pairs))
+        is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
+        return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
 
-    def start_spread(self, inputs: Inputs, variable: int) -> Any:
-        """How far apart the start values given for the aliases of a variable are."""
-        return self.starts.spread(inputs, int(self.ordered.table.variables[variable]))
+    def start_spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
+        """How far apart the start values are that are given for the aliases of pairs; zero for a derivative."""
+        spreads = self.starts.spreads(inputs, self._nodes(pairs))
+        is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
+        return jnp.where(is_rate, 0.0, spreads)
+
+    def _nodes(self, pairs: Sequence[Pair]) -> list[int]:
+        return [int(self.ordered.table.variables[v]) for v, _ in pairs]
 
     @ft.cached_property
     def starts(self) -> Starts:
