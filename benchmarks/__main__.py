@@ -18,6 +18,7 @@ BENCHMARKS = {
     "gradient": "gradient",
     "batch": "batch",
     "chain": "chain",
+    "alike": "alike",
     "events": "events",
 }
 

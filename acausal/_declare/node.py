@@ -87,6 +87,7 @@ class NodeMeta(type(eqx.Module)):
         for field, annotation in annotations.items():
             annotation = _evaluated(annotation, namespace)
             if typing.get_origin(annotation) is not ClassVar and annotation is not ClassVar:
+                _check_kind(name, bases, field, annotation)
                 namespace[field] = _field(name, field, annotation, namespace.get(field, dataclasses.MISSING))
         cls = super().__new__(mcs, name, bases, namespace)
         cls._partial = partial
@@ -111,6 +112,16 @@ def _check_overrides(name: str, bases: tuple[type, ...], namespace: dict[str, An
     inherited = {field.name for base in bases if isinstance(base, NodeMeta) for field in dataclasses.fields(base)}
     for field in sorted(inherited & namespace.keys() - annotations.keys()):
         raise ModelError(f"{name}.{field} overrides a declared field without an annotation; annotate it again.")
+
+
+def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: Any) -> None:
+    """What is inherited as a port or another part may be declared more narrowly, but stays a part."""
+    for base in bases:
+        inherited = dict(dynamic_fields(base)) if isinstance(base, NodeMeta) else {}
+        if field in inherited and inherited[field] is None and not _holds_parts(annotation):
+            raise ModelError(
+                f"{name}.{field} replaces a port or part of {base.__name__} by something else. Give it another name."
+            )
 
 
 def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
@@ -150,11 +161,17 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
                     f"{type(self).__name__}.{name} must be {sign.name}, got {value} {declaration.unit}."
                 )
         for field in dataclasses.fields(self):
-            if field.metadata.get("static") and isinstance(getattr(self, field.name), jax.Array | np.ndarray | Node):
-                raise ModelError(
-                    f"{type(self).__name__}.{field.name} holds {type(getattr(self, field.name)).__name__}, but is not "
-                    "declared to: annotate an array with Param[...] and a part with its class."
-                )
+            if field.metadata.get("static"):
+                _check_static(f"{type(self).__name__}.{field.name}", getattr(self, field.name))
+
+
+def _check_static(where: str, value: Any) -> None:
+    for path, item in parts_of(value, where):
+        if isinstance(item, jax.Array | np.ndarray | Node):
+            raise ModelError(
+                f"{path} holds {type(item).__name__}, but is not declared to: annotate an array with Param[...], a "
+                "part with its class, and several with tuple[..., ...] or Array[...] of it."
+            )
 
 
 class Port(Node, partial=True):

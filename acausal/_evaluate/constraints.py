@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -130,7 +131,7 @@ def find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
 def _of_members(group: Group, store: Store, params: Packed, function: Callable[..., Any], *extra: Any) -> Any:
     """Map `function(g, values, *extra)` over the connected sets of a group; values are flat."""
     shapes = [read.shape for read in group.reads]
-    splits = np.cumsum([int(np.prod(shape, dtype=int)) for shape in shapes])[:-1]
+    splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
 
     def one(known: Known, extra: list[Any]) -> Any:
         def g(flat: Any, hold: bool = False) -> Any:
@@ -171,7 +172,7 @@ def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_i
 def _names(ordered: Sorted, rows: list[int]) -> list[str]:
     """The name of the equation behind each element of the residuals."""
     table = ordered.table
-    sizes = [int(np.prod(table.place(row)[0].template.shape, dtype=int)) for row in rows]
+    sizes = [math.prod(table.place(row)[0].template.shape) for row in rows]
     return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
 
 

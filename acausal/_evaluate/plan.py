@@ -1,6 +1,7 @@
 """The sorted system as a sequence of groups: all blocks of a level that share a program are computed together."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
@@ -120,7 +121,7 @@ class Plan:
         return [self._group(members) for members in collected.values()]
 
     def size(self, variable: int) -> int:
-        return int(np.prod(self.shapes[variable], dtype=int))
+        return math.prod(self.shapes[variable])
 
     def _add(self, uses: list[Use]) -> None:
         if len(uses) > UNROLLED:
@@ -139,7 +140,7 @@ class Plan:
     def _add_group(self, uses: list[Use]) -> None:
         self.groups.append(self._group(uses))
         for i, shape in enumerate(uses[0].program.shapes):
-            size = int(np.prod(shape, dtype=int))
+            size = math.prod(shape)
             for member, use in enumerate(uses):
                 self.places[use.gives[i]] = Place(len(self._sizes), member * size)
             self._sizes.append(size * len(uses))
@@ -154,7 +155,7 @@ class Plan:
             total += self._sizes[segment]
         starts = np.array([offset[place.segment] + place.start for place in places])
         shape = self.shapes[pairs[0][0]]
-        return Read(segments, starts[:, None] + np.arange(int(np.prod(shape, dtype=int))), shape)
+        return Read(segments, starts[:, None] + np.arange(math.prod(shape)), shape)
 
     def needed(self, segments: Iterable[int]) -> list[Group]:
         """The groups that produce these segments, with all that they depend on."""

@@ -42,7 +42,8 @@ def _singular(program: Program, known: Known) -> Any:
         """With all numbers changed by shares that differ, so that the changes do not cancel between coefficients."""
         leaves, structure = jax.tree_util.tree_flatten((known.params, known.values))
         changed = [x + change * x * np.cos(1.0 + i + np.arange(x.size)).reshape(x.shape) for i, x in enumerate(leaves)]
-        return tear_matrix(program, Known(*structure.unflatten(changed), known.time))
+        params, values = structure.unflatten(changed)
+        return tear_matrix(program, Known(params, values, known.time))
 
     plain, changed = jax.vmap(matrix)(jnp.array([0.0, CHANGE]))
     size, changed_size = (jnp.abs(jnp.linalg.det(item)) for item in (plain, changed))

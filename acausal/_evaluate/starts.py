@@ -134,7 +134,7 @@ class Starts:
     def _elements(self) -> np.ndarray:
         """How many numbers each variable leaf has."""
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
-        return np.array([leaf.count * int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], dtype=int)
+        return np.array([leaf.count * math.prod(leaf.sizes) for leaf in leaves], dtype=int)
 
     @ft.cached_property
     def _by_representative(self) -> tuple[np.ndarray, np.ndarray]:
@@ -145,5 +145,5 @@ class Starts:
     def _starts_of(self) -> np.ndarray:
         """Where the values of each node begin in the vector."""
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
-        sizes = np.repeat([int(np.prod(leaf.sizes, dtype=int)) for leaf in leaves], [leaf.count for leaf in leaves])
+        sizes = np.repeat([math.prod(leaf.sizes) for leaf in leaves], [leaf.count for leaf in leaves])
         return np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int)

@@ -8,37 +8,20 @@ import jax.numpy as jnp
 PER_OCTAVE = 4
 
 
-class GriddedSteps(diffrax.AbstractAdaptiveStepSizeController[Any, Any]):
-    """The step sizes of another controller, rounded to powers of 2^(1/4).
+class GriddedSteps(diffrax.PIDController):
+    """Step sizes rounded to powers of 2^(1/4).
 
     Reverse mode computes steps once more, with other rounding than the first time, and its derivative is that of the
     run only if they are the same steps. A step size that varies in its last digits with the error estimate would go
     astray; on a grid it comes out the same, but for the rare one that lies half-way between two of its points.
     """
 
-    controller: diffrax.PIDController
+    def init(self, terms: Any, t0: Any, *others: Any, **named: Any) -> Any:
+        t1, state = super().init(terms, t0, *others, **named)
+        return on_grid(t0, t1), state
 
-    @property
-    def rtol(self) -> Any:
-        return self.controller.rtol
-
-    @property
-    def atol(self) -> Any:
-        return self.controller.atol
-
-    @property
-    def norm(self) -> Any:
-        return self.controller.norm
-
-    def wrap(self, direction: Any) -> "GriddedSteps":
-        return GriddedSteps(self.controller.wrap(direction))
-
-    def init(self, *args: Any) -> tuple[Any, Any]:
-        t1, state = self.controller.init(*args)
-        return on_grid(args[1], t1), state
-
-    def adapt_step_size(self, *args: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-        keep, t0, t1, jump, state, result = self.controller.adapt_step_size(*args)
+    def adapt_step_size(self, *args: Any, **named: Any) -> Any:
+        keep, t0, t1, jump, state, result = super().adapt_step_size(*args, **named)
         return keep, t0, on_grid(t0, t1), jump, state, result
 
 

@@ -9,7 +9,6 @@ import functools as ft
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import diffrax
 import jax.numpy as jnp
 import numpy as np
 
@@ -75,7 +74,7 @@ def controller_of(settings: Settings, numbers: Numbers) -> GriddedSteps:
     others = settings.system.memory_size + settings.n_switched + settings.n_extra
     sizes = np.concatenate([settings.system.nominals, np.ones(others)])
     smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
-    return GriddedSteps(diffrax.PIDController(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False))
+    return GriddedSteps(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
 
 
 def vector_field_of(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Any], Any]:

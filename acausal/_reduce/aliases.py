@@ -190,7 +190,7 @@ def _resolved(flat: FlatModel, sets: _Sets) -> tuple[np.ndarray, np.ndarray]:
         best[root[node]] = node
     representative = best[root]
     sign = sign * sign[representative] if len(sign) else sign
-    is_time = np.array([flat.leaves[i].declaration.role == "time" for i in flat.variable_leaves])
+    is_time = np.array([flat.leaves[i].declaration.role == "time" for i in flat.variable_leaves], dtype=bool)
     is_time = np.repeat(is_time, [flat.leaves[i].count for i in flat.variable_leaves])
     representative = np.where(np.isin(root, root[is_time]), TIME, representative)
     zero = np.array(sets.zero, dtype=bool)

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 class Entries(NamedTuple):
     """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot.
 
-    A `safe` one cannot vanish during a run, a `steady` one does not change.
+    A `safe` one cannot vanish during a run, a `steady` one does not change. Numbers that are not `known` are stand-ins.
     """
 
     rows: np.ndarray
@@ -19,6 +19,7 @@ class Entries(NamedTuple):
     liking: np.ndarray
     safe: np.ndarray
     steady: np.ndarray
+    known: np.ndarray
 
     def where(self, kept: Any) -> "Entries":
         return Entries(*(part[kept] for part in self))

@@ -54,8 +54,9 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
     if np.any(reduced.differentiations):
         entries = _entries(reduced, values)
         active = np.flatnonzero(reduced.differentiations).tolist()
+        known: dict[tuple, _Choice] = {}
         for members, own in connected(entries, active):
-            _select_group(chosen, members, own)
+            _select_group(chosen, members, _told_apart(own), known)
     _check_never(chosen)
     return chosen
 
@@ -63,26 +64,39 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
 def _entries(reduced: Reduced, values: np.ndarray | None) -> Entries:
     """The coefficients of the highest derivatives in the equations that are differentiated."""
     table = reduced.incidence
-    numbers = _generic(table) if values is None else values * nominals(table)[table.variable]
+    known = (table.strength == 3) | (values is not None)
+    stand_ins = np.where(table.strength == 3, table.number, _GENERIC[table.strength])
+    numbers = stand_ins if values is None else values * nominals(table)[table.variable]
     # With a number for a coefficient, such as 1, no parameter is divided by.
     liking = np.where((table.strength == 3) | (values is None), 1.0, SAFE)
     top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
     use = top & (reduced.differentiations[table.row] > 0) & (reduced.orders[table.variable] > 0)
     safe = (table.strength >= 2) | table.steady
     return Entries(
-        table.row[use], table.variable[use], numbers[use], liking[use], safe[use], table.steady[use]
+        table.row[use], table.variable[use], numbers[use], liking[use], safe[use], table.steady[use], known[use]
     )  # fmt: skip
 
 
-def _select_group(chosen: Chosen, members: list[int], entries: Entries) -> None:
-    """The dummies of one connected set of constraints, stage by stage."""
-    reduced = chosen.reduced
-    picks, left = _stages(reduced, members, entries, only_safe=True)
-    if left and _keeps_unwanted(reduced, entries, picks):
-        picks, left = _stages(reduced, members, entries, only_safe=False)
-    chosen.moving[left] = True
-    for stage in picks:
-        chosen.dummies[stage] += 1
+_Choice = tuple[list[np.ndarray], np.ndarray]  # places of the variables picked in each stage, and of rows left over
+
+
+def _select_group(chosen: Chosen, members: list[int], entries: Entries, known: dict[tuple, _Choice]) -> None:
+    """The dummies of one connected set of constraints, stage by stage; like sets, in `known`, get like ones."""
+    reduced, rows, variables = chosen.reduced, np.array(members), np.unique(entries.variables)
+    selects = [_select(reduced, variable) for variable in variables.tolist()]
+    places = np.searchsorted(rows, entries.rows), np.searchsorted(variables, entries.variables)
+    parts = (*places, *entries[2:], reduced.differentiations[rows], reduced.orders[variables], np.array(selects))
+    key = tuple(part.tobytes() for part in parts)
+    if key not in known:
+        picks, left = _stages(reduced, members, entries, only_safe=True)
+        if left and _keeps_unwanted(reduced, entries, picks):
+            picks, left = _stages(reduced, members, entries, only_safe=False)
+        found = [np.searchsorted(variables, np.array(stage, int)) for stage in picks]
+        known[key] = found, np.searchsorted(rows, np.array(left, int))
+    stages, left_over = known[key]
+    chosen.moving[rows[left_over]] = True
+    for stage in stages:
+        chosen.dummies[variables[stage]] += 1
 
 
 def _keeps_unwanted(reduced: Reduced, entries: Entries, picks: list[list[int]]) -> bool:
@@ -123,10 +137,10 @@ def _check_never(chosen: Chosen) -> None:
         )
 
 
-def _generic(table: Incidence) -> np.ndarray:
-    """Numbers that stand for unknown coefficients, different for each entry so that they do not cancel by accident."""
-    spread = 1.0 + 0.3 * np.modf(0.6180339887 * (1.0 + np.arange(len(table.row))))[0]
-    return np.where(table.strength == 3, table.number, _GENERIC[table.strength] * spread)
+def _told_apart(entries: Entries) -> Entries:
+    """With stand-ins that differ, so that they do not cancel by accident."""
+    spread = 1.0 + 0.3 * np.modf(0.6180339887 * (1.0 + np.arange(len(entries.rows))))[0]
+    return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))
 
 
 def nominals(table: Incidence) -> np.ndarray:
@@ -195,7 +209,7 @@ def _eliminate(reduced: Reduced, members: list[int], entries: Entries, only_safe
     work = Elimination(len(members), len(columns))
     place_row = {row: i for i, row in enumerate(members)}
     place_column = {variable: i for i, variable in enumerate(columns)}
-    for row, variable, *entry in zip(*(part.tolist() for part in entries), strict=True):
+    for row, variable, *entry in zip(*(part.tolist() for part in entries[:-1]), strict=True):
         work.put(place_row[row], place_column[variable], *entry)
     work.matrix /= np.maximum(np.max(np.abs(work.matrix), axis=1, keepdims=True, initial=0.0), 1e-300)
     keys = [_reluctance(reduced, variable) for variable in columns]

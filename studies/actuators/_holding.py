@@ -20,6 +20,7 @@ COIL = 12.0 / 1.62  # ohm, of the thesis' holding valve (Atlantic CEBP with coil
 class HoldingActuator(PumpActuator, partial=True):
     """The electrohydraulic actuator with a leak from the slave cylinder, and a controller of its position."""
 
+    supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     demand: Constant
     gauge: PositionSensor
     leak: LaminarResistance

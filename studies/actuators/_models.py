@@ -35,6 +35,7 @@ class ClutchActuator(Component, partial=True):
 class ElectromechanicalActuator(ClutchActuator):
     """Motor, planetary gearbox with its ring held, cam, master cylinder, line, slave cylinder, clutch."""
 
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     gearbox: PlanetaryGearbox
     cam: Cam
     master: MasterCylinder
@@ -54,6 +55,7 @@ class ElectromechanicalActuator(ClutchActuator):
 class WormActuator(ClutchActuator):
     """Motor, worm gear, cam, master cylinder, line, slave cylinder, clutch."""
 
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     gearbox: WormGear
     cam: Cam
     master: MasterCylinder
@@ -85,6 +87,8 @@ class PumpActuator(ClutchActuator, partial=True):
 class ElectrohydraulicActuator(PumpActuator):
     """Motor, fixed-displacement pump from a tank, line, slave cylinder, clutch."""
 
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
+
     def connections(self) -> Connections:
         return *super().connections(), connect(self.pump.b, self.line.a)
 
@@ -95,6 +99,7 @@ class StickingActuator(PumpActuator):
     The bearing sticks (`StribeckBearing`, by events) or creeps (`StribeckFriction`, smoothed).
     """
 
+    supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     command: Constant | Ramp
     bearing: StribeckBearing | StribeckFriction
 

@@ -21,6 +21,7 @@ from acausal import (
     Port,
     Record,
     Scalar,
+    StructureError,
     Time,
     Var,
     Vector,
@@ -166,6 +167,34 @@ def test_override_with_annotation() -> None:
         gain: Param[Scalar, "1"] = 2.0
 
     assert float(Doubled().gain) == 2.0
+
+
+def test_parts_in_a_field_that_is_not_declared_to_hold_any() -> None:
+    class Bag(Component):
+        items: tuple
+
+    refused = pytest.raises(ModelError, match=r"Bag\.items\[0\] holds \w+, but is not declared to(?s:.*)tuple\[")
+    # Equinox warns of the array before, which is less than an error.
+    with refused, pytest.warns(UserWarning, match="set as static"):
+        Bag(items=(Law(),))
+
+
+def test_a_port_is_not_replaced_by_something_else() -> None:
+    class Joined(Component, partial=True):
+        law: Law
+
+    with pytest.raises(ModelError, match=r"Numbered\.law replaces a port or part of Joined"):
+
+        class Numbered(Joined):
+            law: Param[Scalar, "1"] = 1.0  # pyright: ignore[reportIncompatibleVariableOverride]
+
+
+def test_a_model_without_variables() -> None:
+    class Nothing(Component):
+        pass
+
+    with pytest.raises(StructureError, match="no variables: give it components"):
+        simulate(Nothing(), 1.0)
 
 
 def test_default_that_holds_parameters() -> None:
