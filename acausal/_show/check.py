@@ -12,6 +12,7 @@ from .._declare.node import leaves_of
 from .._errors import ModelError, collecting
 from .._evaluate.building import build
 from .._evaluate.initial import checked_names, initial_state
+from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._integrate.failure import about_block
 from .._integrate.simulate import system_of
@@ -92,8 +93,10 @@ def _start(system: System, model: Component) -> list[str]:
     )
     if names:
         return [f"{', '.join(names)}: the start values contradict the equations. Leave some of them out."]
+    name_of = lambda pair: system.ordered.table.variable_name(*pair)  # noqa: E731
     pair = system.first_not_finite(jnp.asarray(0.0), y, inputs)
-    if pair is None:
-        return []
-    name = system.ordered.table.variable_name(*pair)
-    return [f"{name} is infinite or not a number at the start.{about_block(system, pair)}"]
+    if pair is not None:
+        return [f"{name_of(pair)} is infinite or not a number at the start.{about_block(system, pair)}"]
+    singular = singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs)
+    pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
+    return [f"{name_of(pair)} is arbitrary but for errors of rounding.{about_block(system, pair)}" for pair in pairs]

@@ -397,6 +397,7 @@ def test_under_jit_and_vmap() -> None:
         np.testing.assert_allclose(one.dc_gain, of(resistance).dc_gain, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_derivative_at_a_moving_operating_point() -> None:
     """The pole of a charging rectifier at a given time, as a function of the resistance, in both modes."""
 

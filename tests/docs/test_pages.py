@@ -22,7 +22,12 @@ def _compile_fast() -> Iterator[None]:
     jax.config.update("jax_disable_most_optimizations", before)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+LONG = ("errors.md", "events.md", "initialise.md", "linearise.md")  # they compile many models
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, id=page.name, marks=[pytest.mark.slow] * (page.name in LONG)) for page in PAGES]
+)
 def test_page_shows_what_its_code_prints(page: Path) -> None:
     difference = first_difference(page.read_text(), refreshed(page))
     assert difference is None, f"{page.name} is out of date, run `python -m docs {page.name}`.\n{difference}"

@@ -92,6 +92,7 @@ def test_derivative_through_break_away(sticking: Any, name: str) -> None:
     assert forward(name) == pytest.approx((4.0 * near - far) / 3.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_modes_agree_at_a_tight_tolerance(sticking: Any) -> None:
     """Reverse mode computes the steps again: they have to be the same."""
     slopes = jax.jit(jax.grad(time_of(None, rtol=1e-11)))(KEYWORDS)
