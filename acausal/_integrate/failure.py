@@ -1,5 +1,6 @@
 """What to raise for a run that failed: where, when and what to do."""
 
+import functools as ft
 from typing import Any
 
 import equinox as eqx
@@ -15,6 +16,10 @@ from .._evaluate.system import System
 from .._tracing import is_traced
 from .result import Result, sentence
 from .solution import Solution
+from .stepping import read_leaves
+from .switching import Switches
+
+SOON = 1e-9  # of the time that has passed: events that come within it have stopped the run
 
 
 def report_failure(solution: Solution) -> Solution:
@@ -60,6 +65,8 @@ def _error(solution: Solution) -> Exception:
         )
     t, y = solution._end
     where = f"At t = {float(t):.6g} s: "
+    if result == Result.events_accumulate and (text := _singular_after_event(solution)) is not None:
+        return SimulationError(where + text)
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
     if result == Result.undetermined:
@@ -83,6 +90,25 @@ def _last_events(solution: Solution) -> str:
     culprit = int(solution._culprit)
     names = [*solution.events.names[-8:], *([solution.events.labels[culprit]] if culprit >= 0 else [])]
     return ", ".join(dict.fromkeys(names)) or "those at the start"
+
+
+def _singular_after_event(solution: Solution) -> str | None:
+    """What to say where the events that come next leave equations without a solution."""
+    system, (t, y), inputs = solution.system, solution._end, solution._inputs
+    assert system.happenings is not None
+    read = ft.partial(read_leaves, system, solution._params)
+    switches = Switches(system, system.happenings, read, None)
+    span = jnp.abs(t - solution._start[0])
+    none = jnp.zeros(system.happenings.total, bool)
+    settled = switches.settle(t, y, switches.margins(t, y, inputs) > 0, none, SOON * span, inputs)
+    pair = system.first_not_finite(t, settled.y, inputs)
+    if pair is None or not np.any(settled.fired):
+        return None
+    names = ", ".join(
+        label for label, fired in zip(solution.events.labels, np.asarray(settled.fired), strict=True) if fired
+    )
+    name = system.ordered.table.variable_name(*pair)
+    return f"After the event {names}, {name} is infinite or not a number.{about_block(system, pair)}"
 
 
 def about_block(system: System, pair: Pair) -> str:

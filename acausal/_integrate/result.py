@@ -20,8 +20,9 @@ class Result(eqx.Enumeration):
         "equations of the component that changes, or loosen rtol."
     )
     events_accumulate = (
-        "Events follow one another ever faster, and time stands still: a rebound that dies out, or a switch without "
-        "hysteresis. Let the rebound end below a small speed, or give the switch a band."
+        "Events follow one another ever faster, and time stands still: a rebound that dies out, a switch without "
+        "hysteresis, or equations that have no solution after an event. Let the rebound end below a small speed, or "
+        "give the switch a band."
     )
     events_endless = (
         "Events at one instant cause one another without end. Let no two conditions undo each other: they must not "

@@ -67,7 +67,7 @@ def _event(settings: Settings, numbers: Numbers) -> diffrax.Event | None:
     def condition(t: Any, y: Any, args: Inputs, **kwargs: Any) -> Any:
         # A run that has become infinite does not stop here, and reverse mode must not meet its NaN.
         y = jnp.where(jnp.all(jnp.isfinite(y)), y, jnp.zeros_like(y))
-        return stop(numbers.stop, read_leaves(system, numbers, stop.leaves, t, y[: settings.n_states], args))[0]
+        return stop(numbers.stop, read_leaves(system, numbers.params, stop.leaves, t, y[: settings.n_states], args))[0]
 
     return diffrax.Event(condition, Crossing(), settings.direction)
 
@@ -143,7 +143,7 @@ def _event_rules(
     y, holds, record = raw.ys["end"][0], raw.solver_state.holds, raw.solver_state.record
     flag, blink = y[settings.n_states + settings.n_losses], NEAR * jnp.abs(numbers.t1 - numbers.t0)
     stands_still = raw.result == diffrax.RESULTS.dt_min_reached
-    switches = Switches(system, system.happenings, ft.partial(read_leaves, system, numbers), None)
+    switches = Switches(system, system.happenings, ft.partial(read_leaves, system, numbers.params), None)
     coming = lambda: ~holds & (switches.soon(t, y[: settings.n_states], blink, inputs) > 0)  # noqa: E731
     soon = jax.lax.cond(stands_still, coming, lambda: jnp.zeros_like(holds))
     is_near = ((t - record.last_time) <= blink) | jnp.any(soon)

@@ -45,7 +45,7 @@ def through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver:
     system = settings.system
     if system.happenings is None:
         return solver, y0, jnp.zeros(0)
-    read = ft.partial(read_leaves, system, numbers)
+    read = ft.partial(read_leaves, system, numbers.params)
     switches = Switches(system, system.happenings, read, _stored(settings, numbers, read))
     discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.discrete_places]
     y0 = jnp.concatenate([y0, *discrete])
@@ -85,7 +85,9 @@ def vector_field_of(settings: Settings, numbers: Numbers) -> Callable[[Any, Any,
     def rates(t: Any, states: Any, inputs: Inputs) -> Any:
         if integrand is None or settings.n_integrals == 0:
             return jnp.zeros(settings.n_extra)
-        return jnp.stack(integrand(numbers.rates, read_leaves(system, numbers, integrand.leaves, t, states, inputs)))
+        return jnp.stack(
+            integrand(numbers.rates, read_leaves(system, numbers.params, integrand.leaves, t, states, inputs))
+        )
 
     def field(t: Any, y: Any, args: Any) -> Any:
         inputs, memory = args if isinstance(args, tuple) else (args, jnp.zeros(0))
@@ -98,9 +100,11 @@ def vector_field_of(settings: Settings, numbers: Numbers) -> Callable[[Any, Any,
     return field
 
 
-def read_leaves(system: System, numbers: Numbers, wanted: Sequence[int], t: Any, y: Any, inputs: Inputs) -> list[Any]:
+def read_leaves(
+    system: System, params: Sequence[Any], wanted: Sequence[int], t: Any, y: Any, inputs: Inputs
+) -> list[Any]:
     """Values of leaves by number: parameters as they are given, variables from the state."""
     variables = [leaf for leaf in wanted if leaf in system.variable_leaves]
     values = dict(zip(variables, observe(system, t, y, inputs, variables), strict=True))
     values |= system.discrete_values(y, inputs)
-    return [values[leaf] if leaf in values else numbers.params[leaf] for leaf in wanted]
+    return [values[leaf] if leaf in values else params[leaf] for leaf in wanted]

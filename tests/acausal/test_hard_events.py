@@ -1,0 +1,108 @@
+"""Events close together, in either order, and modes in which a system has no solution."""
+
+from typing import Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import (
+    Component,
+    Connections,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Result,
+    Scalar,
+    SimulationError,
+    Time,
+    Var,
+    connect,
+    eq,
+    simulate,
+    when,
+)
+from components.blocks import Step
+from components.electrical import ConstantVoltage, Ground, IdealOpeningSwitch, Inductor, Resistor
+
+
+class Gates(Component):
+    """x rises at the rate 1; at `a` it is doubled and at `b` it grows by 1, whichever comes first."""
+
+    a: Param[Scalar, "s"]
+    b: Param[Scalar, "s"]
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, "s"] = 0.0
+    passed: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rise=eq(d.x, 1.0))
+
+    def events(self) -> Events:
+        return dict(
+            double=when(self.t > self.a, x=2.0 * self.x, passed=10.0 * self.passed + 1.0),
+            add=when(self.t > self.b, x=self.x + 1.0, passed=10.0 * self.passed + 2.0),
+        )
+
+
+def final(a: float, b: float) -> tuple[Scalar, Scalar]:
+    end = simulate(Gates(a=a, b=b), 2.0, save="end", dt0=2.0).final
+    return end.x, end.passed
+
+
+@pytest.mark.parametrize("apart", [0.3, 1e-3, 1e-9])
+def test_two_events_in_one_step_in_either_order(apart: float) -> None:
+    """The rate is constant, so that a step is as long as the run but for the events."""
+    run = jax.jit(final)
+    early, late = 0.7, 0.7 + apart
+    np.testing.assert_allclose(np.asarray(run(early, late)), (2.0 + early + 1.0, 12.0), rtol=1e-12)
+    np.testing.assert_allclose(np.asarray(run(late, early)), (2.0 + late + 2.0, 21.0), rtol=1e-12)
+
+
+def test_two_events_at_one_instant() -> None:
+    """Both start from the values before them; where they change the same variable, the one stated last counts."""
+    np.testing.assert_allclose(np.asarray(final(0.7, 0.7)), (2.0 + 1.0, 2.0), rtol=1e-12)
+
+
+def test_derivatives_by_the_times_of_two_events_in_one_step() -> None:
+    """After the doubling at a, x = t + a, and b does not matter; the other way round, x = t + 2 + a."""
+    for a, b in ((0.7, 0.701), (0.701, 0.7)):
+        for mode in (jax.jacfwd, jax.jacrev):
+            slopes = jax.jit(mode(lambda a, b: final(a, b)[0], argnums=(0, 1)))(a, b)
+            np.testing.assert_allclose(jnp.stack(slopes), [1.0, 0.0], atol=1e-12)
+
+
+class Interrupted(Component):
+    """A switch without leakage opens a circuit whose coil keeps its current: no voltage is enough."""
+
+    source: ConstantVoltage
+    resistor: Resistor
+    coil: Inductor
+    switch: IdealOpeningSwitch
+    command: Step
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.source.p, self.resistor.p),
+            connect(self.resistor.n, self.coil.p),
+            connect(self.coil.n, self.switch.p),
+            connect(self.switch.n, self.source.n, self.ground.p),
+            connect(self.command.y, self.switch.u),
+        )
+
+
+def test_a_mode_without_a_solution_is_named() -> None:
+    model = Interrupted(
+        source=ConstantVoltage(V=1.0),
+        resistor=Resistor(R=1.0),
+        coil=Inductor(L=1.0),
+        switch=IdealOpeningSwitch(Ron=0.0, Goff=0.0),
+        command=Step(height=1.0, start_time=0.5),
+    )
+    said = r"At t = 0\.5 s: After the event .*switch\.rise.*switch\.s is infinite.*switch\.current_path.*Remedy"
+    with pytest.raises(SimulationError, match=said):
+        simulate(model, 1.0)
+    assert simulate(model, 1.0, throw=False).result == Result.events_accumulate
