@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._reduce.states import nominal_of
-from .constraints import STATE, find
+from .constraints import STATE, find, loose_basis
 from .plan import Pair
 from .starts import Inputs
 from .system import System
@@ -46,11 +46,12 @@ class Apart:
         constraints = self.system.constraints
         sizes, before = constraints.sizes, self._lack(x, self.inputs)
         start = x
-        if len(before) + len(constraints.names) <= len(x):
+        if len(x):
             weight = np.where(self.given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
             z = jax.lax.stop_gradient(x / sizes)
             held = jax.lax.stop_gradient(self.inputs)
-            end, basis, rows = jax.lax.stop_gradient(find(lambda z: self._residual(sizes * z, held), z, weight))
+            residual = lambda z: self._residual(sizes * z, held)  # noqa: E731
+            end, basis, rows = jax.lax.stop_gradient(find(residual, z, weight, loose_basis))
             found = jnp.all(jnp.isfinite(end)) & jnp.all(jnp.isfinite(basis))
             x = x + sizes * jnp.where(found, end - z, 0.0)
             x = x - sizes * (jnp.where(found, basis, 0.0) @ (self._residual(x, self.inputs) / rows))

@@ -24,6 +24,7 @@ SWEEPS = 2  # of Newton's method with one Jacobian: each multiplies an error of 
 EXACT, CLOSE = 1e-14, 1e-9  # violation of a constraint, relative to its size, to aim at and to accept
 MOST = 50  # iterations
 SHARES = 0.25 ** np.arange(6)  # of a step of Newton's method that are tried
+LOOSE = 1e-8  # singular value, relative to the largest, below which a constraint does not count
 STATE = 1e-6  # how much less than a dependent variable a state yields
 
 
@@ -107,12 +108,23 @@ def _return(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any
     return z, basis, rows
 
 
-def find(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
+def loose_basis(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any]:
+    """As `_basis` where constraints repeat each other, or leave only variables of tiny weight to move: as far as they
+    do not, and so that these do not move.
+    """
+    slopes = jax.jacfwd(g)(z)
+    rows, root = row_scale(slopes), jnp.sqrt(weight)
+    return root[:, None] * jnp.linalg.pinv(root * slopes / rows[:, None], rtol=LOOSE), rows
+
+
+def find(
+    g: Callable[[Any], Any], z: Any, weight: Any, basis_of: Callable[..., tuple[Any, Any]] = _basis
+) -> tuple[Any, Any, Any]:
     """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
     def step(carry: Any) -> Any:
         z = carry[-1]
-        basis, rows = _basis(g, z, weight)
+        basis, rows = basis_of(g, z, weight)
         missing = g(z) / rows
         trials = z - SHARES[:, None] * (basis @ missing)
         violations = jax.vmap(lambda z: jnp.max(jnp.abs(g(z)) / rows))(trials)
