@@ -226,7 +226,7 @@ def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
     if len(value) > UNROLLED:
         return jnp.linalg.solve(matrix, value)
-    return jnp.stack(_eliminated([list(row) for row in matrix], list(-value)))
+    return jnp.stack([computed(x) for x in _eliminated([list(row) for row in matrix], list(-value))])
 
 
 def _first_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, methods: Sequence[Any]) -> Any:

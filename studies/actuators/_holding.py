@@ -43,7 +43,7 @@ class HoldingActuator(PumpActuator, partial=True):
 class MotorHeldActuator(HoldingActuator):
     """The motor holds: a PI controller sets its voltage within what the battery gives.
 
-    The converter between battery and motor is taken as lossless, so that what the motor takes is what the battery gives.
+    The converter between battery and motor is taken as lossless: the battery gives what the motor takes.
     """
 
     controller: LimPI
@@ -63,8 +63,8 @@ class ValveHeldActuator(HoldingActuator):
 
     A two-point controller opens it and runs the motor at full voltage whenever the slave has sunk too far. Off means
     that the motor is short-circuited, which brakes it. The valve follows its coil with a lag: one that closed at once
-    would stop the turning pump against the little liquid before it, and what has moved would ring. Not modelled: the
-    cavitation in the chamber, for less than a millisecond, while the pump is still being driven back as the valve shuts.
+    would stop the turning pump against the little liquid before it, and both would ring. Not modelled: cavitation in
+    the chamber, for about a millisecond, while the pump is still being driven back as the valve shuts.
     """
 
     controller: TwoPointController

@@ -63,9 +63,8 @@ def plot_energies(runs: Mapping[str, Solution], leaks: list[Leaking]) -> Figure:
         valve.ts, valve.integrals["motor"], ":", color=COLORS["valve_held"],
         label=f"{ACTUATOR_NAMES['valve_held']}: motor alone",
     )  # fmt: skip
-    over_time.set_yscale("log")
     over_time.set_xlim(0.0, DURATION)
-    over_time.set_ylim(10.0, 2e4)
+    over_time.set_ylim(bottom=0.0)
     over_time.set_xlabel("time [s]")
     over_time.set_ylabel("energy from the battery [J]")
     over_time.grid(alpha=0.3)
