@@ -22,9 +22,9 @@ DESIGNS: Mapping[str, Callable[..., Any]] = MappingProxyType({"motor_held": moto
 class Outcome(eqx.Module):
     """What a hold comes to."""
 
-    energy: Scalar  # J, from the battery
-    top_ups: Scalar  # how often the motor had to run again
-    period: Scalar  # s, from the first of them to the second; infinite where there are fewer
+    energy: Any  # J, from the battery
+    top_ups: Any  # how often the motor had to run again
+    period: Any  # s, from the first of them to the second; infinite where there are fewer
 
 
 def run(model: Any, rtol: Scalar = 1e-9, save: Any = "steps", *, energy: bool = True) -> Solution:
@@ -41,8 +41,9 @@ def static_power(model: MotorHeldActuator, stroke: Scalar = STROKE) -> Scalar:
     P = (R i + k w) i.
     """
     motor, rest = model.motor, hold(model, stroke)
+    friction = 0.0 if motor.bearing is None else motor.bearing.C
     w = rest.pressure / (model.leak.resistance * model.pump.displacement)
-    i = rest.current + motor.bearing.C * w / motor.emf.k
+    i = rest.current + friction * w / motor.emf.k
     return (motor.resistor.R * i + motor.emf.k * w) * i
 
 
