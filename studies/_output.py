@@ -20,10 +20,19 @@ ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType(
         "ema_fise": "EMA, FISE motor",
         "ema_maxon": "EMA, Maxon RE50",
         "ehs_maxon": "EHS, Maxon RE40",
+        "motor_held": "EHS, held by its motor",
+        "valve_held": "EHS, held by a valve",
     }
 )
 COLORS: Mapping[str, str] = MappingProxyType(
-    {"sila": "#7a7a7a", "ema_fise": "#0072b2", "ema_maxon": "#d55e00", "ehs_maxon": "#009e73"}
+    {
+        "sila": "#7a7a7a",
+        "ema_fise": "#0072b2",
+        "ema_maxon": "#d55e00",
+        "ehs_maxon": "#009e73",
+        "motor_held": "#0072b2",
+        "valve_held": "#d55e00",
+    }
 )
 
 
@@ -65,10 +74,14 @@ def _print_plain(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
         print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
 
 
-def write_json(path: Path, rows: Iterable[Any]) -> None:
-    """Write dataclass instances as `{"rows": [...]}`; null where not finite, as JSON has no infinity."""
+def write_json(path: Path, rows: Iterable[Any], **others: Iterable[Any]) -> None:
+    """Write dataclass instances as `{"rows": [...]}`, and `others` likewise by their names.
+
+    null where not finite, as JSON has no infinity.
+    """
+    tables = {name: [_plain(row) for row in table] for name, table in {"rows": rows, **others}.items()}
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({"rows": [_plain(row) for row in rows]}, indent=2, allow_nan=False) + "\n")
+    path.write_text(json.dumps(tables, indent=2, allow_nan=False) + "\n")
 
 
 def _plain(row: Any) -> dict[str, Any]:

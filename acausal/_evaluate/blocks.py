@@ -203,7 +203,8 @@ def row_scale(slopes: Any) -> Any:
 def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, *methods: Any) -> Any:
     """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
 
-    The `methods` are tried in turn until one succeeds.
+    The `methods` are tried in turn until one succeeds. Only the root is differentiated: where a method ends that fails,
+    the function may have no derivative.
     """
 
     def scaled(x: Any, args: Any) -> Any:
@@ -212,7 +213,20 @@ def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scal
         value = residual(x, args) / scale
         return jnp.where(jnp.isfinite(value), value, HUGE)
 
-    return _first_root(scaled, start, (scale, args), methods)
+    return jax.lax.custom_root(
+        lambda x: scaled(x, (scale, args)),
+        start,
+        lambda _, x: _first_root(scaled, x, jax.lax.stop_gradient((scale, args)), methods),
+        _solved,
+    )
+
+
+def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
+    """The x of a linear function at which it has a value."""
+    matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
+    if len(value) > UNROLLED:
+        return jnp.linalg.solve(matrix, value)
+    return jnp.stack([computed(x) for x in _eliminated([list(row) for row in matrix], list(-value))])
 
 
 def _first_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, methods: Sequence[Any]) -> Any:

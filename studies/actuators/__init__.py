@@ -9,8 +9,16 @@ from ._designs import ehs_sticking as ehs_sticking
 from ._designs import ema_fise as ema_fise
 from ._designs import ema_maxon as ema_maxon
 from ._designs import sila as sila
+from ._holding import CLOSING_TIME as CLOSING_TIME
+from ._holding import COIL as COIL
+from ._holding import LEAKAGE as LEAKAGE
+from ._holding import MotorHeldActuator as MotorHeldActuator
+from ._holding import ValveHeldActuator as ValveHeldActuator
+from ._holding import motor_held as motor_held
+from ._holding import valve_held as valve_held
 from ._models import ClutchActuator as ClutchActuator
 from ._models import ElectrohydraulicActuator as ElectrohydraulicActuator
 from ._models import ElectromechanicalActuator as ElectromechanicalActuator
+from ._models import PumpActuator as PumpActuator
 from ._models import StickingActuator as StickingActuator
 from ._models import WormActuator as WormActuator

@@ -14,7 +14,7 @@ from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
 from .._opening import opening
-from ..actuators import ClutchActuator, ElectrohydraulicActuator, ElectromechanicalActuator, WormActuator
+from ..actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,7 +59,7 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
 
 def _delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
     """The volume in m3 that has left pump or master cylinder when the motor has turned by `angle` in rad."""
-    if isinstance(model, ElectrohydraulicActuator):
+    if isinstance(model, PumpActuator):
         return model.pump.displacement * angle
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
     return model.master.area * model.cam.profile.lift(angle / model.gearbox.ratio)
@@ -68,6 +68,8 @@ def _delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
 def _angle(model: ClutchActuator, stroke: Scalar, compression: Scalar) -> Scalar:
     """The angle in rad of the motor at a stroke in m, the liquid being compressed by a volume in m3."""
     volume = model.slave.area * stroke + compression
+    if isinstance(model, PumpActuator):
+        return volume / model.pump.displacement
     # A cam passes the same lift twice a turn; an opening run tells which of the two is meant.
     near = opening(model, stroke=stroke).final.motor.shaft.phi
     solver = optx.Newton(rtol=1e-12, atol=1e-12)
@@ -81,7 +83,7 @@ def _fed_by_current(model: ClutchActuator, current: Scalar) -> ClutchActuator:
 
 def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
     """The cam replaced by a linear one of the slope that it has at an angle of the motor in rad."""
-    if isinstance(model, ElectrohydraulicActuator):
+    if isinstance(model, PumpActuator):
         return model
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
     slope = model.cam.profile.slope(angle / model.gearbox.ratio)
@@ -91,7 +93,7 @@ def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
 def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
     """The model with start values at rest."""
     starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
-    if not isinstance(model, ElectrohydraulicActuator):
+    if not isinstance(model, PumpActuator):
         assert isinstance(model, ElectromechanicalActuator | WormActuator)
         starts["cam.shaft.phi"] = rest.angle / model.gearbox.ratio
     return replace(model, starts)

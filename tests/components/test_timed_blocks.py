@@ -113,3 +113,25 @@ def test_sampled_control() -> None:
 def test_limits_of_a_sampled_controller_are_checked() -> None:
     with pytest.raises(ParameterError, match=r"SampledPI.y_min must be smaller than y_max"):
         blocks.SampledPI(period=0.1, k=1.0, T=1.0, y_min=1.0, y_max=0.0)
+
+
+def test_two_point_control() -> None:
+    """T dx/dt = y - x between two thresholds is exponentials: on and off times are logarithms."""
+    set_point, bandwidth, T = 0.5, 0.2, 0.4
+    low, high = set_point - 0.5 * bandwidth, set_point + 0.5 * bandwidth
+    parts = (blocks.Constant(k=set_point), blocks.TwoPointController(bandwidth=bandwidth), blocks.FirstOrder(T=T))
+    solution = simulate(Rig(parts=parts, wiring=wire_two_points), 2.0, rtol=1e-11)
+    rising, falling = T * np.log((1.0 - low) / (1.0 - high)), T * np.log(high / low)
+    first = T * np.log(1.0 / (1.0 - high))
+    expected = first + np.concatenate([[0.0], np.cumsum(np.tile([falling, rising], 9))])
+    expected = expected[expected < 2.0]
+    assert solution.events.names == [f"parts[1].{('off', 'on')[i % 2]}" for i in range(len(expected))]
+    np.testing.assert_allclose(solution.events.times, expected, rtol=1e-8)
+
+
+def wire_two_points(set_point: Any, controller: Any, plant: Any) -> Connections:
+    return (
+        connect(set_point.y, controller.u_s),
+        connect(controller.y, plant.u),
+        connect(plant.y, controller.u_m),
+    )

@@ -1,0 +1,21 @@
+"""The clutch is held open for a minute, by the motor or by a valve: what it takes from the battery, and what matters.
+
+(a) The motor alone, with a PI controller; (b) a normally open valve that its coil shuts, the motor being off while the
+liquid leaks past the seals, until a two-point controller tops up. Actuator and valve are those of Meloni's thesis
+(Torino, 2012); leakage, chamber and closing time of the valve are assumed, see `studies.actuators`.
+"""
+
+from ._main import Row as Row
+from ._main import main as main
+from ._runs import DURATION as DURATION
+from ._runs import Outcome as Outcome
+from ._runs import outcomes as outcomes
+from ._runs import run as run
+from ._runs import static_power as static_power
+from ._runs import top_up_times as top_up_times
+from ._sensitivities import KEYWORDS as KEYWORDS
+from ._sensitivities import Leaking as Leaking
+from ._sensitivities import Sensitivity as Sensitivity
+from ._sensitivities import evaluate as evaluate
+from ._sensitivities import sensitivities as sensitivities
+from ._sensitivities import sweep as sweep

@@ -1,0 +1,100 @@
+"""`python -m studies hold`."""
+
+import dataclasses
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from acausal import Solution
+
+from .._opening import STROKE
+from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
+from ._runs import DESIGNS, DURATION, run, static_power, top_up_times
+from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
+
+HEADS = (
+    "how it is held", "motor [J]", "coil [J]", "total [J]", "mean power [W]", "top-ups", "lowest [mm]", "highest [mm]",
+)  # fmt: skip
+SENSITIVITY_HEADS = ("parameter", *(f"energy, {ACTUATOR_NAMES[name]}" for name in DESIGNS), "time between top-ups")
+SWEEP_HEADS = ("leakage resistance [Pa.s/m3]", *(f"{ACTUATOR_NAMES[name]} [J]" for name in DESIGNS), "top-ups")
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A hold of `DURATION` with the opening before it, in SI units; positions are those of the slave, once open."""
+
+    actuator: str
+    method: str
+    energy_motor: float
+    energy_coil: float
+    energy: float
+    mean_power: float
+    top_ups: int
+    lowest: float
+    highest: float
+
+
+def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
+    """Hold, print, and write tables to the file `json` and pictures to the folder `out`."""
+    if out is not None:
+        require_matplotlib()
+    runs = {name: run(DESIGNS[name](), rtol) for name in progress(list(DESIGNS), "holding")}
+    rows = [_static_row(), *(_row(name, solution) for name, solution in runs.items())]
+    slopes = [row for name in progress(list(DESIGNS), "differentiating") for row in sensitivities(name, rtol)]
+    leaks = [row for name in progress(list(DESIGNS), "sweeping") for row in sweep(name, rtol)]
+    print_table(f"Clutch held open for {DURATION:g} s", HEADS, _cells(rows))
+    print_table("Elasticities", SENSITIVITY_HEADS, _sensitivity_cells(slopes))
+    print_table("With other leaks", SWEEP_HEADS, _sweep_cells(leaks))
+    if json is not None:
+        write_json(json, rows, sensitivities=slopes, sweep=leaks)
+    if out is not None:
+        from ._plot import plot_energies, plot_runs
+
+        save(plot_runs(runs), out, "hold")
+        save(plot_energies(runs, leaks), out, "hold_energy")
+    return rows
+
+
+def _static_row() -> Row:
+    power = float(static_power(DESIGNS["motor_held"]()))
+    energy = DURATION * power
+    return Row("motor_held", "at rest, in closed form", energy, 0.0, energy, power, 0, STROKE, STROKE)
+
+
+def _row(actuator: str, solution: Solution) -> Row:
+    position = np.asarray(solution.slave.rod.s)
+    held = position[np.argmax(position >= STROKE) :]
+    motor, coil = (float(solution.integrals[name][-1]) for name in ("motor", "coil"))
+    top_ups = int(np.sum(np.isfinite(top_up_times(solution)))) if actuator == "valve_held" else 0
+    return Row(
+        actuator, "simulated", motor, coil, motor + coil, (motor + coil) / DURATION, top_ups,
+        float(np.min(held)), float(np.max(held)),
+    )  # fmt: skip
+
+
+def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
+    for row in rows:
+        energies = (row.energy_motor, row.energy_coil, row.energy)
+        yield (
+            f"{ACTUATOR_NAMES[row.actuator]}, {row.method}", *(f"{energy:.1f}" for energy in energies),
+            f"{row.mean_power:.2f}", str(row.top_ups), f"{1e3 * row.lowest:.3f}", f"{1e3 * row.highest:.3f}",
+        )  # fmt: skip
+
+
+def _sensitivity_cells(slopes: list[Sensitivity]) -> Iterable[tuple[str, ...]]:
+    found = {(row.actuator, row.parameter): row for row in slopes}
+    for name in dict.fromkeys(row.parameter for row in slopes):
+        motor, valve = (found.get((actuator, name)) for actuator in DESIGNS)
+        yield name, *(_number(row and row.energy) for row in (motor, valve)), _number(valve and valve.period)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:+.4f}"
+
+
+def _sweep_cells(leaks: list[Leaking]) -> Iterable[tuple[str, ...]]:
+    motor, valve = ([row for row in leaks if row.actuator == name] for name in DESIGNS)
+    for by_motor, by_valve in zip(motor, valve, strict=True):
+        leakage = f"{by_valve.leakage_resistance:.2e}"
+        yield leakage, f"{by_motor.energy:.1f}", f"{by_valve.energy:.1f}", str(by_valve.top_ups)

@@ -1,0 +1,78 @@
+"""Runs over the whole hold, and what the battery gives in them."""
+
+import functools as ft
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from acausal import Scalar, Solution, simulate
+
+from .._opening import STROKE
+from ..actuators import MotorHeldActuator, ValveHeldActuator, motor_held, valve_held
+from ..validate import hold
+
+DURATION = 60.0  # s, at a traffic light
+DESIGNS: Mapping[str, Callable[..., Any]] = MappingProxyType({"motor_held": motor_held, "valve_held": valve_held})
+
+
+class Outcome(eqx.Module):
+    """What a hold comes to."""
+
+    energy: Any  # J, from the battery
+    top_ups: Any  # how often the motor had to run again
+    period: Any  # s, from the first of them to the second; infinite where there are fewer
+
+
+def run(model: Any, rtol: Scalar = 1e-9, save: Any = "steps", *, energy: bool = True) -> Solution:
+    """The clutch is opened and held for `DURATION`; the integrals are the energies in J of "motor" and "coil"."""
+    return simulate(
+        model, DURATION, save=save, energy=energy, integrals=_powers, rtol=rtol, max_steps=50_000, max_events=512
+    )
+
+
+def static_power(model: MotorHeldActuator, stroke: Scalar = STROKE) -> Scalar:
+    """The power in W that holds the slave at `stroke` in m, in closed form.
+
+    The pump makes up for the leak, D w = p / R_leak, against the bearing's friction, k i = D p + C w; the motor takes
+    P = (R i + k w) i.
+    """
+    motor, rest = model.motor, hold(model, stroke)
+    friction = 0.0 if motor.bearing is None else motor.bearing.C
+    w = rest.pressure / (model.leak.resistance * model.pump.displacement)
+    i = rest.current + friction * w / motor.emf.k
+    return (motor.resistor.R * i + motor.emf.k * w) * i
+
+
+@ft.partial(jax.jit, static_argnames="design")
+def outcomes(design: str, keywords: Any, directions: Any, rtol: Scalar) -> tuple[Outcome, Outcome]:
+    """For each member of the arrays in `keywords`, what the hold comes to, and its derivative along `directions`.
+
+    The members run one after the other, since under `vmap` each would take as many steps as the slowest.
+    """
+    one = ft.partial(_outcome, design, rtol)
+    return jax.lax.map(lambda member: jax.jvp(one, member[:1], member[1:]), (keywords, directions))
+
+
+def _outcome(design: str, rtol: Scalar, keywords: Any) -> Outcome:
+    solution = run(DESIGNS[design](**keywords), rtol, "end", energy=False)
+    energy = solution.integrals["motor"][-1] + solution.integrals["coil"][-1]
+    if design == "motor_held":
+        return Outcome(energy, jnp.zeros(()), jnp.full((), jnp.inf))
+    times = top_up_times(solution)
+    count = jnp.sum(jnp.where(jnp.isfinite(times), 1.0, 0.0))
+    return Outcome(energy, count, jnp.where(count > 1.0, times[1] - times[0], jnp.inf))
+
+
+def top_up_times(solution: Solution) -> Any:
+    """When the motor had to run again, in s, in rising order; infinite for each event that is another one."""
+    return jnp.sort(solution.events.of_event("controller.on"))
+
+
+def _powers(s: Any) -> dict[str, Scalar]:
+    """From the battery, in W."""
+    coil = -s.battery.v * s.battery.i if isinstance(s, ValveHeldActuator) else jnp.zeros(())
+    return {"motor": -s.supply.v * s.supply.i, "coil": coil}
