@@ -9,7 +9,6 @@ export MPLBACKEND := Agg
 demo: $(READY)  ## set up and run the studies of the clutch actuators
 	$(BIN)/python -m studies validate --out output
 	$(BIN)/python -m studies optimise --out output
-	$(BIN)/python -m studies hold --out output
 
 test: lint  ## set up and run lint, type check and tests
 	$(BIN)/python -m pytest

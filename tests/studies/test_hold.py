@@ -83,6 +83,7 @@ def test_switching(by_valve: Any) -> None:
     assert coil == pytest.approx(BATTERY**2 / (COIL + 1e-5) * closed + BATTERY**2 * 1e-5 * (DURATION - closed), 1e-9)
 
 
+@pytest.mark.slow
 def test_rows(held: Tables) -> None:
     static, motor, valve = held["rows"]
     assert static["energy"] == pytest.approx(DURATION * static["mean_power"])
@@ -95,6 +96,7 @@ def test_rows(held: Tables) -> None:
     assert STROKE - BAND < valve["lowest"] < STROKE < valve["highest"] < STROKE + BAND
 
 
+@pytest.mark.slow
 def test_sweep(held: Tables) -> None:
     rows = [row for row in held["sweep"] if row["actuator"] == "valve_held"]
     assert [row["top_ups"] for row in rows] == sorted((row["top_ups"] for row in rows), reverse=True)
@@ -105,11 +107,13 @@ def test_sweep(held: Tables) -> None:
         assert np.all(np.diff(energies) < 0.0)
 
 
+@pytest.mark.slow
 def test_pictures(held: Tables, folder: Path) -> None:
     for name in ("hold", "hold_energy"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("actuator", list(KEYWORDS))
 def test_elasticities_are_those_of_differences(actuator: str) -> None:
     """So near by that there are as many top-ups; differences of fourth order."""
