@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -27,7 +28,7 @@ def reduced_exactly(flat: FlatModel, merged: Merged) -> tuple[Merged, Reduced]:
     Pantelides' algorithm sees which variables enter an equation, but not that v1 = a - b and v2 = a - b say the same
     about a and b. Where the coefficients of the highest derivatives are singular for almost all parameters, equations
     with fixed coefficients are replaced by combinations of themselves in which what cancels is gone, here v1 = v2,
-    until they are regular (combinatorial relaxation; Iwata, SIAM J. Discrete Math. 16, 2003).
+    until they are regular (combinatorial relaxation; Murota, `Matrices and Matroids for Systems Analysis`, 2000).
 
     Raises `StructureError` where no such combination helps.
     """
@@ -130,11 +131,10 @@ def _combined(reduced: Reduced, block: _Block) -> Iterator[tuple[int, dict[int, 
             f"These equations depend on each other, whatever the values of the parameters, and leave the rest "
             f"undetermined:\n  {names}\n  Remedy: remove one of these elements, or give it a resistance or compliance."
         )
-    taken: set[int] = set()
+    uses = Counter(row for parts in found for row in parts)
     for parts in found:
-        row = next(row for row in parts if row not in taken)
-        taken.add(row)
-        yield row, parts
+        # In place of an equation that no other combination holds, so that together they say as much as before.
+        yield next(row for row in parts if uses[row] == 1), parts
 
 
 def _rewritten(table: Incidence, changes: dict[int, dict[int, Fraction]]) -> list[Family]:
