@@ -42,6 +42,12 @@ class EventLog(eqx.Module):
         """The times of one event, infinite where it is another one."""
         return jnp.where(self.numbers == self.labels.index(name), self.times, jnp.inf)
 
+    def plot(self, ax: Any = None) -> Any:
+        """Mark the events of a single run on a time axis, a row for each; returns the matplotlib axes."""
+        from .._show.plot import plot_events
+
+        return plot_events(np.asarray(self.times), self.names, ax)
+
     def __len__(self) -> int:
         return int(np.sum(np.asarray(self.numbers) >= 0))
 

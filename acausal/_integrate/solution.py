@@ -241,7 +241,7 @@ class Solution(eqx.Module):
         return xr.Dataset(variables, coords={"t": np.asarray(self.ts)})
 
     def plot(self, *names: str, axes: Any = None) -> Any:
-        """Plot variables over time, one panel for each unit; returns the matplotlib axes."""
+        """Plot variables over time, a panel for each unit, and dotted lines at events; returns the matplotlib axes."""
         from .._show.plot import plot_solution
 
         return plot_solution(self, names, axes)

@@ -20,7 +20,7 @@ def _pyplot() -> Any:
 
 
 def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
-    """Trajectories over time, one panel for each unit; without names, the states."""
+    """Trajectories over time, one panel for each unit, with dotted lines at events; without names, the states."""
     flat = solution.system.flat
     names = names or tuple(name for name in solution.system.state_names if not name.startswith("der("))
     unit = {
@@ -40,7 +40,26 @@ def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
         ax.legend(loc="best", fontsize="small", frameon=False)
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")
+    if solution.system.happenings is not None:
+        for ax in axes:
+            for time in np.asarray(solution.events.times).tolist():
+                ax.axvline(time, color="black", linewidth=0.6, linestyle=":", alpha=0.6, zorder=0)
     return axes
+
+
+def plot_events(times: np.ndarray, names: list[str], ax: Any) -> Any:
+    """A row for each event, the first one to occur on top, with a mark at each of its times."""
+    rows = list(dict.fromkeys(names))
+    if ax is None:
+        _, ax = _pyplot().subplots(figsize=(7.0, 1.0 + 0.3 * len(rows)), layout="constrained")
+    for i, row in enumerate(rows):
+        marks = times[np.array(names) == row]
+        ax.plot(marks, np.full(len(marks), i), "|", markersize=12, color="black")
+    ax.set_yticks(range(len(rows)), rows)
+    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.set_xlabel("time [s]")
+    ax.grid(alpha=0.3)
+    return ax
 
 
 def plot_structure(system: System, ax: Any) -> Any:

@@ -98,6 +98,17 @@ def test_energy_lost_at_impacts(bounced: Any) -> None:
     assert "impact" in str(account)
 
 
+def test_plots_show_the_events(bounced: Any) -> None:
+    from matplotlib import pyplot as plt
+
+    rows = bounced.events.plot()
+    assert [label.get_text() for label in rows.get_yticklabels()] == ["impact"]
+    np.testing.assert_allclose(rows.get_lines()[0].get_xdata(), impacts(0.8, 6), rtol=1e-12)
+    (heights,) = bounced.plot("h")
+    assert len(heights.get_lines()) == 1 + 6  # the curve, and a line at each impact
+    plt.close("all")
+
+
 def test_dense_output_on_both_sides() -> None:
     times = np.array([0.2, 0.9, 1.5])
     sol = simulate(Ball(), 2.0, rtol=1e-10, save="dense")
