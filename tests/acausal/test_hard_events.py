@@ -68,10 +68,9 @@ def test_two_events_at_one_instant() -> None:
 
 def test_derivatives_by_the_times_of_two_events_in_one_step() -> None:
     """After the doubling at a, x = t + a, and b does not matter; the other way round, x = t + 2 + a."""
+    slopes = jax.jit(jax.jacrev(lambda a, b: final(a, b)[0], argnums=(0, 1)))
     for a, b in ((0.7, 0.701), (0.701, 0.7)):
-        for mode in (jax.jacfwd, jax.jacrev):
-            slopes = jax.jit(mode(lambda a, b: final(a, b)[0], argnums=(0, 1)))(a, b)
-            np.testing.assert_allclose(jnp.stack(slopes), [1.0, 0.0], atol=1e-12)
+        np.testing.assert_allclose(jnp.stack(slopes(a, b)), [1.0, 0.0], atol=1e-12)
 
 
 class Interrupted(Component):

@@ -174,6 +174,7 @@ def deflection(k: Any, load: Any) -> Any:
     return initialise(Beam(k=k, load=load), steady=True).s
 
 
+@pytest.mark.slow
 def test_gradients() -> None:
     """ds/dk = -s / (k + 3 k3 s^2) and ds/dload = -1 / (...), in both modes and against finite differences."""
     at = (jnp.asarray(500.0), jnp.asarray(20.0))

@@ -117,6 +117,7 @@ def test_without_python_control(monkeypatch: pytest.MonkeyPatch) -> None:
         linearise(rlc()).to_control()
 
 
+@pytest.mark.slow
 def test_against_finite_differences() -> None:
     """A non-linear circuit, away from its equilibrium."""
     model = rectifier(1.0)
@@ -137,6 +138,7 @@ def test_against_finite_differences() -> None:
     np.testing.assert_allclose(found.D, slope * np.array(found.B), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_operating_points_agree() -> None:
     """A view, the state vector behind it, and start values."""
     model = rectifier(1.0)

@@ -86,6 +86,7 @@ def test_gradients() -> None:
     np.testing.assert_allclose(reverse, forward, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_batch() -> None:
     lengths = jnp.linspace(1.0, 2.0, 3)
     together = jax.jit(jax.vmap(lambda length: swing(length, 0.9)))(lengths)
@@ -110,6 +111,7 @@ def _over_time(model: Component) -> Any:
     return rebuilt(model, lambda path, declaration, value: None if declaration.role == "param" else 0)
 
 
+@pytest.mark.slow
 def test_four_bar_linkage() -> None:
     """Arrays are taken apart where their elements are determined one by one."""
     start = initialise(
@@ -125,6 +127,7 @@ def test_four_bar_linkage() -> None:
     np.testing.assert_allclose(energy, energy[0], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_another_solver() -> None:
     import diffrax
 
@@ -141,6 +144,7 @@ def test_the_mass_matrix_form() -> None:
     np.testing.assert_allclose(sol.final.x, 0.793566195343, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_never_forces_a_choice() -> None:
     report = structure(Swing())
     assert report.invariants == ()

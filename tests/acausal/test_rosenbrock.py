@@ -278,6 +278,7 @@ def test_batch_of_event_times():
     np.testing.assert_allclose(slopes, [exact_derivative(float(s)) for s in stiffness], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_member_of_a_batch_that_ends_early_keeps_its_derivative():
     """Its further steps have no length, so that the matrix of a DAE would be singular."""
 

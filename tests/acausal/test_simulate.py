@@ -40,7 +40,7 @@ def test_rc_charges() -> None:
     "solver", [Rodas3P(), diffrax.Kvaerno5(), Rodas5P(unroll=True)], ids=["Rodas3P", "Kvaerno5", "unrolled"]
 )
 def test_other_solvers_agree(solver: diffrax.AbstractSolver) -> None:
-    sol = simulate(rc(), 0.25, save=TIMES, rtol=1e-9, solver=solver)
+    sol = simulate(rc(), 0.25, save=TIMES, rtol=1e-10, solver=solver)
     np.testing.assert_allclose(sol["c.v"], CHARGE, rtol=1e-7, atol=1e-9)
 
 

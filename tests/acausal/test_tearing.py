@@ -53,6 +53,7 @@ def test_diode(V: float) -> None:
     np.testing.assert_allclose(sol["diode.v"][0], diode_voltage(V), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_bank_of_diodes() -> None:
     """Many alike non-linear blocks, solved side by side."""
     model = Bank(members=stack([rectifier(V) for V in VOLTAGES.tolist()]))

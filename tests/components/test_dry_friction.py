@@ -39,6 +39,7 @@ def path(Fc: Scalar, v: Scalar, force: Scalar = 0.0, end: float = 3.0) -> Scalar
     return simulate(slide(Fc, v, force), end, save="end", rtol=TIGHT).final.parts[1].b.s
 
 
+@pytest.mark.slow
 def test_braking_to_rest_and_its_gradient() -> None:
     """From v to rest with F = 4 N: at t = m v / F, after m v^2 / (2 F)."""
     value, backward = jax.value_and_grad(path, argnums=(0, 1))(4.0, 3.0)
@@ -48,6 +49,7 @@ def test_braking_to_rest_and_its_gradient() -> None:
         np.testing.assert_allclose(by_speed, 2.0 * 3.0 / 4.0, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_batch_whose_members_stick_at_other_times_or_never() -> None:
     """The first comes to rest and stays, the second is pushed on, the third breaks away, the last turns back."""
     v, force = jnp.array([3.0, 3.0, 0.0, 1.0]), jnp.array([5.0, 7.0, -7.0, -10.0])
@@ -158,6 +160,7 @@ class Gearbox(Component):
         )
 
 
+@pytest.mark.slow
 def test_gear_shift_of_a_planetary_gear() -> None:
     """First gear: ring held, w_sun = (1 + r) w_carrier. Direct gear: all turn together. Both accelerate by formula."""
     gearbox = Gearbox(
@@ -190,6 +193,7 @@ def wire_worm(drive: Any, rotor: Any, gear: Any, wheel: Any, load: Any) -> Conne
     )
 
 
+@pytest.mark.slow
 def test_worm_locks_itself_and_drives() -> None:
     """Ratio 20, efficiency 0.4: no load torque turns the wheel back; lifting, the load at the worm is x / 0.4."""
 

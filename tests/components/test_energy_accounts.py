@@ -198,6 +198,7 @@ EXAMPLES: tuple[Component, ...] = (
     blocks.PWM(period=0.9),
     blocks.SampleHold(period=0.9),
     blocks.SampledPI(period=0.9, k=1.3, T=0.7),
+    blocks.TwoPointController(bandwidth=0.4),
     electrical.HBridge(frequency=1.3, Ron=0.4),
     electrical.IdealClosingSwitch(Ron=0.4, Goff=0.3),
     electrical.IdealCommutingSwitch(Ron=0.4, Goff=0.3),

@@ -52,6 +52,7 @@ def test_bouncing_ball_comes_to_rest() -> None:
     assert floor.mode == -1.0
 
 
+@pytest.mark.slow
 def test_gradient_through_impacts() -> None:
     final = lambda e: drop(e, 1.3, 0.0).final.parts[1].b.s  # noqa: E731
     value, backward = jax.value_and_grad(final)(0.6)
@@ -78,6 +79,7 @@ def wire_spool(ramp: Any, drive: Any, spool: Any, spring: Any, wall: Any, stop: 
     )
 
 
+@pytest.mark.slow
 def test_preloaded_spool_lifts_and_reaches_its_other_stop() -> None:
     """Pushed by 40 N/s t against 10 N of preload: it lifts at 0.25 s, and then m dv/dt = 40 t' - c s."""
     m, c, preload, rate, end = 0.1, 200.0, 10.0, 40.0, 0.02
@@ -103,6 +105,7 @@ def wire_rub(force: Any, body: Any) -> Connections:
     return (connect(force.flange, body.a),)
 
 
+@pytest.mark.slow
 def test_mass_with_stop_and_friction() -> None:
     """Slides with 10 N - 4 N, hits the stop at s_max with v = sqrt(2 a s), and is held there."""
     body = translational.MassWithStopAndFriction(m=2.0, s_min=-1.0, s_max=1.5, Fc=4.0, Fs=4.0, vs=0.1)

@@ -52,6 +52,7 @@ def wire_step(step: Any, integrator: Any) -> Connections:
     return (connect(step.y, integrator.u),)
 
 
+@pytest.mark.slow
 def test_derivative_with_respect_to_the_time_of_a_jump() -> None:
     def area(start_time: Scalar) -> Scalar:
         parts = (blocks.Step(height=2.0, start_time=start_time), blocks.Integrator())

@@ -22,7 +22,14 @@ def _compile_fast() -> Iterator[None]:
     jax.config.update("jax_disable_most_optimizations", before)
 
 
-LONG = ("errors.md", "events.md", "initialise.md", "linearise.md")  # they compile many models
+LONG = (
+    "errors.md",
+    "events.md",
+    "initialise.md",
+    "linearise.md",
+    "signs.md",
+    "simulate.md",
+)  # they compile many models
 
 
 @pytest.mark.parametrize(

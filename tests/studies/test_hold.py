@@ -11,6 +11,8 @@ from studies.actuators import COIL, motor_held, valve_held
 from studies.actuators._holding import BATTERY, STROKE
 from studies.hold import DURATION, KEYWORDS, evaluate, run, static_power
 
+pytestmark = pytest.mark.slow
+
 Tables = dict[str, list[dict[str, Any]]]
 BAND = 0.5e-3
 
@@ -83,7 +85,6 @@ def test_switching(by_valve: Any) -> None:
     assert coil == pytest.approx(BATTERY**2 / (COIL + 1e-5) * closed + BATTERY**2 * 1e-5 * (DURATION - closed), 1e-9)
 
 
-@pytest.mark.slow
 def test_rows(held: Tables) -> None:
     static, motor, valve = held["rows"]
     assert static["energy"] == pytest.approx(DURATION * static["mean_power"])
@@ -96,7 +97,6 @@ def test_rows(held: Tables) -> None:
     assert STROKE - BAND < valve["lowest"] < STROKE < valve["highest"] < STROKE + BAND
 
 
-@pytest.mark.slow
 def test_sweep(held: Tables) -> None:
     rows = [row for row in held["sweep"] if row["actuator"] == "valve_held"]
     assert [row["top_ups"] for row in rows] == sorted((row["top_ups"] for row in rows), reverse=True)
@@ -107,13 +107,11 @@ def test_sweep(held: Tables) -> None:
         assert np.all(np.diff(energies) < 0.0)
 
 
-@pytest.mark.slow
 def test_pictures(held: Tables, folder: Path) -> None:
     for name in ("hold", "hold_energy"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("actuator", list(KEYWORDS))
 def test_elasticities_are_those_of_differences(actuator: str) -> None:
     """So near by that there are as many top-ups; differences of fourth order."""
