@@ -84,6 +84,7 @@ def wire_loop(set_point: Any, controller: Any, plant: Any, hold: Any, pwm: Any, 
     )
 
 
+@pytest.mark.slow
 def test_sampled_control() -> None:
     """The plant T dx/dt = y - x between samples is x -> y + (x - y) exp(-h / T): the loop is a recursion."""
     h, T, k, Ti = 0.1, 0.5, 0.6, 0.4

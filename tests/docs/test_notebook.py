@@ -23,6 +23,7 @@ def pictures(notebook: Any) -> list[str]:
     return [output.data["image/png"] for output in outputs if "image/png" in output.get("data", {})]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
 def test_notebook(path: Path) -> None:
     committed = nbformat.read(path, as_version=4)

@@ -21,6 +21,7 @@ UNITS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_rows(validated: list[dict[str, Any]]) -> None:
     for row in validated:
         assert set(row) == KEYS
@@ -38,6 +39,7 @@ def _model(rows: list[dict[str, Any]], design: str, quantity: str, condition: st
     return values[design, quantity, condition]
 
 
+@pytest.mark.slow
 def test_opening_times(validated: list[dict[str, Any]]) -> None:
     for design, keywords, time in OPENING_TIMES:
         if not keywords:
@@ -46,6 +48,7 @@ def test_opening_times(validated: list[dict[str, Any]]) -> None:
     assert slower == pytest.approx(OPENING_TIMES[4][2], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_currents(validated: list[dict[str, Any]]) -> None:
     for design, current, _ in HOLDING:
         assert _model(validated, design, "holding_current") == pytest.approx(current, rel=1e-10)
@@ -58,6 +61,7 @@ def test_modes(design: str, keywords: dict[str, float], frequencies: tuple[float
     np.testing.assert_allclose(mode_frequencies(DESIGNS[design](**keywords), 6e-3), frequencies, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
     """Against the two degrees of freedom written by hand: motor angle and stroke."""
     model = DESIGNS["ema_fise"]()
@@ -109,6 +113,7 @@ def test_channels_of_a_stiff_actuator() -> None:
     np.testing.assert_allclose(system.dc_gain, low.real, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:
     for name in ("validate", "validate_openings"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
