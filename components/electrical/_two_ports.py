@@ -106,7 +106,6 @@ class HBridge(TwoPort):
 
     def __init__(self, *, frequency: Scalar, Ron: Scalar = 0.0) -> None:
         self.Ron, self.pwm = Ron, PWM.of_frequency(frequency)
-        self.v1 = self.v2 = self.i1 = self.i2 = 0.0
         self.p1, self.n1, self.p2, self.n2, self.duty = Pin(), Pin(), Pin(), Pin(), Input()
 
     def connections(self) -> Connections:

@@ -105,7 +105,7 @@ def test_solenoid_valve_opens_and_closes() -> None:
     lift = -L / R * math.log(1.0 - flux / (L * V / R))
     np.testing.assert_allclose(times_of(solution, "parts[2].stop.lift_low")[0], lift, atol=1e-8)
     full = 0.61 * 2e-6 * math.sqrt(2.0 * 1e6 / 850.0)
-    np.testing.assert_allclose(solution.parts[2].valve.q, [full, 0.0], rtol=1e-8, atol=1e-18)
+    np.testing.assert_allclose(solution.parts[2].valve.q, [full, 0.0], rtol=1e-8, atol=1e-12 * full)
     assert len(times_of(solution, "parts[2].stop.impact_high")) == 1
 
 
