@@ -3,7 +3,7 @@
 import contextlib
 import contextvars
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 
 class ModelError(Exception):
@@ -46,6 +46,11 @@ def complain(error: ModelError) -> None:
     if found is None:
         raise error
     found.append(error)
+
+
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """Names joined by commas, the first `most` of them."""
+    return ", ".join(names[:most]) + (f", and {len(names) - most} more" if len(names) > most else "")
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -7,14 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._reduce.states import nominal_of
-from .constraints import STATE, find, loose_basis
+from .constraints import TOLERANCE, find, loose_basis
 from .plan import Pair
 from .starts import Inputs
 from .system import System
-
-GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
-TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 
 
 def apart_pairs(system: System, given: frozenset[int]) -> list[Pair]:
@@ -47,7 +43,7 @@ class Apart:
         sizes, before = constraints.sizes, self._lack(x, self.inputs)
         start = x
         if len(x):
-            weight = np.where(self.given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+            weight = constraints.weights(self.given)
             z = jax.lax.stop_gradient(x / sizes)
             held = jax.lax.stop_gradient(self.inputs)
             residual = lambda z: self._residual(sizes * z, held)  # noqa: E731
@@ -67,9 +63,7 @@ class Apart:
         """What the unknowns differ from their start values by, relative to their sizes."""
         system = self.system
         wanted = system.start_values(inputs, self.pairs)
-        sizes = np.concatenate(
-            [np.full(system.plan.size(pair[0]), nominal_of(system.ordered.table, pair)) for pair in self.pairs]
-        )
+        sizes = system.sizes_of(self.pairs)
         ordinary = system.solved or system
         values = ordinary.collected(self.t0, x[system.constraints.states], inputs, self.pairs)
         return (values - wanted) / (sizes + jnp.abs(wanted))

@@ -95,20 +95,22 @@ def _tear_indices(program: Program) -> range:
 def _linear(program: Program, known: Known) -> list[Any]:
     """Eliminate the steps symbolically; what is left is a small system for the tearing variables, A x + b = 0."""
     indices = list(_tear_indices(program))
-    unknowns = _substitute(program, known, {i: Affine(None, {i: 1.0}) for i in indices})
-    rows = [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
+    unknowns, rows = _symbolic(program, known)
     solution = _eliminated([[row.terms.get(i) for i in indices] for row in rows], [row.base for row in rows])
     return [_inserted(value, dict(zip(indices, solution, strict=True))) for value in unknowns]
 
 
+def _symbolic(program: Program, known: Known) -> tuple[list[Affine], list[Affine]]:
+    """The unknowns and the residuals as affine functions of the tearing variables."""
+    unknowns = _substitute(program, known, {i: Affine(None, {i: 1.0}) for i in _tear_indices(program)})
+    return unknowns, [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
+
+
 def tear_matrix(program: Program, known: Known) -> Any:
     """The square matrices, stacked, of the linear equations that determine the tearing variables."""
-    indices = _tear_indices(program)
     if not program.is_elementwise:
         return _dense_system(program, known)[0][None]
-    unknowns = _substitute(program, known, {i: Affine(None, {i: 1.0}) for i in indices})
-    rows = [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
-    shape = program.shapes[0]
+    rows, shape, indices = _symbolic(program, known)[1], program.shapes[0], _tear_indices(program)
     entries = [[jnp.broadcast_to(computed(row.terms.get(i, 0.0)), shape) for i in indices] for row in rows]
     return jnp.moveaxis(jnp.array(entries).reshape(len(rows), len(rows), -1), -1, 0)
 

@@ -25,6 +25,8 @@ EXACT, CLOSE = 1e-14, 1e-9  # violation of a constraint, relative to its size, t
 MOST = 50  # iterations
 SHARES = 0.25 ** np.arange(6)  # of a step of Newton's method that are tried
 LOOSE = 1e-8  # singular value, relative to the largest, below which a constraint does not count
+GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
+TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 STATE = 1e-6  # how much less than a dependent variable a state yields
 
 
@@ -47,6 +49,10 @@ class Constraints:
     @ft.cached_property
     def is_state(self) -> np.ndarray:
         return np.isin(np.arange(len(self.sizes)), self.states)
+
+    def weights(self, held: np.ndarray | bool = False, of_held: float = GIVEN) -> np.ndarray:
+        """How easily elements of x move: dependent variables freely, states little, and those that are `held` least."""
+        return np.where(held, of_held, np.where(self.is_state, STATE, 1.0))
 
     def residuals(self, x: Float[Array, " elements"], t: Any, params: Packed) -> Any:
         """All g(x), in the order of `names`."""

@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .apart import GIVEN, TOLERANCE, Apart, apart_pairs
-from .constraints import STATE
+from .apart import Apart, apart_pairs
+from .constraints import TOLERANCE
 from .starts import Inputs
 from .system import System
 
@@ -35,7 +35,7 @@ def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tu
     """The start point moved onto the constraints."""
     constraints = system.constraints
     x0 = start_point(system, inputs)
-    weight = np.where(given, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+    weight = constraints.weights(given)
 
     def project(x: Any, _: None) -> tuple[Any, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None

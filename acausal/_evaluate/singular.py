@@ -46,5 +46,6 @@ def _singular(program: Program, known: Known) -> Any:
         return tear_matrix(program, Known(params, values, known.time))
 
     plain, changed = jax.vmap(matrix)(jnp.array([0.0, CHANGE]))
-    size, changed_size = (jnp.abs(jnp.linalg.det(item)) for item in (plain, changed))
-    return jnp.any(changed_size > GROWTH * size)
+    # Logarithms, since the determinant of a large block may be too large or small for a number.
+    size, changed_size = (jnp.linalg.slogdet(item)[1] for item in (plain, changed))
+    return jnp.any(changed_size - size > np.log(GROWTH))

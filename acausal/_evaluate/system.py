@@ -20,7 +20,7 @@ from .._reduce.index import Reduced
 from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
-from .constraints import STATE, Constraints, constraints_of, placed
+from .constraints import Constraints, constraints_of, placed
 from .happenings import Happenings, happenings_of
 from .packing import discrete_start, packed
 from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
@@ -123,8 +123,12 @@ class System:
     def nominals(self) -> np.ndarray:
         """The nominal size of each element of the state vector."""
         pairs = [*((v, 0) for v, _ in self.states), *self.algebraic]
+        return self.sizes_of(pairs)
+
+    def sizes_of(self, pairs: Sequence[Pair]) -> np.ndarray:
+        """The nominal size of each element of pairs."""
         sizes = [np.full(self.plan.size(pair[0]), nominal_of(self.ordered.table, pair)) for pair in pairs]
-        return np.concatenate(sizes) if sizes else np.zeros(0)
+        return np.concatenate([np.zeros(0), *sizes])
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
@@ -304,8 +308,7 @@ class System:
             return y
         invariants = self.invariants
         x = self.collected(t, y, inputs, invariants.pairs)
-        weight = np.where(invariants.is_state, STATE, 1.0)
-        moved = invariants.projected(x, weight, t, inputs.params)
+        moved = invariants.projected(x, invariants.weights(), t, inputs.params)
         return placed(y, invariants.in_state_vector, moved[invariants.states])
 
     def evaluate_all(self, t: Any, y: Any, inputs: Inputs) -> Store:
@@ -341,15 +344,15 @@ class System:
 
     def start_values(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
         """The start values of pairs one after the other; zero for a derivative."""
-        values = self.starts.values(inputs, self._nodes(pairs))
-        is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
-        return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
+        return self._without_rates(self.starts.values(inputs, self._nodes(pairs)), pairs)
 
     def start_spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
         """How far apart the start values are that are given for the aliases of pairs; zero for a derivative."""
-        spreads = self.starts.spreads(inputs, self._nodes(pairs))
+        return self._without_rates(self.starts.spreads(inputs, self._nodes(pairs)), pairs)
+
+    def _without_rates(self, values: Any, pairs: Sequence[Pair]) -> Any:
         is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
-        return jnp.where(is_rate, 0.0, spreads)
+        return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
 
     def _nodes(self, pairs: Sequence[Pair]) -> list[int]:
         return [int(self.ordered.table.variables[v]) for v, _ in pairs]

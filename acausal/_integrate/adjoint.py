@@ -1,6 +1,7 @@
 """Differentiation of the loop over the steps, in both modes."""
 
 import functools as ft
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -29,28 +30,27 @@ class BothModes(diffrax.DirectAdjoint):
 
 
 def nested_loop(cond: Callable[..., Any], body: Callable[..., Any], init: Any, *, max_steps: int, buffers: Any) -> Any:
-    """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of up to `BASE` rounds.
+    """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of `BASE` rounds.
 
     Reverse mode keeps the state before each of the innermost loops. Where there is too much of it, as when every step
     is saved, it keeps fewer, and computes more of them again.
     """
+    levels = next(n for n in itertools.count(1) if BASE**n >= max_steps)
     saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))
-    copies = saved * math.ceil(max_steps / BASE)
+    is_much = saved * math.ceil(max_steps / BASE) > HELD
 
     def goes_on(counted: Any) -> Any:
         return (counted[0] < max_steps) & cond(counted[1])
 
-    def run(counted: Any, most: int) -> Any:
-        if most == 1:
+    def run(counted: Any, level: int) -> Any:
+        if level == 0:
             return counted[0] + 1, body(counted[1])
-        shorter = math.ceil(most / BASE) if most > BASE else 1
-        inner = ft.partial(run, most=shorter)
-        if shorter == BASE or (shorter > BASE and copies > HELD):
+        inner = ft.partial(run, level=level - 1)
+        if level == 2 or (level > 2 and is_much):
             inner = jax.checkpoint(inner, prevent_cse=False)
-        rounds = math.ceil(most / shorter)
         return eqxi.while_loop(
-            goes_on, inner, counted, max_steps=rounds, base=max(rounds, 2), kind="bounded",
+            goes_on, inner, counted, max_steps=BASE, base=BASE, kind="bounded",
             buffers=lambda counted: buffers(counted[1]),
         )  # fmt: skip
 
-    return run((0, init), BASE ** math.ceil(math.log(max(max_steps, 2), BASE)))[1]
+    return run((0, init), levels)[1]

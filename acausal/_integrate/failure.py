@@ -15,11 +15,10 @@ from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .result import Result, sentence
+from .run import NEAR
 from .solution import Solution
 from .stepping import read_leaves
 from .switching import Switches
-
-SOON = 1e-9  # of the time that has passed: events that come within it have stopped the run
 
 
 def report_failure(solution: Solution) -> Solution:
@@ -100,7 +99,7 @@ def _singular_after_event(solution: Solution) -> str | None:
     switches = Switches(system, system.happenings, read, None)
     span = jnp.abs(t - solution._start[0])
     none = jnp.zeros(system.happenings.total, bool)
-    settled = switches.settle(t, y, switches.margins(t, y, inputs) > 0, none, SOON * span, inputs)
+    settled = switches.settle(t, y, switches.margins(t, y, inputs) > 0, none, NEAR * span, inputs)
     pair = system.first_not_finite(t, settled.y, inputs)
     if pair is None or not np.any(settled.fired):
         return None

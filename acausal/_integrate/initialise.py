@@ -11,8 +11,8 @@ import numpy as np
 
 from .._declare.component import Component, Equation
 from .._declare.layout import complete_leaves, with_leaves
-from .._errors import ModelError, SimulationError, suggestion
-from .._evaluate.constraints import CLOSE, STATE
+from .._errors import ModelError, SimulationError, listed, suggestion
+from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import constrained_names, given_pairs, start_point
 from .._evaluate.observe import observe, observe_with_rates
 from .._evaluate.starts import Inputs
@@ -136,7 +136,7 @@ def _solve(
     inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
     easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
     fixed = given_pairs(system, dataclasses.replace(inputs, given=problem.fixed))
-    weight = np.where(fixed, 0.0, np.where(constraints.is_state, STATE, 1.0))
+    weight = constraints.weights(fixed, 0.0)
 
     def residual(x: Any, numbers: Any) -> Any:
         inputs, params, t0 = numbers
@@ -187,19 +187,19 @@ def _contradiction(problem: Problem, found: Found) -> str:
     if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(slopes)):
         bad = [name for name, value in zip(names, residual, strict=True) if not np.isfinite(value)]
         return (
-            f"No start values were found: {_listed(bad or names)} became infinite or not a number. Remedy: better "
+            f"No start values were found: {listed(bad or names)} became infinite or not a number. Remedy: better "
             "first guesses, as start values with free=[...], or an `easier` model to start from."
         )
     missed = [names[i] for i in np.argsort(-np.abs(residual)) if abs(residual[i]) > CLOSE]
-    lines = [f"No start values satisfy the conditions. Not met: {_listed(missed)}."]
+    lines = [f"No start values satisfy the conditions. Not met: {listed(missed)}."]
     left, sizes, _ = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
     clashes = [vector for vector in left.T[rank:] if abs(vector @ residual) > CLOSE]
     for vector in clashes:
-        lines.append(f"  These depend on each other and contradict: {_listed([names[i] for i in _large(vector)])}.")
+        lines.append(f"  These depend on each other and contradict: {listed([names[i] for i in _large(vector)])}.")
     lines.append(
         "  Remedy: remove one of the conditions, or let start values move that are given"
-        + (f" (free=[...]): {_listed(_given_names(problem))}." if problem.fixed else ".")
+        + (f" (free=[...]): {listed(_given_names(problem))}." if problem.fixed else ".")
         if clashes
         else "  Remedy: better first guesses, as start values with free=[...], or an `easier` model to start from."
     )
@@ -238,14 +238,10 @@ def _check_determined(system: System, found: Found, fixed: np.ndarray) -> None:
     if open_ones:
         raise SimulationError(
             f"The conditions leave {len(right) - rank} of the start values undetermined, among these variables: "
-            f"{_listed(sorted(open_ones))}. Remedy: give their start values, add conditions, or leave out strict=True "
+            f"{listed(sorted(open_ones))}. Remedy: give their start values, add conditions, or leave out strict=True "
             "to keep them where they are."
         )
 
 
 def _large(vector: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.abs(vector) > 0.05 * np.max(np.abs(vector), initial=0.0))
-
-
-def _listed(names: Sequence[str], most: int = 12) -> str:
-    return ", ".join(names[:most]) + (f", and {len(names) - most} more" if len(names) > most else "")

@@ -8,9 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._evaluate.constraints import STATE, placed
+from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from .._evaluate.happenings import Happenings
-from .._evaluate.initial import GIVEN, TOLERANCE
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .solvers import Settled

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from .._errors import StructureError
+from .._errors import StructureError, listed
 from .aliases import Family, Merged
 from .dependent import FRACTIONS, MODULAR, PRIME, Row, dependencies, modular
 from .flatten import FlatModel
 from .incidence import Incidence, tabulate
-from .index import Reduced, fixed_rows, listed, reduce_index
-from .matching import match
+from .index import Reduced, fixed_rows, reduce_index
+from .matching import inverted, match, strong_components
 from .template import sum_template
 
 ROUNDS = 50
@@ -68,11 +66,8 @@ def _blocks(reduced: Reduced) -> Iterator[_Block]:
     top = table.order + reduced.differentiations[table.row] == reduced.orders[table.variable]
     own = top & table.matchable
     mate = match(table.row[own], table.variable[own], table.n_rows, table.n_variables)
-    solver = np.empty(table.n_variables, int)
-    solver[mate] = np.arange(table.n_rows)
-    user, provider = table.row[top], solver[table.variable[top]]
-    graph = coo_array((np.ones(len(user), np.int8), (user, provider)), shape=(table.n_rows,) * 2)
-    count, label = connected_components(graph, directed=True, connection="strong")
+    user, provider = table.row[top], inverted(mate, table.n_variables)[table.variable[top]]
+    count, label = strong_components(user, provider, table.n_rows)
     candidate = np.bincount(label[fixed_rows(table)], minlength=count) >= 2
     inside = np.flatnonzero(top)[(label[user] == label[provider]) & candidate[label[user]]]
     blocks: dict[int, dict[int, dict[int, int]]] = {}

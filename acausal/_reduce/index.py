@@ -5,10 +5,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from .._errors import StructureError, complain
+from .._errors import StructureError, complain, listed
 from .dependent import FRACTIONS, Row, dependencies
 from .incidence import Incidence
-from .matching import match, neighbours, reach
+from .matching import inverted, match, neighbours, reach
 
 
 @dataclasses.dataclass
@@ -58,8 +58,7 @@ def _differentiate(
     edges: list[list[tuple[int, int]]] = [[] for _ in range(len(counts))]
     for row, variable, k in zip(rows.tolist(), variables.tolist(), order.tolist(), strict=True):
         edges[row].append((variable, k))
-    partner = np.full(len(orders), -1)
-    partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
+    partner = inverted(mate, len(orders))
     for row in np.flatnonzero(mate < 0).tolist():
         while True:
             found, seen_rows, seen_variables = _augment(row, edges, counts, orders, partner)
@@ -107,8 +106,7 @@ def _check_solvable(table: Incidence) -> None:
     mate = match(rows, variables, table.n_rows, table.n_variables)
     if np.all(mate >= 0) and table.n_rows == table.n_variables:
         return
-    partner = np.full(table.n_variables, -1)
-    partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
+    partner = inverted(mate, table.n_variables)
     spare_rows = np.flatnonzero(mate < 0).tolist()
     spare_variables = np.flatnonzero(partner < 0).tolist()
     raise StructureError(_explanation(table, rows, variables, mate, partner, spare_rows, spare_variables))
@@ -163,10 +161,6 @@ def _hint(table: Incidence, under: set[int]) -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
-
-
-def listed(names: list[str], most: int = 12) -> str:
-    return ", ".join(names[:most]) + (f", and {len(names) - most} more" if len(names) > most else "")
 
 
 def fixed_rows(table: Incidence, *, with_rest: bool = False) -> np.ndarray:

@@ -3,8 +3,8 @@
 import itertools
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import maximum_bipartite_matching
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 
 def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> np.ndarray:
@@ -13,6 +13,19 @@ def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) ->
         return np.full(n_rows, -1)
     graph = csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n_rows, n_columns))
     return maximum_bipartite_matching(graph, perm_type="column").astype(int)
+
+
+def inverted(mate: np.ndarray, n_columns: int) -> np.ndarray:
+    """The row of each column in a matching, -1 for a column left over."""
+    partner = np.full(n_columns, -1)
+    partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
+    return partner
+
+
+def strong_components(users: np.ndarray, providers: np.ndarray, n_rows: int) -> tuple[int, np.ndarray]:
+    """How many strongly connected sets the rows form, of which some use what others provide, and that of each row."""
+    graph = coo_array((np.ones(len(users), np.int8), (users, providers)), shape=(n_rows, n_rows))
+    return connected_components(graph, directed=True, connection="strong")
 
 
 def neighbours(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[int]]:

@@ -5,13 +5,11 @@ import functools as ft
 import itertools
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .._errors import StructureError
 from .aliases import Family, Merged
 from .incidence import Incidence, tabulate
-from .matching import match
+from .matching import inverted, match, strong_components
 from .states import Chosen
 
 
@@ -125,11 +123,8 @@ def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int, invariants: l
     if np.any(mate[solves] < 0) or np.count_nonzero(solves) != n_unknowns:
         names = ", ".join(table.row_name(int(row)) for row in np.flatnonzero((mate < 0) & solves)[:5])
         raise StructureError(f"With the chosen states, no unknown is left for the equations {names}.")
-    solver_of = np.empty(n_unknowns, int)
-    solver_of[mate[solves]] = np.flatnonzero(solves)
-    user, provider = table.row[unknown], solver_of[column[unknown]]
-    graph = coo_array((np.ones(len(user), np.int8), (user, provider)), shape=(table.n_rows,) * 2)
-    count, label = connected_components(graph, directed=True, connection="strong")
+    user, provider = table.row[unknown], inverted(mate, n_unknowns)[column[unknown]]
+    count, label = strong_components(user, provider, table.n_rows)
     level = _levels(label[user], label[provider], count)
     rows: list[list[int]] = [[] for _ in range(count)]
     for row in np.flatnonzero(solves).tolist():

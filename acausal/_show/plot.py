@@ -56,7 +56,7 @@ def plot_events(times: np.ndarray, names: list[str], ax: Any) -> Any:
         marks = times[np.array(names) == row]
         ax.plot(marks, np.full(len(marks), i), "|", markersize=12, color="black")
     ax.set_yticks(range(len(rows)), rows)
-    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.set_ylim(max(len(rows), 1) - 0.5, -0.5)
     ax.set_xlabel("time [s]")
     ax.grid(alpha=0.3)
     return ax

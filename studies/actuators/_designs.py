@@ -158,7 +158,7 @@ def ehs_sticking(
 ) -> StickingActuator:
     """The electrohydraulic actuator with dry friction, which keeps it from moving for some time.
 
-    The thesis measured 30 ms without motion, for which it gives no model. These numbers are one that yields them: the
+    The thesis measured 30 ms without motion, for which it gives no model. These numbers are one way to get them: the
     voltage rises for the time `ramp` in s (`None`: at once) and the shaft breaks away at the torque `break_away` in
     N.m. With `width` in rad/s the friction is smoothed over this speed, else the shaft sticks. `others` go to
     `ehs_maxon`.

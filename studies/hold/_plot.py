@@ -29,7 +29,7 @@ def plot_runs(runs: Mapping[str, Solution]) -> Figure:
     views = (
         ("the whole hold", "time [s]", 0.0, 1.0, 0.0, DURATION),
         ("opening", "time [ms]", 0.0, 1e3, 0.0, 0.3),
-        (f"top-up at {top_up:.2f} s", "time since its begin [ms]", top_up, 1e3, -BEFORE, AFTER),
+        (f"top-up at {top_up:.2f} s", "time since its start [ms]", top_up, 1e3, -BEFORE, AFTER),
     )
     for column, (title, label, origin, scale, left, right) in zip(panels.T, views, strict=True):
         for panel, (signal, _, unit) in zip(column, SIGNALS, strict=True):

@@ -3,6 +3,7 @@
 from fractions import Fraction
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from _models import rc
@@ -121,6 +122,28 @@ class Twice(Component):
 def test_contradiction_names_the_equations() -> None:
     with pytest.raises(StructureError, match=r"repeat or contradict(?s:.)*one, two"):
         build(Twice())
+
+
+class Mirrored(Component):
+    """Two sums of rates that say the same of x and y, without a combination of fixed equations that shows it."""
+
+    x: Var[Scalar, "1"] = 0.0
+    y: Var[Scalar, "1"] = 0.0
+    a: Var[Scalar, "1"] = 0.0
+    b: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Any) -> Equations:
+        return dict(
+            one=eq(d.x + d.y, self.a, check_units=False),
+            two=eq(d.x + d.y, self.b, check_units=False),
+            left=eq(self.a, -jnp.sin(self.x)),
+            right=eq(self.b, -jnp.sin(self.y)),
+        )
+
+
+def test_equations_that_cannot_be_rewritten_are_refused() -> None:
+    with pytest.raises(StructureError, match="Equations cancel"):
+        simulate(Mirrored(), 1.0)
 
 
 def test_what_does_not_cancel_is_left_as_it_is() -> None:

@@ -104,6 +104,9 @@ def test_plots_show_the_events(bounced: Any) -> None:
     rows = bounced.events.plot()
     assert [label.get_text() for label in rows.get_yticklabels()] == ["impact"]
     np.testing.assert_allclose(rows.get_lines()[0].get_xdata(), impacts(0.8, 6), rtol=1e-12)
+    none = simulate(Ball(), 0.1).events
+    assert len(none) == 0
+    assert not none.plot().get_lines()
     (heights,) = bounced.plot("h")
     assert len(heights.get_lines()) == 1 + 6  # the curve, and a line at each impact
     plt.close("all")

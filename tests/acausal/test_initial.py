@@ -52,6 +52,14 @@ def test_algebraic_variables_have_the_values_they_are_given() -> None:
     np.testing.assert_allclose(start.first.v, 1.5, rtol=1e-9)
 
 
+def test_given_values_may_repeat_what_others_say() -> None:
+    """The spring's length follows from the two ends; what else is given still counts."""
+    model = chain(spring__s_rel=0.2, first__a__s=0.1, second__a__s=0.3, damper__f=6.0)
+    start = simulate(model, 0.1, save="dense").at(0.0)
+    np.testing.assert_allclose([start.first.a.s, start.second.a.s, start.spring.s_rel], [0.1, 0.3, 0.2], rtol=1e-12)
+    np.testing.assert_allclose(start.damper.f, 6.0, rtol=1e-9)
+
+
 def test_derivative_with_respect_to_the_value_of_an_algebraic_variable() -> None:
     """The first mass stays where it is given to be, so that the second one has to go."""
 

@@ -1,0 +1,50 @@
+"""The loop over the steps, and their sizes."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal._integrate import adjoint
+from acausal._integrate.adjoint import nested_loop
+from acausal._integrate.controller import PER_OCTAVE, on_grid
+
+
+def squared(x: Any, n: Any, max_steps: int) -> Any:
+    """x + x^2 + x^3 + ... by n rounds: sums and products that reverse mode has to go back through."""
+
+    def body(carry: Any) -> Any:
+        k, power, total = carry
+        return k + 1, power * x, total + power * x
+
+    start = (jnp.asarray(0), jnp.asarray(1.0), jnp.asarray(0.0))
+    return nested_loop(lambda c: c[0] < n, body, start, max_steps=max_steps, buffers=lambda c: ())
+
+
+@pytest.mark.parametrize("max_steps", [1, 10, 16, 17, 100, 300])
+def test_loop_stops_by_its_condition_or_its_limit(max_steps: int) -> None:
+    for n in (0, 1, 15, 16, 17, 40, 299, 1000):
+        assert squared(0.5, n, max_steps)[0] == min(n, max_steps)
+
+
+@pytest.mark.parametrize("held", [adjoint.HELD, -1])
+def test_derivatives_of_the_loop(held: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In both modes, with copies of the state kept on all levels or on the lowest one."""
+    monkeypatch.setattr(adjoint, "HELD", held)
+    x, n = 0.9, 270
+    powers = np.arange(1, n + 1)
+    expected = np.sum(powers * x ** (powers - 1.0))
+    for mode in (jax.jacfwd, jax.grad):
+        np.testing.assert_allclose(jax.jit(mode(lambda x: squared(x, n, 300)[2]))(x), expected, rtol=1e-12)
+
+
+def test_step_sizes_lie_on_a_grid() -> None:
+    sizes = np.geomspace(1e-12, 1e3, 101)
+    got = np.array([float(on_grid(0.0, size)) for size in sizes])
+    steps = PER_OCTAVE * np.log2(got)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    assert np.all(np.abs(np.log2(got / sizes)) <= 0.5 / PER_OCTAVE + 1e-9)
+    # What differs by rounding comes out the same.
+    assert np.all([float(on_grid(0.0, size * (1.0 + 1e-12))) for size in sizes] == got)
