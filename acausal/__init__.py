@@ -27,8 +27,10 @@ from ._declare.component import Connections as Connections
 from ._declare.component import Energy as Energy
 from ._declare.component import Equations as Equations
 from ._declare.component import Events as Events
+from ._declare.component import at as at
 from ._declare.component import connect as connect
 from ._declare.component import eq as eq
+from ._declare.component import kink as kink
 from ._declare.component import when as when
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record

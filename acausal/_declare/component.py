@@ -33,7 +33,22 @@ class When(NamedTuple):
     changes: dict[str, Any]
 
 
-Events: TypeAlias = dict[str, When]
+class At(NamedTuple):
+    """An event at known times, and after each of them again in equal intervals where `every` is given."""
+
+    time: Any
+    every: Any
+    changes: dict[str, Any]
+
+
+class Kink(NamedTuple):
+    """A place at which equations bend: where `value` passes zero."""
+
+    value: Any
+
+
+Event: TypeAlias = When | At | Kink
+Events: TypeAlias = dict[str, Event]
 
 
 def when(condition: Any, **changes: Any) -> When:
@@ -44,6 +59,24 @@ def when(condition: Any, **changes: Any) -> When:
     of discrete variables and of variables of the component, by name, computed from the values before the event.
     """
     return When(condition, changes)
+
+
+def at(time: Any, *, every: Any = None, **changes: Any) -> At:
+    """State what happens at a time in s that parameters and discrete variables tell: steps end there.
+
+    `time` is one time or an array of them; with `every`, each comes again after this interval, without end. What was
+    due before the start of a run happens at its start. Without `changes`, it tells of times at which equations change,
+    such as the knots of a profile: `at(self.times)`.
+    """
+    return At(time, every, changes)
+
+
+def kink(value: Any) -> Kink:
+    """State that equations bend, but do not jump, where `value` passes zero, as in `kink(self.u.value - self.u_max)`.
+
+    Steps end there, so that neither the solution nor its derivatives lose accuracy.
+    """
+    return Kink(value)
 
 
 class Connection(NamedTuple):

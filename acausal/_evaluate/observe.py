@@ -1,6 +1,6 @@
 """Values of a model's leaves at a point of the solution."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jax
@@ -8,17 +8,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from .affine import computed, times
-from .plan import Pair
+from .plan import Pair, Store
 from .system import Inputs, System
 
 
 def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:
     """The values of variable leaves, given by their number, at time `t` and state `y`."""
-    wanted: set[Pair] = set()
-    for leaf in leaves:
-        wanted |= {pair for pair, _ in _pairs(system, leaf) if pair is not None}
-    store = system.evaluate(t, y, inputs, sorted(wanted))
-    return [_leaf_value(system, store, leaf, t) for leaf in leaves]
+    store = system.evaluate(t, y, inputs, pairs_of(system, leaves))
+    return [leaf_value(system, store, leaf, t) for leaf in leaves]
+
+
+def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
+    """What has to be computed for the values of variable leaves."""
+    found = {pair for leaf in leaves for pair, _ in _pairs(system, leaf) if pair is not None}
+    return sorted(found)
 
 
 def observe_with_rates(
@@ -35,7 +38,8 @@ def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
     return [system.pair_of_node(flat_leaf.first + i) for i in range(flat_leaf.count)]
 
 
-def _leaf_value(system: System, store: Any, leaf: int, t: Any) -> Any:
+def leaf_value(system: System, store: Store, leaf: int, t: Any) -> Any:
+    """The value of a variable leaf, from what was computed at a point."""
     flat_leaf = system.flat.leaves[leaf]
     pairs = _pairs(system, leaf)
     known = [pair for pair, _ in pairs if pair is not None]

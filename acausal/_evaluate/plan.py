@@ -235,7 +235,7 @@ def group_residuals(group: Group, store: Store, packed: Packed) -> list[Any]:
 
 def over_members(group: Group, store: Store, packed: Packed, function: Any, extra: list[Any]) -> list[Any]:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
-    params = [_picked(packed[key], m) for key, m in zip(group.program.params, group.members, strict=True)]
+    params = [picked(packed[key], m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
     def one(params: list[Any], values: list[Any], extra: list[Any]) -> list[Any]:
@@ -244,7 +244,7 @@ def over_members(group: Group, store: Store, packed: Packed, function: Any, extr
     return jax.vmap(one, axis_size=len(group.uses))(params, values, extra)
 
 
-def _picked(stacked: Any, members: np.ndarray) -> Any:
+def picked(stacked: Any, members: np.ndarray) -> Any:
     array = jnp.stack(stacked) if isinstance(stacked, tuple) else stacked
     if np.array_equal(members, np.arange(len(array))):
         return array

@@ -21,7 +21,8 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .constraints import Constraints, constraints_of, placed
-from .happenings import Happenings, happenings_of
+from .events import EventSet, events_of
+from .instants import EquationInstants, equation_instants
 from .packing import discrete_start, packed
 from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
@@ -170,7 +171,7 @@ class System:
     @ft.cached_property
     def _used_params(self) -> list[tuple[int, int]]:
         groups = self.plan.groups + self.residuals + self.constraints.groups
-        return sorted({key for group in groups for key in group.program.params})
+        return sorted({key for group in groups for key in group.program.params} | self.instants.keys)
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
@@ -178,11 +179,17 @@ class System:
 
     def vector_field(self, t: Any, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
         """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
+        return self.vector_field_and_store(t, y, inputs, [])[0]
+
+    def vector_field_and_store(
+        self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair]
+    ) -> tuple[Float[Array, " n"], Store]:
+        """The vector field, and what was computed for it and for further pairs."""
         rates = [(variable, order + 1) for variable, order in self.states]
         also = {segment for group in self.residuals for segment in group.depends}
-        store = self.evaluate(t, y, inputs, rates, also)
+        store = self.evaluate(t, y, inputs, [*rates, *wanted], also)
         residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
-        return jnp.concatenate([self.plan.collect(store, rates), *residuals])
+        return jnp.concatenate([self.plan.collect(store, rates), *residuals]), store
 
     def evaluate(self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
         """Compute the wanted pairs, and further segments.
@@ -194,15 +201,27 @@ class System:
         return self.plan.evaluate(y[:n], t, self.with_discrete(inputs, y).params, guess, wanted, also)
 
     @ft.cached_property
-    def happenings(self) -> Happenings | None:
-        """The events of the model."""
-        return happenings_of(self.flat)
+    def events(self) -> EventSet | None:
+        """The events that components state."""
+        return events_of(self.flat, self.time_leaves)
+
+    @ft.cached_property
+    def instants(self) -> EquationInstants:
+        """The times at which equations change their law."""
+        return equation_instants(self.flat, self.merged)
+
+    @ft.cached_property
+    def time_leaves(self) -> frozenset[int]:
+        """The leaves that are the time."""
+        leaf_of, timed = self.flat.leaf_of_node, self.merged.representative == TIME
+        others = set(leaf_of[~timed | (self.merged.sign != 1)].tolist())
+        return frozenset(set(leaf_of[timed].tolist()) - others)
 
     @ft.cached_property
     def discrete_places(self) -> dict[int, np.ndarray]:
         """Where the elements of the discrete leaves lie in the extended state vector, after states and memory."""
         places, start = {}, len(self.nominals) + self.memory_size
-        for index in self.flat.discrete_leaves if self.happenings else []:
+        for index in self.flat.discrete_leaves if self.events else []:
             leaf = self.flat.leaves[index]
             places[index] = start + np.arange(math.prod(leaf.stack + leaf.sizes))
             start += len(places[index])

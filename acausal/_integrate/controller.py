@@ -1,31 +1,91 @@
-"""Step sizes that do not follow errors of rounding."""
+"""Step sizes: from the error, on a grid, and up to the next thing that is known to happen."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import diffrax
+import equinox as eqx
+import jax
 import jax.numpy as jnp
+
+from .state_vector import StateVector
 
 PER_OCTAVE = 4
 
 
-class GriddedSteps(diffrax.PIDController):
-    """Step sizes rounded to powers of 2^(1/4).
+class Control(NamedTuple):
+    """What is carried from step to step: `wish`, how long the next step would be but for what happens before its end,
+    and the error of the last step, in tolerances, part by part.
+    """
+
+    inner: Any
+    wish: Any
+    error: Any
+
+
+class Steps(diffrax.PIDController):
+    """Step sizes rounded to powers of 2^(1/4), and cut short where something is known to happen.
 
     Reverse mode computes steps once more, with other rounding than the first time, and its derivative is that of the
     run only if they are the same steps. A step size that varies in its last digits with the error estimate would go
     astray; on a grid it comes out the same, but for the rare one that lies half-way between two of its points.
     """
 
-    def init(self, terms: Any, t0: Any, *others: Any, **named: Any) -> Any:
-        t1, state = super().init(terms, t0, *others, **named)
-        return on_grid(t0, t1), state
+    layout: StateVector = eqx.field(kw_only=True, static=True)
+    shortest: Any = eqx.field(kw_only=True)  # step that errors may ask for
 
-    def adapt_step_size(self, *args: Any, **named: Any) -> Any:
-        keep, t0, t1, jump, state, result = super().adapt_step_size(*args, **named)
-        return keep, t0, on_grid(t0, t1), jump, state, result
+    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, *others: Any, **named: Any) -> Any:
+        first, state = super().init(terms, t0, t1, y0, *others, **named)
+        wish = _on_grid(first - t0)
+        return self._up_to_instant(t0, t0 + wish, y0), Control(state, wish, jnp.zeros_like(y0))
+
+    def adapt_step_size(
+        self, t0: Any, t1: Any, y0: Any, y1_candidate: Any, args: Any, y_error: Any, error_order: Any,
+        controller_state: Control,
+    ) -> Any:  # fmt: skip
+        # What is not finite is a step that failed, and must not become a step size.
+        has_failed = ~(jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate))))
+        error = jnp.where(has_failed, jnp.inf, jnp.abs(y_error))
+        y1 = jnp.where(jnp.isfinite(y1_candidate), y1_candidate, y0)
+        keep, next_t0, next_t1, jump, inner, result = super().adapt_step_size(
+            t0, t1, y0, y1, args, error, error_order, controller_state.inner
+        )
+        wish = _on_grid(next_t1 - next_t0)
+        # A step that was cut short says little of how long the next one may be.
+        wish = jnp.where(keep & (t1 - t0 < controller_state.wish), jnp.maximum(wish, controller_state.wish), wish)
+        wish = jax.lax.stop_gradient(wish)
+        result = diffrax.RESULTS.where(wish < self.shortest, diffrax.RESULTS.dt_min_reached, result)
+        scale = jnp.abs(y0) * self.rtol + self.atol
+        control = Control(inner, wish, jax.lax.stop_gradient(error / scale))
+        if not self.layout.has_status:
+            return keep, next_t0, next_t0 + wish, jump, control, result
+        cut = y1_candidate[self.layout.cut]
+        is_cut = keep & (cut < jnp.inf)
+        has_ended = keep & ~is_cut & (y1_candidate[self.layout.outcome] != 0)
+        result = diffrax.RESULTS.where(has_ended, diffrax.RESULTS.event_occurred, result)
+        next_t0 = jnp.where(is_cut, t0, jnp.where(keep, y1_candidate[self.layout.moment], t0))
+        status = jnp.where(keep & ~is_cut, y1_candidate, y0)
+        next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0, next_t0 + wish, status))
+        return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
+
+    def _up_to_instant(self, t0: Any, t1: Any, y: Any) -> Any:
+        """The end of a step, if nothing is known to happen before."""
+        if not self.layout.has_status:
+            return t1
+        return jnp.minimum(t1, y[self.layout.next_instant])
 
 
-def on_grid(t0: Any, t1: Any) -> Any:
-    """The end of a step that begins at t0 and is to end about t1."""
-    width = jnp.maximum(t1 - t0, jnp.finfo(jnp.float64).tiny)
-    return t0 + jnp.exp2(jnp.round(PER_OCTAVE * jnp.log2(width)) / PER_OCTAVE)
+def core_norm(layout: StateVector) -> Callable[[Any], Any]:
+    """The root mean square of what is integrated; what is only carried along has no error."""
+
+    def norm(error: Any) -> Any:
+        core = error if len(error) == layout.n_core else layout.core(error)
+        return jnp.sqrt(jnp.mean(core**2))
+
+    return norm
+
+
+def _on_grid(width: Any) -> Any:
+    """The nearest step size on the grid."""
+    width = jnp.maximum(width, jnp.finfo(jnp.float64).tiny)
+    return jnp.exp2(jnp.round(PER_OCTAVE * jnp.log2(width)) / PER_OCTAVE)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._tracing import is_traced
-from .solvers import Record
+from .record import Record
 
 
 class EventLog(eqx.Module):

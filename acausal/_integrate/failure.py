@@ -1,6 +1,5 @@
 """What to raise for a run that failed: where, when and what to do."""
 
-import functools as ft
 from typing import Any
 
 import equinox as eqx
@@ -15,10 +14,8 @@ from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .result import Result, sentence
-from .run import NEAR
+from .run_events import tick
 from .solution import Solution
-from .stepping import read_leaves
-from .switching import Switches
 
 
 def report_failure(solution: Solution) -> Solution:
@@ -64,8 +61,6 @@ def _error(solution: Solution) -> Exception:
         )
     t, y = solution._end
     where = f"At t = {float(t):.6g} s: "
-    if result == Result.events_accumulate and (text := _singular_after_event(solution)) is not None:
-        return SimulationError(where + text)
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
     if result == Result.undetermined:
@@ -77,37 +72,26 @@ def _error(solution: Solution) -> Exception:
     culprit = _first_not_finite(solution)
     if culprit is not None:
         name = system.ordered.table.variable_name(*culprit)
-        return SimulationError(
-            f"{where}{sentence(Result.not_finite)} The first one is {name}.{about_block(system, culprit)}"
-        )
+        after = _events_at(solution, float(t))
+        said = f"After {after}, {name} is infinite or not a number." if after else ""
+        said = said or f"{sentence(Result.not_finite)} The first one is {name}."
+        return SimulationError(f"{where}{said}{about_block(system, culprit)}")
     state = dict(zip(system.state_names, np.asarray(y).tolist(), strict=False))
     return SimulationError(f"{where}{sentence(result)} The state is {state}.")
 
 
 def _last_events(solution: Solution) -> str:
     """The different ones among the last events of a run."""
-    culprit = int(solution._culprit)
-    names = [*solution.events.names[-8:], *([solution.events.labels[culprit]] if culprit >= 0 else [])]
-    return ", ".join(dict.fromkeys(names)) or "those at the start"
+    return ", ".join(dict.fromkeys(solution.events.names[-8:])) or "those at the start"
 
 
-def _singular_after_event(solution: Solution) -> str | None:
-    """What to say where the events that come next leave equations without a solution."""
-    system, (t, y), inputs = solution.system, solution._end, solution._inputs
-    assert system.happenings is not None
-    read = ft.partial(read_leaves, system, solution._params)
-    switches = Switches(system, system.happenings, read, None)
-    span = jnp.abs(t - solution._start[0])
-    none = jnp.zeros(system.happenings.total, bool)
-    settled = switches.settle(t, y, switches.margins(t, y, inputs) > 0, none, NEAR * span, inputs)
-    pair = system.first_not_finite(t, settled.y, inputs)
-    if pair is None or not np.any(settled.fired):
-        return None
-    names = ", ".join(
-        label for label, fired in zip(solution.events.labels, np.asarray(settled.fired), strict=True) if fired
-    )
-    name = system.ordered.table.variable_name(*pair)
-    return f"After the event {names}, {name} is infinite or not a number.{about_block(system, pair)}"
+def _events_at(solution: Solution, t: float) -> str:
+    """The events at one instant, empty if there were none."""
+    if solution.system.events is None:
+        return ""
+    log = solution.events
+    names = [name for time, name in zip(np.asarray(log.times), log.names, strict=False) if abs(time - t) <= tick(t)]
+    return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
 
 
 def about_block(system: System, pair: Pair) -> str:

@@ -1,6 +1,7 @@
 """What a run is compiled for, and the numbers that it is called with."""
 
 import dataclasses
+import functools as ft
 from typing import Any
 
 import diffrax
@@ -8,6 +9,7 @@ import jax
 
 from .._evaluate.system import System
 from .quantity import Quantity
+from .state_vector import StateVector
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,32 +30,33 @@ class Settings:
     progress: diffrax.AbstractProgressMeter
 
     @property
-    def n_states(self) -> int:
-        """The length of the state vector with the memory and the discrete variables that follow it."""
-        return self.system.extended_size
-
-    @property
-    def n_switched(self) -> int:
-        """What events change besides states: the discrete variables, the energies lost, and a flag."""
+    def has_events(self) -> bool:
+        """Whether anything can happen in the run."""
         system = self.system
-        if system.happenings is None:
-            return 0
-        return 1 + self.n_losses + system.extended_size - len(system.nominals) - system.memory_size
+        return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
-    @property
-    def n_losses(self) -> int:
-        """Energies lost at events, one for each."""
-        happenings = self.system.happenings
-        return 0 if self.stored is None or happenings is None else happenings.total
+    @ft.cached_property
+    def layout(self) -> StateVector:
+        """The vector that is stepped."""
+        system, events = self.system, self.system.events
+        n = len(system.nominals)
+        return StateVector(
+            n_states=n,
+            n_memory=system.memory_size,
+            n_discrete=system.extended_size - n - system.memory_size,
+            n_losses=0 if self.stored is None or events is None else events.total,
+            has_status=self.has_events,
+            n_integrals=self.n_extra,
+        )
 
     @property
     def n_integrals(self) -> int:
-        """How many integrals follow the states in the vector that is integrated."""
+        """How many integrals are asked for."""
         return 0 if self.integrand is None else self.integrand.n_outputs
 
     @property
     def n_extra(self) -> int:
-        """What follows the states: the integrals, or a constant where there would be nothing to integrate."""
+        """The integrals that are computed: a constant where there would be nothing to integrate."""
         return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
 
 

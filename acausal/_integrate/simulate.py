@@ -84,7 +84,7 @@ def simulate(
     leaves = layout.spread(given)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
-    stored_energy, stored_constants = _traced(_total_stored if energy and system.happenings else None, system, "energy")
+    stored_energy, stored_constants = _traced(_total_stored if energy and system.events else None, system, "energy")
     if not is_traced(rtol) and np.any(np.asarray(rtol) <= 0):
         raise ModelError(f"rtol={rtol} is not a tolerance: give a positive number such as 1e-6.")
     if isinstance(save, str) and save not in ("steps", "end", "dense"):
@@ -171,8 +171,8 @@ def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
     wanted = {*system.signed_singles, *system.discrete_places}
     for quantity in (settings.stop, settings.integrand, settings.stored):
         wanted.update(quantity.leaves if quantity else ())
-    if system.happenings:
-        wanted.update((*system.happenings.conditions.leaves, *system.happenings.actions.leaves))
+    if system.events:
+        wanted.update(system.events.leaves)
     return [value if i in wanted else None for i, value in enumerate(params)]
 
 

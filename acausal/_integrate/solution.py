@@ -19,6 +19,7 @@ from .._tracing import is_traced
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .result import sentence
+from .state_vector import StateVector
 
 
 class UnknownNameError(ModelError, KeyError, AttributeError):
@@ -53,6 +54,7 @@ class Solution(eqx.Module):
     _losses: Any  # energies lost at events
     _record: Any  # of the events
     system: System = eqx.field(static=True)
+    _layout: StateVector = eqx.field(static=True)
     _integrals_tree: Any = eqx.field(static=True)
 
     @property
@@ -72,24 +74,22 @@ class Solution(eqx.Module):
     @property
     def _rows(self) -> tuple[Any, Any]:
         """The saved times and vectors."""
-        return self._both_sides(self._path[0], None), self._both_sides(self._path[1], 0)
+        return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
 
-    def _both_sides(self, rows: Any, start: int | None) -> Any:
-        """Saved rows, and where steps are saved, those on both sides of each event; `start` is where in the vector that
-        is stepped the columns begin, None for the times.
+    def _both_sides(self, rows: Any, columns: slice | None) -> Any:
+        """Saved rows, and where steps are saved, those before each event; `columns` are theirs in the vector that is
+        stepped, None for the times.
         """
         times, rows, record = self._trimmed(self._path[0]), self._trimmed(rows), self._record
         if record is None or self.is_batched or is_traced(times) or not record.before.shape[-1]:
             return rows
-        happened = np.asarray(record.numbers) >= 0
-        moments = np.asarray(record.times)[happened]
-        sides = [moments, moments]
-        if start is not None:
-            columns = slice(start, start + rows.shape[1])
-            sides = [np.asarray(side)[happened][:, columns] for side in (record.before, record.after)]
-        rank = np.repeat([0, 1, 2], [len(moments), len(moments), len(times)])
-        order = np.lexsort((rank, np.concatenate([moments, moments, times])))
-        return np.concatenate([*sides, rows])[order]
+        moments = np.asarray(record.times)
+        # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
+        shown = (np.asarray(record.numbers) >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]])
+        shown &= moments > np.asarray(self._start[0])
+        before = moments[shown] if columns is None else np.asarray(record.before)[shown][:, columns]
+        order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
+        return np.concatenate([before, rows])[order]
 
     def _trimmed(self, rows: Any) -> Any:
         if self.is_batched or is_traced(self._path[0]):
@@ -126,7 +126,7 @@ class Solution(eqx.Module):
         ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
         return self._view(
             jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape),
-            ys[..., : self.system.extended_size],
+            ys[..., self._layout.point],
         )
 
     def _view(self, ts: Any, ys: Any) -> Any:
@@ -144,15 +144,14 @@ class Solution(eqx.Module):
         """The events of the run in their order; `print` it for a table."""
         if self._record is None:
             raise ModelError("The model has no events: none of its components states any.")
-        happenings = self.system.happenings
-        assert happenings is not None
-        return EventLog.of(self._record, happenings.labels)
+        events = self.system.events
+        assert events is not None
+        return EventLog.of(self._record, events.labels)
 
     @property
     def integrals(self) -> Any:
         """Trajectories of the `integrals` asked for."""
-        first = self.system.extended_size + self._losses.shape[-1] + (self._record is not None)
-        return self._integrals(self._both_sides(self._path_integrals, first))["user"]
+        return self._integrals(self._both_sides(self._path_integrals, self._layout.integrals))["user"]
 
     def _integrals(self, columns: Any) -> Any:
         if self._integrals_tree is None:
@@ -174,8 +173,8 @@ class Solution(eqx.Module):
         )
 
     def _lost(self) -> dict[str, Any]:
-        happenings = self.system.happenings
-        return {} if happenings is None else {n: self._losses[..., i] for i, n in enumerate(happenings.labels)}
+        events = self.system.events
+        return {} if events is None else {n: self._losses[..., i] for i, n in enumerate(events.labels)}
 
     def __getitem__(self, name: str) -> Any:
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""

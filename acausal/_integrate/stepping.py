@@ -1,110 +1,105 @@
-"""The vector that is stepped, its rates, tolerances and solver.
-
-It holds the states, the memory of iterations, the discrete variables, the energies lost at events, a flag, and the
-integrals.
-"""
+"""How a run is stepped: its first vector, its solver and its step sizes."""
 
 import dataclasses
-import functools as ft
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 
-from .._evaluate.observe import observe
-from .._evaluate.starts import Inputs
-from .._evaluate.system import System
-from .controller import GriddedSteps
-from .settings import Numbers, Settings
-from .solvers import Guided, Switching
-from .switching import Switches
-
-INSTANT = 1e-13  # of the time span: how long after its start conditions are looked at there
+from .controller import Steps, core_norm
+from .field import Given, vector_field
+from .record import Record
+from .run_events import RunEvents
+from .settings import Settings
+from .settle import settle
+from .stepper import Memory, Stepper
 
 
-def solver_of(settings: Settings) -> Any:
+def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
+    """The vector field for a solver: of the core, whose arguments are the numbers of the run and what is carried along,
+    or of the whole vector, whose arguments are the numbers alone.
+    """
+    field, layout = vector_field(settings), settings.layout
+
+    def rates(t: Any, y: Any, args: Any) -> Any:
+        if isinstance(args, tuple):
+            return field(t, y, args)
+        carried = y[layout.carried]
+        return layout.joined(field(t, layout.core(y), (args, carried)), jnp.zeros_like(carried))
+
+    return rates
+
+
+def solver_of(settings: Settings, events: RunEvents | None, begin: Memory) -> Any:
+    """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
-    if not system.memory and not system.ordered.invariants:
+    if not system.memory and not system.ordered.invariants and events is None:
         return solver
-    n = len(system.nominals)
 
-    def project(t: Any, y: Any, inputs: Inputs) -> Any:
-        return jnp.concatenate([system.projected(t, y[:n], inputs), y[n:]])
+    def project(t: Any, states: Any, given: Given) -> Any:
+        return system.projected(t, states, given.inputs)
 
-    def refresh(t: Any, y: Any, memory: Any, inputs: Inputs) -> Any:
-        return system.with_memory(t, jnp.concatenate([y[:n], memory]), inputs)[n:]
+    def remember(t: Any, y: Any, given: Given) -> Any:
+        return system.with_memory(t, y[settings.layout.point], given.inputs)[settings.layout.memory]
 
-    return Guided(solver, n, n + system.memory_size, project, refresh)
+    return Stepper(
+        solver,
+        settings.layout,
+        project if system.ordered.invariants else None,
+        remember if system.memory else None,
+        events,
+        begin,
+    )
 
 
-def through_events(settings: Settings, numbers: Numbers, inputs: Inputs, solver: Any, y0: Any) -> tuple[Any, Any, Any]:
-    """The solver for a model with events, the extended state vector after those at the start, and a flag."""
-    system = settings.system
-    if system.happenings is None:
-        return solver, y0, jnp.zeros(0)
-    read = ft.partial(read_leaves, system, numbers.params)
-    switches = Switches(system, system.happenings, read, _stored(settings, numbers, read))
+def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, Memory]:
+    """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
+    carried from step to step.
+    """
+    system, layout, numbers = settings.system, settings.layout, given.numbers
     discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.discrete_places]
-    y0 = jnp.concatenate([y0, *discrete])
-    start, total = len(system.nominals) + system.memory_size, system.happenings.total
-    never = jnp.zeros(total, bool)
-    instant = INSTANT * (numbers.t1 - numbers.t0)
-    whole = jnp.concatenate([y0, jnp.zeros(settings.n_losses)])
-    settled = switches.settle(numbers.t0, whole, never, never, instant, inputs)
-    solver = Switching(
-        solver, settled.holds, start, start + settings.n_switched, settings.max_events, settings.save == "steps",
-        switches.margins, switches.settle, switches.bound,
+    guess = system.start_values(given.inputs, system.memory)
+    rest = jnp.zeros(layout.size - layout.discrete.stop)
+    y = jnp.concatenate([y0, guess, *discrete, rest])
+    if not settings.has_events:
+        return _remembered(settings, given, y), None, Memory(None)
+    events, t0 = RunEvents(settings, layout), numbers.t0
+    past = events.past(t0, y, given)
+    none = jnp.zeros(events.total, bool)
+    record = Record.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
+    due = jnp.zeros(events.total)
+    settled = settle(events, t0, y, jnp.isfinite(past), none, due, record, given, order=past)
+    y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
+    due = events.due(t0, y, given)
+    instant = given.direction * events.next_instant(due, t0, y, given)
+    status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
+    memory = Memory(
+        None, settled.holds, settled.fresh, due, settled.record, jnp.asarray(-jnp.inf), jnp.asarray(0),
+        jnp.asarray(False),
     )  # fmt: skip
-    return solver, settled.y[: len(y0)], jnp.concatenate([settled.y[len(y0) :], settled.flag[None]])
+    return layout.with_part(y, layout.status, status), events, memory
 
 
-def _stored(settings: Settings, numbers: Numbers, read: Callable[..., list[Any]]) -> Callable[..., Any] | None:
-    """The energy stored in all components, as a function of a point."""
-    stored = settings.stored
-    if stored is None:
-        return None
-    return lambda t, y, inputs: stored(numbers.stored, read(stored.leaves, t, y, inputs))[0]
+def _remembered(settings: Settings, given: Given, y: Any) -> Any:
+    system, layout = settings.system, settings.layout
+    if not system.memory:
+        return y
+    new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
+    return layout.with_part(y, layout.memory, new)
 
 
-def controller_of(settings: Settings, numbers: Numbers) -> GriddedSteps:
+def controller_of(settings: Settings, given: Given) -> Steps:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
-    others = settings.system.memory_size + settings.n_switched + settings.n_extra
-    sizes = np.concatenate([settings.system.nominals, np.ones(others)])
-    smallest = 1e-14 * jnp.abs(numbers.t1 - numbers.t0) if numbers.dtmin is None else numbers.dtmin
-    return GriddedSteps(numbers.rtol, numbers.rtol * sizes, dtmin=smallest, force_dtmin=False)
-
-
-def vector_field_of(settings: Settings, numbers: Numbers) -> Callable[[Any, Any, Any], Any]:
-    """The rates of states and integrals; a `Guided` solver hands the memory on beside the inputs."""
-    system, integrand = settings.system, settings.integrand
-    n, bare = len(system.nominals), len(system.nominals) + settings.n_extra
-
-    def rates(t: Any, states: Any, inputs: Inputs) -> Any:
-        if integrand is None or settings.n_integrals == 0:
-            return jnp.zeros(settings.n_extra)
-        return jnp.stack(
-            integrand(numbers.rates, read_leaves(system, numbers.params, integrand.leaves, t, states, inputs))
-        )
-
-    def field(t: Any, y: Any, args: Any) -> Any:
-        inputs, memory = args if isinstance(args, tuple) else (args, jnp.zeros(0))
-        is_whole = len(y) > bare
-        states = y[: settings.n_states] if is_whole else jnp.concatenate([y[:n], memory])
-        # What does not change between events is part of the vector only where no solver has taken it out.
-        still = jnp.zeros(system.memory_size + settings.n_switched if is_whole else 0)
-        return jnp.concatenate([system.vector_field(t, states, inputs), still, rates(t, states, inputs)])
-
-    return field
-
-
-def read_leaves(
-    system: System, params: Sequence[Any], wanted: Sequence[int], t: Any, y: Any, inputs: Inputs
-) -> list[Any]:
-    """Values of leaves by number: parameters as they are given, variables from the state."""
-    variables = [leaf for leaf in wanted if leaf in system.variable_leaves]
-    values = dict(zip(variables, observe(system, t, y, inputs, variables), strict=True))
-    values |= system.discrete_values(y, inputs)
-    return [values[leaf] if leaf in values else params[leaf] for leaf in wanted]
+    layout, numbers = settings.layout, given.numbers
+    sizes = np.concatenate([settings.system.nominals, np.ones(layout.size - layout.n_states)])
+    span = jnp.abs(numbers.t1 - numbers.t0)
+    return Steps(
+        numbers.rtol,
+        numbers.rtol * sizes,
+        norm=core_norm(layout),
+        layout=layout,
+        shortest=1e-14 * span if numbers.dtmin is None else numbers.dtmin,
+    )

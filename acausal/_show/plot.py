@@ -40,7 +40,7 @@ def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
         ax.legend(loc="best", fontsize="small", frameon=False)
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")
-    if solution.system.happenings is not None:
+    if solution.system.events is not None:
         for ax in axes:
             for time in np.asarray(solution.events.times).tolist():
                 ax.axvline(time, color="black", linewidth=0.6, linestyle=":", alpha=0.6, zorder=0)

@@ -1,9 +1,5 @@
 """Integrators that diffrax does not have."""
 
-from ._guided import Guided as Guided
-from ._record import Record as Record
 from ._rodas3p import Rodas3P as Rodas3P
 from ._rodas5p import Rodas5P as Rodas5P
 from ._rosenbrock import AbstractRosenbrock as AbstractRosenbrock
-from ._switching import Settled as Settled
-from ._switching import Switching as Switching

@@ -1,0 +1,227 @@
+"""The events that the components of a model state: when they happen and what they change, as functions of its leaves."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
+from jax.extend.core import Literal as Constant
+
+from .._declare.array import Array
+from .._declare.component import At, Component, Event, Kink, When
+from .._errors import ModelError, suggestion
+from .._reduce.connections import children
+from .._reduce.flatten import FlatModel, indexed
+from .._reduce.instants import Instants, Role, instants
+from .._reduce.jaxpr import assembled, structs
+from .._reduce.margins import margins
+
+Kind = Literal["when", "at", "kink"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """One event of a component, or of all members of an array of them: `targets` are the leaves that it changes."""
+
+    path: str
+    name: str
+    kind: Kind
+    stack: tuple[int, ...]
+    targets: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.stack)
+
+    def label(self, index: int) -> str:
+        """The path of one member's event."""
+        path = indexed(self.path, self.stack[: self.path.count("[]")], index)
+        return f"{path}.{self.name}" if path else self.name
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Function:
+    """A function of some leaves of a model, given by number."""
+
+    closed: ClosedJaxpr
+    leaves: tuple[int, ...]
+
+    def __call__(self, values: Sequence[Any]) -> list[Any]:
+        return list(jaxpr_as_fun(self.closed)(*values))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EventSet:
+    """The events of a model, one entry after the other, each with its members.
+
+    - `truths`: whether conditions hold; `margins`: numbers that are positive where they do. Both are of the entries
+      that are not scheduled.
+    - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
+    - `actions`: the new values, one array for each target of each entry.
+    - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
+    """
+
+    entries: tuple[Entry, ...]
+    truths: Function
+    margins: Function
+    times: Function
+    actions: Function
+    instants: Instants | None
+    read_by_instants: tuple[int, ...]
+
+    @property
+    def total(self) -> int:
+        return sum(entry.count for entry in self.entries)
+
+    @ft.cached_property
+    def labels(self) -> list[str]:
+        return [entry.label(index) for entry in self.entries for index in range(entry.count)]
+
+    def mask(self, kind: Kind) -> np.ndarray:
+        """Which of the events are of one kind."""
+        return np.repeat([entry.kind == kind for entry in self.entries], [entry.count for entry in self.entries])
+
+    @ft.cached_property
+    def acts(self) -> np.ndarray:
+        """Which of the events change something."""
+        return np.repeat([bool(entry.targets) for entry in self.entries], [entry.count for entry in self.entries])
+
+    @ft.cached_property
+    def leaves(self) -> frozenset[int]:
+        """All leaves that are read."""
+        functions = (self.truths, self.margins, self.times, self.actions)
+        return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))
+
+
+def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
+    """The events of a model, in which some leaves are the time; None where it has none.
+
+    Raises `ModelError` for an event that changes what its component does not have, or a parameter.
+    """
+    entries: list[Entry] = []
+
+    def stated(*leaves: Any) -> tuple[list[Any], list[Any], list[Any]]:
+        found = list(_events(flat.structure.unflatten(leaves), "", 0))
+        entries[:] = [_entry(flat, *item) for item in found]
+        events = [event for _, _, _, event in found]
+        conditions = [jnp.asarray(_condition(event)) for event in events if not isinstance(event, At)]
+        times = [item for event in events if isinstance(event, At) for item in _times(event)]
+        values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
+        return conditions, times, values
+
+    shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
+    closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
+    if not entries:
+        return None
+    n, m = len(structure[0]), len(structure[0]) + len(structure[1])
+    end = len(closed.jaxpr.outvars)
+    truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
+    real = jax.make_jaxpr(lambda *leaves: margins(closed, list(leaves)))(*structs(shapes))
+    found, read = _instants(flat, truths, time_leaves)
+    pieces = (_function(truths, 0, n), _function(real, 0, n), _function(closed, n, m), _function(closed, m, end))
+    return EventSet(tuple(entries), *pieces, found, read)
+
+
+def _condition(event: When | Kink) -> Any:
+    return event.condition if isinstance(event, When) else event.value
+
+
+def _changes(event: Event) -> dict[str, Any]:
+    return {} if isinstance(event, Kink) else event.changes
+
+
+def _times(event: At) -> tuple[Any, Any]:
+    return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
+
+
+def _truths(closed: ClosedJaxpr, leaves: Sequence[Any], n: int) -> list[Any]:
+    found = jaxpr_as_fun(closed)(*leaves)[:n]
+    return [value if value.dtype == bool else value > 0.0 for value in found]
+
+
+def _function(closed: ClosedJaxpr, start: int, stop: int) -> Function:
+    """Some outputs of a jaxpr, with what they need."""
+    jaxpr = closed.jaxpr
+    outputs = jaxpr.outvars[start:stop]
+    needed = {atom for atom in outputs if not isinstance(atom, Constant)}
+    kept = []
+    for eqn in reversed(jaxpr.eqns):
+        if any(var in needed for var in eqn.outvars):
+            kept.append(eqn)
+            needed |= {atom for atom in eqn.invars if not isinstance(atom, Constant)}
+    leaves = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
+    slim = assembled([jaxpr.invars[i] for i in leaves], outputs, kept[::-1], jaxpr.constvars)
+    return Function(ClosedJaxpr(slim, closed.consts), leaves)
+
+
+def _instants(
+    flat: FlatModel, closed: ClosedJaxpr, time_leaves: Collection[int]
+) -> tuple[Instants | None, tuple[int, ...]]:
+    """When the conditions change that depend on time alone, and which leaves tell."""
+
+    def role(index: int) -> Role:
+        if index in time_leaves:
+            return "time"
+        return "known" if flat.leaves[index].declaration.role in ("param", "discrete") else "other"
+
+    roles = [role(index) for index in range(len(flat.leaves))]
+    found = instants(closed, roles, [leaf.stack + leaf.sizes for leaf in flat.leaves])
+    return found, tuple(i for i, name in enumerate(roles) if name == "known") if found else ()
+
+
+def _events(view: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
+    """The events of a component and its parts, those of an array of components member by member; `depth` counts the
+    arrays around it.
+    """
+    if isinstance(view, Component) and type(view).events is not Component.events:
+        stated = view.events()
+        if not isinstance(stated, dict) or not all(isinstance(event, Event) for event in stated.values()):
+            raise ModelError(
+                f"{type(view).__name__}.events must return a dictionary of events, such as "
+                "dict(impact=when(self.h < 0.0, v=-self.e * self.v))."
+            )
+        yield from ((path, name, depth, event) for name, event in stated.items())
+    for part_path, part in children(view, path):
+        if isinstance(part, Component) and isinstance(view, Array):
+            yield from _stacked(part, part_path, depth)
+        elif isinstance(part, Component):
+            yield from _events(part, part_path, depth)
+
+
+def _stacked(item: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
+    names: list[tuple[str, str, int, Any]] = []
+
+    def members(part: Any) -> list[Any]:
+        found = list(_events(part, path, depth + 1))
+        names[:] = [(*where, type(event)) for *where, event in found]
+        return [jax.tree_util.tree_map(jnp.asarray, tuple(event)) for *_, event in found]
+
+    events = jax.vmap(members)(item)
+    for (where, name, below, kind), fields in zip(names, events, strict=True):
+        yield where, name, below, kind(*fields)
+
+
+def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> Entry:
+    kind: Kind = "when" if isinstance(event, When) else "at" if isinstance(event, At) else "kink"
+    stack = np.shape(event.time)[:depth] if isinstance(event, At) else np.shape(_condition(event))
+    where = f"{path}.events: {name}" if path else f"events: {name}"
+    if isinstance(event, When) and len(stack) != depth:
+        raise ModelError(f"{where} has a condition of shape {stack[depth:]}: it has to be one truth value.")
+    places = {leaf.path: index for index, leaf in enumerate(flat.leaves)}
+    targets = []
+    for target in _changes(event):
+        full = f"{path}.{target}" if path else target
+        if full not in places:
+            raise ModelError(f"{where} changes {target}, which does not exist.{suggestion(full, places)}")
+        role = flat.leaves[places[full]].declaration.role
+        if role in ("param", "time"):
+            raise ModelError(
+                f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
+            )
+        targets.append(places[full])
+    return Entry(path, name, kind, stack, tuple(targets))

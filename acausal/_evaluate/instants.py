@@ -1,0 +1,121 @@
+"""The times at which the equations of a model change their law, as far as time and parameters tell."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._reduce.aliases import TIME, ZERO, Family, Merged
+from .._reduce.flatten import FlatModel
+from .._reduce.instants import Instants, Role, instants
+from .._reduce.template import Input
+from .plan import Packed, picked
+
+
+_OTHER = -9  # a node that is none of those that are known
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Rows:
+    """Equations of one family whose inputs are known to the same extent.
+
+    `params` has the packed parameters that they read, by kind and slot, and `members` which of them each row does;
+    other known inputs are zero.
+    """
+
+    found: Instants
+    reads: tuple[tuple[int, int] | None, ...]  # None: a variable that vanishes
+    members: np.ndarray
+    shapes: tuple[tuple[int, ...], ...]
+
+    def mapped(self, function: Any, packed: Packed) -> Any:
+        """`function(known)` for each row."""
+
+        def one(params: list[Any]) -> Any:
+            remaining = iter(params)
+            known = [
+                jnp.zeros(shape) if key is None else next(remaining)
+                for key, shape in zip(self.reads, self.shapes, strict=True)
+            ]
+            return function(known)
+
+        params = [picked(packed[key], self.members) for key in self.reads if key is not None]
+        return jax.vmap(one, axis_size=len(self.members))(params)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EquationInstants:
+    """The instants of all equations, one for each of `total` of them, and the zeros of further functions of time."""
+
+    rows: tuple[_Rows, ...]
+
+    @property
+    def total(self) -> int:
+        return sum(len(rows.members) for rows in self.rows if rows.found.n_scheduled)
+
+    @property
+    def n_curved(self) -> int:
+        """How many zeros have to be searched for."""
+        return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
+
+    def following(self, t: Any, packed: Packed, direction: Any, apart: Any) -> Any:
+        """The next instant of each equation that has one; infinite where there is none."""
+        parts = [
+            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction, apart), packed)
+            for rows in self.rows
+            if rows.found.n_scheduled
+        ]
+        return jnp.concatenate([jnp.zeros(0), *parts])
+
+    def curved(self, t: Any, packed: Packed) -> Any:
+        """Margins whose zeros have to be searched for."""
+        parts = [
+            jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), packed)) for rows in self.rows
+        ]
+        return jnp.concatenate([jnp.zeros(0), *parts])
+
+    @property
+    def keys(self) -> set[tuple[int, int]]:
+        """The packed parameters that are read."""
+        return {key for rows in self.rows for key in rows.reads if key is not None}
+
+
+def equation_instants(flat: FlatModel, merged: Merged) -> EquationInstants:
+    """The instants of the equations of a model."""
+    kinds = {id(item): index for index, item in enumerate(flat.instances)}
+    return EquationInstants(tuple(rows for family in merged.families for rows in _rows_of(family, kinds)))
+
+
+def _rows_of(family: Family, kinds: dict[int, int]) -> Iterator[_Rows]:
+    inputs = family.template.inputs
+    if family.instances is None or not len(family.members):
+        return
+    placed = np.where((family.nodes == TIME) & (family.signs != 1), _OTHER, family.nodes)
+    roles = np.array([[_role(item, node) for item, node in zip(inputs, row, strict=True)] for row in placed])
+    for pattern in np.unique(roles, axis=0):
+        if "time" not in pattern:
+            continue
+        shapes = [aval.shape for aval in family.template.jaxpr.in_avals]
+        found = instants(family.template.jaxpr, [_bare(role) for role in pattern], shapes)
+        if found is None:
+            continue
+        known = [i for i, role in enumerate(pattern) if _bare(role) == "known"]
+        kind = kinds[id(family.instances)]
+        reads = tuple((kind, inputs[i].slot) if pattern[i] == "known" else None for i in known)
+        members = family.members[np.all(roles == pattern, axis=1)]
+        yield _Rows(found, reads, members, tuple(shapes[i] for i in known))
+
+
+def _role(item: Input, node: int) -> str:
+    if item.source in ("param", "discrete"):
+        return "known"
+    if item.source == "time" or (node == TIME and item.order == 0):
+        return "time"
+    return "zero" if node == ZERO else "other"
+
+
+def _bare(role: str) -> Role:
+    return "known" if role in ("known", "zero") else "time" if role == "time" else "other"

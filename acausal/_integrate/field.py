@@ -1,0 +1,74 @@
+"""The rates of states and integrals, from all numbers of a run."""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from .._evaluate.observe import leaf_value, pairs_of
+from .._evaluate.plan import Store
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .settings import Numbers, Settings
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Given:
+    """All numbers of a run."""
+
+    inputs: Inputs
+    numbers: Numbers
+
+    @property
+    def direction(self) -> Any:
+        """1, or -1 for a run that goes back in time."""
+        return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
+
+
+Field = Callable[[Any, Any, tuple[Given, Any]], Any]
+
+
+def vector_field(settings: Settings) -> Field:
+    """The rates of the core of the stepped vector, from it and from what is carried along."""
+    system, integrand = settings.system, settings.integrand
+    n = len(system.nominals)
+
+    def field(t: Any, core: Any, args: tuple[Given, Any]) -> Any:
+        given, carried = args
+        point = jnp.concatenate([core[:n], carried])
+        if integrand is None or settings.n_integrals == 0:
+            rates = system.vector_field(t, point, given.inputs)
+            return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
+        rates, store = system.vector_field_and_store(t, point, given.inputs, wanted_pairs(system, integrand.leaves))
+        values = values_of(system, t, point, given, store, integrand.leaves)
+        integrals = integrand(given.numbers.rates, [values[leaf] for leaf in integrand.leaves])
+        return jnp.concatenate([rates, jnp.stack(integrals)])
+
+    return field
+
+
+def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Any]:
+    """What has to be computed for the values of leaves."""
+    return pairs_of(system, [leaf for leaf in leaves if leaf in system.variable_leaves])
+
+
+def values_of(
+    system: System, t: Any, point: Any, given: Given, store: Store | None, leaves: Iterable[int]
+) -> dict[int, Any]:
+    """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
+    was computed there.
+    """
+    discrete = system.discrete_values(point, given.inputs)
+
+    def value(leaf: int) -> Any:
+        if leaf in discrete:
+            return discrete[leaf]
+        if leaf not in system.variable_leaves:
+            return given.numbers.params[leaf]
+        assert store is not None
+        return leaf_value(system, store, leaf, t)
+
+    return {leaf: value(leaf) for leaf in leaves}

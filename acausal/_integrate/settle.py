@@ -1,0 +1,188 @@
+"""What happens at one instant: events and what follows from them, until nothing more does."""
+
+from typing import Any, NamedTuple
+
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
+from .moment import carried_to_moment
+from .record import Record
+from .run_events import Given, RunEvents
+
+TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
+# Why a run ends at an instant
+STOPPED, ENDLESS, CONTRADICTED = 1.0, 2.0, 3.0
+
+
+class Settled(NamedTuple):
+    """What an instant leaves behind: its time, the vector, the conditions that hold, and those that have just become
+    true. `outcome` says why the run ends, 0 if it does not.
+    """
+
+    t: Any
+    y: Any
+    holds: Any
+    fresh: Any
+    record: Record
+    outcome: Any
+
+
+class _Round(NamedTuple):
+    """`ys` has the vector as it would be without the events of this instant, and as it is."""
+
+    t: Any
+    ys: Any
+    due: Any  # the events whose moment it is, and that have not happened yet
+    holds: Any
+    happened: Any
+    first: Any  # the first that happened, -1 if none
+    stored: Any  # energy before
+    lost: Any
+    record: Record
+    is_bad: Any
+    goes_on: Any
+    count: Any
+
+
+def settle(
+    events: RunEvents,
+    t: Any,
+    y: Any,
+    begins: Any,
+    holds: Any,
+    due: Any,
+    record: Record,
+    given: Given,
+    *,
+    order: Any = None,
+) -> Settled:
+    """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on.
+
+    Events that begin at one instant start from the values before all of them. What they make true happens next; what
+    that makes true, after it. Where many rounds come to no end, the events of a round happen one by one, the first in
+    the list first: alternatives such as the conduction of diodes then settle as the pivots of a linear complementarity
+    problem do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
+
+    At the start of a run, `order` says which of the past events comes first; they have no moments of their own there.
+    """
+    is_start, n_past = order is not None, jnp.sum(begins)
+    total = events.total
+    most = total + TOGETHER + 4 * total + 16
+
+    def next_round(r: _Round) -> _Round:
+        is_own = jnp.any(r.due)
+        which = jnp.argmin(jnp.where(r.due, order if is_start else 0.0, jnp.inf))
+        own = (jnp.arange(total) == which) & is_own
+        t, ys = r.t, r.ys
+        if not is_start:
+            moment, moved = carried_to_moment(events, which, t, ys, due, given)
+            t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
+        here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
+        fired = jnp.where(is_own, own, _consequences(events, here.truths, r))
+        if is_start:
+            # A stop condition is met at the start if it is zero there, else when it changes its sign.
+            is_met = here.is_zero & (events.settings.direction is not False)
+            fired = jnp.where(events.stops & (r.count == n_past), is_met, fired)
+        changed, is_bad = _changed(events, t, ys[1], here.values, fired, given)
+        y = jnp.where(jnp.any(fired & events.acts), changed, ys[1])
+        holds = jnp.where(is_own, r.holds | own, here.truths & (r.holds | fired))
+        holds = jnp.where(events.either, jnp.where(is_own, r.holds ^ own, here.truths), holds)
+        stored = jnp.where(r.count == 0, here.stored, r.stored)
+        any_fired = jnp.any(fired & events.acts)
+        return _Round(
+            t,
+            jnp.stack([ys[0], y]),
+            r.due & ~own,
+            holds,
+            r.happened | fired,
+            jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
+            stored,
+            jnp.where(is_own, r.lost, stored - here.stored),
+            r.record.noted(t, ys[0], y, (fired & events.is_listed)[: events.n_model]),
+            r.is_bad | (is_bad & any_fired),
+            is_own | jnp.any(fired),
+            r.count + 1,
+        )
+
+    start = _Round(
+        jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.asarray(-1),
+        jnp.asarray(0.0), jnp.asarray(0.0), record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
+    )  # fmt: skip
+    end = eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+    outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
+    outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
+    outcome = jnp.where(end.goes_on, ENDLESS, outcome)
+    return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)
+
+
+def _consequences(events: RunEvents, truths: Any, r: _Round) -> Any:
+    """What has become true by the last round."""
+    begun = jnp.where(events.either, truths != r.holds, truths & ~r.holds) & ~events.bends
+    one = begun & (jnp.cumsum(begun) == 1)
+    return jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one)
+
+
+def _accounted(events: RunEvents, end: _Round) -> Any:
+    """The vector with the energy lost added to that of the first event that happened."""
+    y, layout = end.ys[1], events.layout
+    if not layout.n_losses:
+        return y
+    losses = y[layout.losses] + jnp.where(jnp.arange(layout.n_losses) == end.first, end.lost, 0.0)
+    return layout.with_part(y, layout.losses, losses)
+
+
+def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, given: Given) -> tuple[Any, Any]:
+    """The vector after these events, and whether its constraints forbid it; of several values the last one counts."""
+    stated, system = events.system.events, events.system
+    if stated is None:
+        return y, jnp.asarray(False)
+    wanted: dict[int, tuple[Any, Any]] = {}
+    start, new = 0, iter(values)
+    for entry in stated.entries:
+        is_here = fired[start : start + entry.count]
+        start += entry.count
+        for leaf in entry.targets:
+            value = next(new)
+            old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
+            wanted[leaf] = (jnp.where(is_here, value, old), was | is_here)
+    for leaf in [leaf for leaf in wanted if leaf in system.discrete_places]:
+        value, is_here = wanted.pop(leaf)
+        places = system.discrete_places[leaf]
+        y = placed(y, places, jnp.where(is_here, value, y[places]))
+    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
+
+
+def _reset(events: RunEvents, t: Any, y: Any, wanted: dict[int, tuple[Any, Any]], given: Given) -> tuple[Any, Any]:
+    """The vector with new values of variables: those of states directly, others by way of the constraints."""
+    system, constraints = events.system, events.system.constraints
+    places = {leaf: system.constrained_places(leaf) for leaf in wanted}
+    x, touched = jnp.zeros(len(constraints.sizes)), jnp.zeros(len(constraints.sizes), bool)
+    for leaf, (value, is_here) in wanted.items():
+        where, signs = places[leaf]
+        x = placed(x, where, jnp.where(is_here, signs * value, x[where]))
+        touched = placed(touched, where, touched[where] | is_here)
+    is_bad = jnp.asarray(False)
+    if system.ordered.invariants or not all(constraints.is_state[where].all() for where, _ in places.values()):
+        x, is_bad = _followed(events, t, y, x, touched, given)
+        touched = jnp.broadcast_to(jnp.any(touched), touched.shape)
+    new = jnp.where(touched[constraints.states], x[constraints.states], y[constraints.in_state_vector])
+    return placed(y, constraints.in_state_vector, new), is_bad
+
+
+def _followed(events: RunEvents, t: Any, y: Any, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
+    """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
+    system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
+    weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+
+    def project(x: Any, _: None) -> tuple[Any, None]:
+        start = jnp.where(touched, aimed, x)
+        return constraints.projected(start, weight, t, inputs.params, far=True), None
+
+    # From the result of the first, new values put back, the second projection moves them no further.
+    start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
+    x = jax.lax.scan(project, start, None, length=2)[0]
+    missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
+    return x, jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))

@@ -1,0 +1,243 @@
+"""Any solver, and after each of its steps what the model asks for: a return to the invariants, and events."""
+
+import functools as ft
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from .look import SAME, Found, look
+from .record import Record
+from .run_events import Given, RunEvents, tick
+from .settle import settle
+from .state_vector import StateVector, Vector
+
+PAST = 1e-9  # share of a step by which it is looked beyond its end, for an event that it was meant to end at
+CLOSE = 1e-6  # share of a step that does not matter where an equation bends
+CROWD = 16  # events, besides two of each, after which they are said to accumulate
+INTERVAL = 1e-9  # of the time span, within which so many must not be
+ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
+
+
+class Memory(eqx.Module):
+    """What is carried from step to step: of events, which conditions hold, which have just become true, when the
+    scheduled ones are due, what happened so far, and how many in a row were close to the time `mark`.
+    """
+
+    inner: Any
+    holds: Any = None
+    fresh: Any = None
+    due: Any = None
+    record: Record | None = None
+    mark: Any = None
+    crowd: Any = None
+    jumped: Any = False
+
+
+class _Event(NamedTuple):
+    """The events that begin first in a step, at t, if there `is_any`; `cut` is where the step should rather end."""
+
+    is_any: Any
+    t: Any
+    begins: Any
+    holds: Any
+    cut: Any
+
+
+class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
+    """Steps of `solver`, up to the first event.
+
+    `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given)` renews the
+    unknowns from which iterations start, and `events` are those of the run; each may be missing.
+
+    A step is taken as if there were no events. Where one begins in it, the step ends there: the vector is that of the
+    dense output, changed by what happens, and `moment` in its status says when. With times to save at beyond the event,
+    or where an equation bends, the step does not count, and is repeated up to there.
+    """
+
+    solver: Any
+    layout: StateVector = eqx.field(static=True)
+    project: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
+    remember: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
+    events: RunEvents | None = eqx.field(static=True)
+    begin: Any  # the `Memory` to start with, but for that of the solver
+
+    @property
+    def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.solver.term_structure
+
+    @property
+    def term_compatible_contr_kwargs(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return self.solver.term_compatible_contr_kwargs
+
+    @property
+    def root_finder(self) -> Any:
+        return self.solver.root_finder
+
+    @property
+    def scan_kind(self) -> Any:
+        return self.solver.scan_kind
+
+    @property
+    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
+        return _interpolation(self.solver.interpolation_cls, self.layout)
+
+    def order(self, terms: Any) -> Any:
+        return self.solver.order(terms)
+
+    def error_order(self, terms: Any) -> Any:
+        return self.solver.error_order(terms)
+
+    def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> Memory:
+        inner = self.solver.init(terms, t0, t1, self.layout.core(y0), (args, y0[self.layout.carried]))
+        return eqx.tree_at(lambda memory: memory.inner, self.begin, inner, is_leaf=lambda x: x is None)
+
+    def func(self, terms: Any, t0: Any, y0: Vector, args: Given) -> Vector:
+        carried = y0[self.layout.carried]
+        rates = self.solver.func(terms, t0, self.layout.core(y0), (args, carried))
+        return self.layout.joined(rates, jnp.zeros_like(carried))
+
+    def step(
+        self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: Memory, made_jump: Any
+    ) -> tuple[Vector, Vector, dict[str, Any], Memory, diffrax.RESULTS]:
+        layout, state = self.layout, solver_state
+        carried = y0[layout.carried]
+        end = t1 if self.events is None else _short_of(t1, y0[layout.next_instant])
+        jumped = made_jump if state.jumped is False else made_jump | state.jumped
+        core, error, info, inner, result = self.solver.step(
+            terms, t0, end, layout.core(y0), (args, carried), state.inner, jumped
+        )
+        error = layout.joined(error, jnp.zeros_like(carried))
+        if self.events is None:
+            y = self._projected(t1, layout.joined(core, carried), args)
+            y, state = self._remembered(t1, y, args), Memory(inner)
+        else:
+            inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
+            path = Span(t0, end, inner_path, carried, y0[layout.memory], layout)
+            y, state = self._through_events(path, t0, t1, layout.joined(core, carried), state, args)
+            # A run that has ended stays where it is.
+            has_ended = y0[layout.outcome] != 0
+            y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
+            state = eqx.tree_at(lambda s: s.inner, state, inner, is_leaf=lambda x: x is None)
+        info = {"inner": info, "begin": t0, "end": end, "carried": carried, "memory": y[layout.memory]}
+        return y, error, info, state, result
+
+    def _projected(self, t: Any, y: Vector, given: Given) -> Vector:
+        """The vector on the invariants."""
+        if self.project is None:
+            return y
+        states = self.layout.states
+        return self.layout.with_part(y, states, self.project(given.direction * t, y[states], given))
+
+    def _remembered(self, t: Any, y: Vector, given: Given) -> Vector:
+        """The vector with the unknowns that belong to it."""
+        if self.remember is None:
+            return y
+        return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given))
+
+    def _through_events(
+        self, path: "Span", t0: Any, t1: Any, y1: Vector, state: Memory, given: Given
+    ) -> tuple[Vector, Memory]:
+        """The vector at the end of a step or after the first events in it."""
+        layout, events, forward = self.layout, self.events, given.direction
+        assert events is not None
+        found = self._first_event(*jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
+        t = jnp.where(found.is_any, found.t, t1)
+        y = self._projected(t, jnp.where(found.is_any, path.evaluate(t), y1), given)
+        # What is not due has no time, and reverse mode must not meet its infinity.
+        due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
+        settled = settle(events, forward * t, y, found.begins, found.holds, due, state.record, given)
+        t = forward * settled.t
+        y = self._remembered(t, events.with_algebraic(settled.t, settled.y, given), given)
+        due = events.due(settled.t, y, given)
+        mark, crowd, outcome = _crowded(events, state, t - t0, settled.t, found.begins, given)
+        outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
+        instant = forward * events.next_instant(due, settled.t, y, given)
+        y = layout.with_part(y, layout.status, jnp.stack([outcome, t, found.cut, instant]))
+        return y, Memory(None, settled.holds, settled.fresh, due, settled.record, mark, crowd, found.is_any)
+
+    def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: Memory, given: Given) -> _Event:
+        """Which events begin first in a step, and when; none where it has to be repeated up to there."""
+        events, forward = self.events, given.direction
+        assert events is not None
+        numbers, due = given.numbers, forward * state.due
+        run_end = forward * numbers.t1
+        arrives = _is_there(t1, instant) & (instant < run_end)
+        end = jnp.where(arrives, instant + tick(instant), jnp.minimum(t1 + PAST * (t1 - t0), run_end))
+        found = Found(jnp.asarray(False), end, t1, jnp.zeros(events.total, bool), state.holds)
+        if events.is_searched:
+            span = jnp.abs(numbers.t1 - numbers.t0)
+            margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
+            found = look(margins, t0, end, state.holds, state.fresh, events.either, span)
+        t = jnp.where(found.is_any, found.t, end)
+        begins = found.begins | (arrives & (due <= t + tick(t)))
+        cut = self._cut(found, t0, t1, given)
+        is_whole = jnp.isinf(cut)
+        return _Event(jnp.any(begins) & is_whole, t, begins & is_whole, found.holds, cut)
+
+    def _cut(self, found: Found, t0: Any, t1: Any, given: Given) -> Any:
+        """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
+        events, times = self.events, given.numbers.times
+        assert events is not None
+        is_cut = jnp.any(found.begins & events.bends) & (found.t - t0 > CLOSE * (t1 - t0)) & (t1 - found.t > CLOSE * (t1 - t0))
+        if times is not None:
+            saves = given.direction * times
+            is_cut |= found.is_any & jnp.any((saves > found.t) & (saves <= t1))
+        least = t0 + 4.0 * tick(t0)
+        return jnp.where(is_cut & (t1 > 2.0 * least - t0), jnp.maximum(found.before, least), jnp.inf)
+
+
+def _is_there(t: Any, instant: Any) -> Any:
+    return instant <= t + tick(t)
+
+
+def _short_of(t1: Any, instant: Any) -> Any:
+    """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
+    return jnp.where(_is_there(t1, instant), t1 - 0.5 * tick(t1), t1)
+
+
+def _crowded(
+    events: RunEvents, state: Memory, since: Any, t: Any, begins: Any, given: Given
+) -> tuple[Any, Any, Any]:
+    """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
+    close together, or one happens again at once. `since` is the time since the start of the step.
+    """
+    span, happens = jnp.abs(given.numbers.t1 - given.numbers.t0), jnp.any(begins & ~events.scheduled)
+    is_close = jnp.abs(t - state.mark) < INTERVAL * span
+    crowd = jnp.where(happens, jnp.where(is_close, state.crowd + 1, 0), state.crowd)
+    mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), state.mark)
+    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < SAME * span)
+    return mark, crowd, jnp.where(again | (crowd > CROWD + 2 * events.total), ACCUMULATED, 0.0)
+
+
+class Span(diffrax.AbstractLocalInterpolation):
+    """Dense output of a step as if there were no events, between its own ends."""
+
+    t0: Any  # pyright: ignore[reportIncompatibleVariableOverride]
+    t1: Any  # pyright: ignore[reportIncompatibleVariableOverride]
+    inner: diffrax.AbstractLocalInterpolation
+    carried: Vector
+    memory: Vector  # at the end
+    layout: StateVector = eqx.field(static=True)
+
+    def evaluate(self, t0: Any, t1: Any | None = None, left: bool = True) -> Vector:
+        """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
+        if t1 is not None:
+            return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
+        layout, width = self.layout, self.inner.t1 - self.inner.t0
+        theta = (t0 - self.inner.t0) / jnp.where(width == 0, 1, width)
+        y = layout.joined(self.inner.evaluate(t0, left=left), self.carried)
+        return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
+
+
+@ft.cache
+def _interpolation(inner: Any, layout: StateVector) -> Any:
+    """One function for each kind of inner interpolation, since jax compiles anew for another one."""
+
+    def make(*, t0: Any, t1: Any, begin: Any, end: Any, carried: Vector, memory: Vector, **info: Any) -> Span:
+        return Span(t0, t1, inner(t0=begin, t1=end, **info["inner"]), carried, memory, layout)
+
+    return make

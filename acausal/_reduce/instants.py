@@ -1,0 +1,228 @@
+"""The times at which a function of time changes its law: where a comparison in it tips over, or a stair has a step.
+
+A jaxpr is interpreted on what can be computed from time and known numbers. Where such values are compared, their
+difference is a margin, zero at an instant; being affine in time between instants, it tells the next one in advance.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
+from jax.extend.core import Literal as Constant
+
+from .jaxpr import bind, called, differentiable_call, is_floating
+
+Role = Literal["time", "known", "other"]
+NEAR = 1e-9  # a value this close to an integer is that integer
+
+
+class _Value(NamedTuple):
+    """A computed value and its degree in time between instants: 0 constant, 1 affine, 2 anything else."""
+
+    value: Any
+    degree: int
+
+
+@dataclasses.dataclass
+class _Found:
+    """Margins that are zero at instants: `affine` in time, `curved`; `stairs` change their step at integers."""
+
+    affine: list[Any] = dataclasses.field(default_factory=list)
+    stairs: list[Any] = dataclasses.field(default_factory=list)
+    curved: list[Any] = dataclasses.field(default_factory=list)
+
+    def compare(self, margin: Any, degree: int) -> None:
+        if degree == 1:
+            self.affine.append(margin)
+        elif degree == 2:
+            self.curved.append(margin)
+
+    def step(self, value: Any, degree: int) -> None:
+        if degree == 1:
+            self.stairs.append(value)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Instants:
+    """`closed` maps time and known numbers to margins: `n_affine` affine ones, `n_stairs` stairs, then curved ones."""
+
+    closed: ClosedJaxpr
+    n_affine: int
+    n_stairs: int
+
+    @property
+    def n_scheduled(self) -> int:
+        return self.n_affine + self.n_stairs
+
+    @property
+    def n_curved(self) -> int:
+        return sum(math.prod(aval.shape) for aval in self.closed.out_avals[self.n_scheduled :])
+
+    def margins(self, t: Any, known: Sequence[Any]) -> list[Any]:
+        return list(jaxpr_as_fun(self.closed)(t, *known))
+
+    def curved(self, t: Any, known: Sequence[Any]) -> Any:
+        """The margins whose zeros cannot be told in advance, as one flat vector."""
+        return _flat(self.margins(t, known)[self.n_scheduled :])
+
+    def following(self, t: Any, known: Sequence[Any], direction: Any, apart: Any) -> Any:
+        """The first instant that lies more than `apart` after t in the direction of time; infinite if there is none."""
+
+        def scheduled(t: Any) -> tuple[Any, Any]:
+            found = self.margins(t, known)
+            return _flat(found[: self.n_affine]), _flat(found[self.n_affine : self.n_scheduled])
+
+        (margin, stair), (slope, rise) = jax.jvp(scheduled, (t,), (jnp.ones_like(t),))
+        ahead = jnp.where(rise * direction > 0, jnp.floor(stair + NEAR) + 1.0, jnp.ceil(stair - NEAR) - 1.0)
+        lack = jnp.concatenate([-margin, jax.lax.stop_gradient(ahead) - stair])
+        rate = jnp.concatenate([slope, rise])
+        moves = rate != 0
+        times = t + jnp.where(moves, lack, 0.0) / jnp.where(moves, rate, 1.0)
+        return first(jnp.where(moves & (direction * (times - t) > apart), times, direction * jnp.inf), direction)
+
+
+def first(times: Any, direction: Any = 1.0) -> Any:
+    """The earliest of several times, infinite for none."""
+    if not times.size:
+        return direction * jnp.inf
+    return times[jnp.argmin(direction * times)]
+
+
+def _flat(values: Sequence[Any]) -> Any:
+    return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(value) for value in values)])
+
+
+def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) -> Instants | None:
+    """Where the outputs of a jaxpr change their law, as far as time and known inputs tell; None where they never do.
+
+    `Instants.closed` takes a scalar time, then the known inputs, which have the given `shapes`.
+    """
+    counts: list[tuple[int, int]] = []
+
+    def traced(t: Any, *known: Any) -> list[Any]:
+        remaining, found = iter(known), _Found()
+        items = [_input(role, var.aval, t, remaining) for role, var in zip(roles, closed.jaxpr.invars, strict=True)]
+        _walk(closed, items, found)
+        counts.append((len(found.affine), len(found.stairs)))
+        return [jnp.asarray(item, float) for item in (*found.affine, *found.stairs, *found.curved)]
+
+    given = [shape for role, shape in zip(roles, shapes, strict=True) if role == "known"]
+    made = jax.make_jaxpr(traced)(*(jax.ShapeDtypeStruct(shape, float) for shape in ((), *given)))
+    return Instants(made, *counts[-1]) if made.jaxpr.outvars else None
+
+
+def _input(role: Role, aval: Any, t: Any, known: Any) -> _Value | None:
+    if role == "other":
+        return None
+    return _Value(jnp.broadcast_to(t, aval.shape), 1) if role == "time" else _Value(next(known), 0)
+
+
+def _walk(closed: ClosedJaxpr, items: Sequence[_Value | None], found: _Found) -> list[_Value | None]:
+    """The outputs, None where they cannot be computed; notes what is compared on the way."""
+    jaxpr = closed.jaxpr
+    env: dict[Any, _Value | None] = dict(zip(jaxpr.invars, items, strict=True))
+    env |= {var: _Value(value, 0) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
+
+    def read(atom: Any) -> _Value | None:
+        return _Value(jnp.asarray(atom.val), 0) if isinstance(atom, Constant) else env[atom]
+
+    for eqn in jaxpr.eqns:
+        args = [read(atom) for atom in eqn.invars]
+        env |= dict(zip(eqn.outvars, _outputs(eqn, args, found), strict=True))
+    return [read(atom) for atom in jaxpr.outvars]
+
+
+def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_Value | None]:
+    known = [arg for arg in args if arg is not None]
+    inner = called(eqn) or differentiable_call(eqn)
+    if inner is not None and any(arg.degree for arg in known):
+        return _walk(inner, args, found)
+    if len(known) < len(args):
+        return [None] * len(eqn.outvars)
+    values, degrees = [arg.value for arg in known], [arg.degree for arg in known]
+    results = bind(eqn, values)
+    degree = 0
+    if any(degrees):
+        _note(eqn, values, degrees, found)
+        degree = _DEGREES.get(eqn.primitive.name, _any_other)(eqn, degrees)
+    return [_Value(result, degree) for result in results]
+
+
+def _note(eqn: JaxprEqn, values: list[Any], degrees: list[int], found: _Found) -> None:
+    """What happens to a value here at certain instants."""
+    name = eqn.primitive.name
+    if name in ("lt", "le", "gt", "ge", "max", "min") and is_floating(eqn.invars[0]):
+        found.compare(values[0] - values[1], max(degrees))
+    elif name in ("abs", "sign"):
+        found.compare(values[0], degrees[0])
+    elif name == "clamp":
+        low, x, high = values
+        found.compare(x - low, max(degrees[:2]))
+        found.compare(x - high, max(degrees[1:]))
+    elif name in ("floor", "ceil"):
+        found.step(values[0], degrees[0])
+    elif name == "round":
+        found.step(values[0] + 0.5, degrees[0])
+    elif name == "rem" and degrees[1] == 0:
+        found.step(values[0] / values[1], degrees[0])
+    elif name == "convert_element_type" and not is_floating(eqn.outvars[0]) and is_floating(eqn.invars[0]):
+        found.step(values[0], degrees[0])
+
+
+def _largest(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return max(degrees)
+
+
+def _constant(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return 0
+
+
+def _any_other(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return 2
+
+
+def _of_product(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return min(2, sum(degrees))
+
+
+def _of_quotient(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return degrees[0] if degrees[1] == 0 else 2
+
+
+def _of_choice(eqn: JaxprEqn, degrees: list[int]) -> int:
+    """One of several values, by an index or a truth value that is constant between instants."""
+    return max(degrees[1:]) if degrees[0] == 0 else 2
+
+
+def _of_picked(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return degrees[0] if not any(degrees[1:]) else 2
+
+
+def _of_conversion(eqn: JaxprEqn, degrees: list[int]) -> int:
+    return degrees[0] if is_floating(eqn.outvars[0]) else 0
+
+
+_DEGREES: dict[str, Callable[[JaxprEqn, list[int]], int]] = {
+    **dict.fromkeys(
+        ("add", "add_any", "sub", "neg", "max", "min", "abs", "clamp", "reshape", "broadcast_in_dim", "squeeze",
+         "transpose", "slice", "rev", "concatenate", "copy", "copy_p", "reduce_sum", "cumsum", "pad", "expand_dims"),
+        _largest,
+    ),
+    **dict.fromkeys(
+        ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor", "sign", "floor", "ceil", "round", "argmax",
+         "argmin", "is_finite", "stop_gradient"),
+        _constant,
+    ),
+    "mul": _of_product,
+    "dot_general": _of_product,
+    "div": _of_quotient,
+    "rem": _of_quotient,
+    "select_n": _of_choice,
+    "gather": _of_picked,
+    "dynamic_slice": _of_picked,
+    "convert_element_type": _of_conversion,
+}  # fmt: skip
