@@ -31,6 +31,8 @@ class Record(eqx.Module):
 
     def noted(self, when: Any, before: Vector, after: Vector, fired: Any) -> "Record":
         """The record with the events that have fired at one moment."""
+        if not fired.size:
+            return self
         # Masks rather than scattered writes, with which XLA on CPU does not compile the loop of steps as one function.
         places = self.count + jnp.cumsum(fired) - 1
         mask = (jnp.arange(len(self.times))[:, None] == places) & fired

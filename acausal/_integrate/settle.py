@@ -81,15 +81,18 @@ def settle(
             moment, moved = carried_to_moment(events, which, t, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
-        fired = jnp.where(is_own, own, _consequences(events, here.truths, r))
+        held = r.holds
         if is_start:
-            # A stop condition is met at the start if it is zero there, else when it changes its sign.
-            is_met = here.is_zero & (events.settings.direction is not False)
-            fired = jnp.where(events.stops & (r.count == n_past), is_met, fired)
+            # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
+            held = jnp.where((events.stops | events.bends) & (r.count == n_past), here.truths, held)
+        fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
+        if is_start:
+            is_met = here.is_zero & (events.settings.direction is not False) & (r.count == n_past)
+            fired |= events.stops & is_met
         changed, is_bad = _changed(events, t, ys[1], here.values, fired, given)
         y = jnp.where(jnp.any(fired & events.acts), changed, ys[1])
-        holds = jnp.where(is_own, r.holds | own, here.truths & (r.holds | fired))
-        holds = jnp.where(events.either, jnp.where(is_own, r.holds ^ own, here.truths), holds)
+        holds = jnp.where(is_own, held | own, here.truths & (held | fired))
+        holds = jnp.where(events.either, jnp.where(is_own, held ^ own, here.truths), holds)
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         any_fired = jnp.any(fired & events.acts)
         return _Round(
@@ -118,9 +121,9 @@ def settle(
     return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)
 
 
-def _consequences(events: RunEvents, truths: Any, r: _Round) -> Any:
+def _consequences(events: RunEvents, truths: Any, held: Any, r: _Round) -> Any:
     """What has become true by the last round."""
-    begun = jnp.where(events.either, truths != r.holds, truths & ~r.holds) & ~events.bends
+    begun = jnp.where(events.either, truths != held, truths & ~held) & ~events.bends
     one = begun & (jnp.cumsum(begun) == 1)
     return jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one)
 

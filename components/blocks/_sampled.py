@@ -1,10 +1,10 @@
 """Blocks that act at equal intervals, by events: sampling, a sampled controller, pulse-width modulation."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, eq, nonzero, positive, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, at, eq, nonzero, positive
 
 from .._checks import check_order
 from .._limit import limited
@@ -17,16 +17,7 @@ class Sampled(Component, partial=True):
 
     period: Param[Scalar, "s", positive]  # from sample to sample
     start_time: Param[Scalar, "s"] = 0.0  # time of the first sample
-    samples: Discrete[Scalar, "1"] = 0.0  # how many there were
     t: Time[Scalar, "s"] = 0.0
-
-    def is_due(self) -> Any:
-        """Whether it is time for the next sample."""
-        return intervals.is_due(self.t, self.start_time, self.period, self.samples)
-
-    def count(self) -> Scalar:
-        """How many samples there are with the present one."""
-        return intervals.count(self.t, self.start_time, self.period)
 
 
 class SampleHold(SISO, Sampled):
@@ -38,7 +29,7 @@ class SampleHold(SISO, Sampled):
         return dict(hold=eq(self.y.value, self.held))
 
     def events(self) -> Events:
-        return dict(sample=when(self.is_due(), held=self.u.value, samples=self.count()))
+        return dict(sample=at(self.start_time, every=self.period, held=self.u.value))
 
 
 class SampledPI(Sampled):
@@ -71,7 +62,7 @@ class SampledPI(Sampled):
         y = limited(wanted, self.y_min, self.y_max)
         winds_up = (wanted - y) * self.k * error > 0.0
         kept = jnp.where(winds_up, self.x, x)
-        return dict(sample=when(self.is_due(), held=y, x=kept, samples=self.count()))
+        return dict(sample=at(self.start_time, every=self.period, held=y, x=kept))
 
 
 class PWM(Sampled):
@@ -82,6 +73,7 @@ class PWM(Sampled):
     """
 
     duty: Discrete[Scalar, "1"] = 0.0  # of this period
+    began: Discrete[Scalar, "s"] = -jnp.inf  # when this period did
     on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
     u: Input = Input()
     y: Output = Output()
@@ -96,10 +88,8 @@ class PWM(Sampled):
 
     def events(self) -> Events:
         duty = limited(self.u.value, -1.0, 1.0)
-        began = self.start_time + (self.samples - 1.0) * self.period
-        over = self.t > began + jnp.abs(self.duty) * self.period
-        is_due = self.is_due()
+        began = intervals.began(self.t, self.start_time, self.period)
         return dict(
-            begin=when(is_due, duty=duty, on=1.0, samples=self.count()),
-            end=when((self.on > 0.5) & over & ~is_due, on=0.0),
+            end=at(self.began + jnp.abs(self.duty) * self.period, on=0.0),
+            begin=at(self.start_time, every=self.period, duty=duty, began=began, on=jnp.where(duty == 0.0, 0.0, 1.0)),
         )

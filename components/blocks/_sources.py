@@ -1,7 +1,6 @@
 """Signals that depend on time only (as in MSL `Modelica.Blocks.Sources`).
 
-The jump of `Step` and the corners of `Ramp` are events: a step of the integrator ends there, and the derivatives with
-respect to their times are exact.
+Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
 """
 
 from collections.abc import Callable
@@ -9,8 +8,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, eq, positive, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, at, eq, positive
 
+from .._limit import limited
 from ._interfaces import Output, SignalSource
 
 
@@ -43,7 +43,7 @@ class Step(SignalSource):
         return dict(step=eq(self.y.value, self.offset + self.height * self.on))
 
     def events(self) -> Events:
-        return dict(step=when(self.t > self.start_time, on=1.0))
+        return dict(step=at(self.start_time, on=1.0))
 
 
 class Ramp(SignalSource):
@@ -53,18 +53,10 @@ class Ramp(SignalSource):
     duration: Param[Scalar, "s", positive]  # how long it takes
     offset: Param[Scalar, ""] = 0.0  # value before it
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
-    begun: Discrete[Scalar, "1"] = 0.0  # 1 from its start on
-    ended: Discrete[Scalar, "1"] = 0.0  # 1 from its end on
 
     def equations(self, d: Self) -> Equations:
-        progress = self.begun * (self.t - self.start_time) / self.duration
-        return dict(ramp=eq(self.y.value, self.offset + self.height * jnp.where(self.ended > 0.5, 1.0, progress)))
-
-    def events(self) -> Events:
-        return dict(
-            begin=when(self.t > self.start_time, begun=1.0),
-            end=when(self.t > self.start_time + self.duration, ended=1.0),
-        )
+        progress = limited((self.t - self.start_time) / self.duration, 0.0, 1.0)
+        return dict(ramp=eq(self.y.value, self.offset + self.height * progress))
 
 
 class Sine(SignalSource):
@@ -82,6 +74,9 @@ class Sine(SignalSource):
 
 class TimeFunction(SignalSource):
     """y = function(t), for a function written with `jax.numpy`.
+
+    Steps end where comparisons of the time in it tip over, as in `jnp.where(t < 5.0, 0.0, 1.0)`, `jnp.maximum` or
+    `jnp.floor`; a table has to be a `TimeSeries` for its knots to be known.
 
     The function is part of the model's structure, so a new function object means a new compilation: define it once, at
     module level. What is to be varied or differentiated belongs into a component of its own with parameters.

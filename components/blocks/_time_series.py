@@ -2,12 +2,10 @@
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from acausal import Equations, Param, Vector, eq
 
 from .._checks import check_samples
-from .._tables import clamped, monotone_cubic
+from .._tables import clamped, linear, monotone_cubic
 from ._interfaces import SignalSource
 
 
@@ -15,7 +13,7 @@ class TimeSeries(SignalSource):
     """y(t) through samples, held at the first and last value outside them.
 
     With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
-    straight lines, whose kinks cost the integrator steps.
+    straight lines. Steps end at the samples, so that none of them is passed over.
     """
 
     times: Param[Vector, "s"]  # increasing
@@ -27,5 +25,5 @@ class TimeSeries(SignalSource):
 
     def equations(self, d: Self) -> Equations:
         t = clamped(self.t, self.times)
-        y = monotone_cubic(t, self.times, self.values) if self.smooth else jnp.interp(t, self.times, self.values)
+        y = monotone_cubic(t, self.times, self.values) if self.smooth else linear(t, self.times, self.values)
         return dict(series=eq(self.y.value, y))

@@ -1,8 +1,6 @@
 """Signals of time that repeat, decay or sweep (as in MSL `Modelica.Blocks.Sources`).
 
-The jumps of `Pulse` and `SawTooth` are events: a step of the integrator ends there. The kinks of `Trapezoid` and
-`Exponentials`, and the start of `ExpSine`, are none: the integrator meets them as an error estimate that is suddenly
-large, and shortens its steps.
+Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
 """
 
 from typing import Self
@@ -11,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from acausal import Discrete, Equations, Events, Param, Scalar, eq, nonnegative, positive, when
+from acausal import Discrete, Equations, Events, Param, Scalar, at, eq, nonnegative, positive
 
 from .._checks import check
 from .._limit import limited
@@ -32,7 +30,6 @@ class Pulse(Periodic):
     """A rectangle wave: offset + amplitude for the first part of each period, offset for the rest."""
 
     width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
-    periods: Discrete[Scalar, "1"] = 0.0  # how many have begun
     on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
 
     def __check_init__(self) -> None:
@@ -42,28 +39,26 @@ class Pulse(Periodic):
         return dict(pulse=eq(self.y.value, self.offset + self.amplitude * self.on))
 
     def events(self) -> Events:
-        is_due = intervals.is_due(self.t, self.start_time, self.period, self.periods)
-        over = self.t > self.start_time + (self.periods - 1.0 + self.width) * self.period
-        begun = intervals.count(self.t, self.start_time, self.period)
+        fall = self.start_time + self.width * self.period
         return dict(
-            rise=when(is_due, on=1.0, periods=begun),
-            fall=when((self.on > 0.5) & over & ~is_due, on=0.0),
+            fall=at(fall, every=self.period, on=0.0),
+            rise=at(self.start_time, every=self.period, on=jnp.where(self.width > 0.0, 1.0, 0.0)),
         )
 
 
 class SawTooth(Periodic):
     """Rises from offset to offset + amplitude in each period, and falls back at once."""
 
-    periods: Discrete[Scalar, "1"] = 0.0  # how many have begun
+    began: Discrete[Scalar, "s"] = 0.0  # time at which this period did
+    on: Discrete[Scalar, "1"] = 0.0  # 1 from `start_time` on
 
     def equations(self, d: Self) -> Equations:
-        elapsed = self.t - self.start_time - (self.periods - 1.0) * self.period
-        shape = jnp.where(self.periods > 0.5, elapsed / self.period, 0.0)
+        shape = self.on * (self.t - self.began) / self.period
         return dict(saw_tooth=eq(self.y.value, self.offset + self.amplitude * shape))
 
     def events(self) -> Events:
-        is_due = intervals.is_due(self.t, self.start_time, self.period, self.periods)
-        return dict(fall=when(is_due, periods=intervals.count(self.t, self.start_time, self.period)))
+        began = intervals.began(self.t, self.start_time, self.period)
+        return dict(fall=at(self.start_time, every=self.period, began=began, on=1.0))
 
 
 class Trapezoid(Periodic):
