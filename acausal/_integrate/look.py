@@ -9,15 +9,23 @@ import numpy as np
 
 from .run_events import tick
 
-POINTS = 5  # at which a stretch of time is looked at, its ends among them
-MOST = 200  # stretches
+PARTS = 4  # of a step, that are looked at one by one where events may be near
+MOST = 200  # points
 SAME = 1e-11  # of the time span: an event does not happen again so soon
 Margins: TypeAlias = Callable[[Any], Any]  # at a time
 
 
+class Point(NamedTuple):
+    """Margins and their rates at a time."""
+
+    t: Any
+    g: Any
+    rate: Any
+
+
 class Found(NamedTuple):
     """`begins` marks the events that happen first, at the time `t`, where `is_any`; just before it, at `before`, they
-    do not. `holds` are the conditions that hold at the end of what was looked at.
+    do not. `holds` are the conditions that hold at the `end` of what was looked at.
     """
 
     is_any: Any
@@ -25,89 +33,116 @@ class Found(NamedTuple):
     before: Any
     begins: Any
     holds: Any
+    end: Point
 
 
-class _Stretch(NamedTuple):
-    """Where to look next: from `low` to `high`, and then on to the end. `holds` is for `low`."""
+class _Search(NamedTuple):
+    """What comes before `low` is passed, and `holds` is for it; the next event is looked for up to `high`, and if there
+    is none, up to `end`. The margins at x are wanted next: at the start, then at the end, then in between.
+    """
 
-    low: Any
-    high: Any
-    inner: Any  # the times to look at in between
+    low: Point
+    high: Point
+    end: Point
     holds: Any
-    offset: Any  # of margins from zero, but for rounding
+    offset: Any
+    x: Any
     begins: Any
     is_found: Any
-    goes_on: Any
+    is_over: Any
     count: Any
 
 
+class _Verdict(NamedTuple):
+    """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x."""
+
+    passes: Any
+    is_found: Any
+    begins: Any
+    x: Any
+
+
 def look(
-    margins: Margins, start: Any, end: Any, holds: Any, fresh: Any, either: np.ndarray, span: Any
+    margins: Margins, start: Point, is_known: Any, end: Any, holds: Any, fresh: Any, either: np.ndarray, span: Any
 ) -> Found:
-    """The first event on a stretch of the solution whose conditions are `margins`, positive where they are true.
+    """The first event after `start`, of which all but the time may be unknown, on a solution with these `margins`.
 
     `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
     only after they were false. Events that are `either` happen when they become false, too.
 
-    Margins and their rates are taken at five points. Between two of them an event has begun where a margin has changed
-    its sign, and may have begun where its rates point at zero from both sides, and the tangents meet beyond it. The
-    first such interval is looked at in the same way, until it is as short as rounding permits. So an event is found
-    if its margin turns at most once between neighbouring points.
+    Margins and their rates are taken at both ends. Where they are so far from zero that their variation over the step
+    does not bring them there, that is all; else the step is looked at in four parts. On a part an event has begun where
+    a margin has changed its sign, and may have begun where its rates point at zero from both ends, and the tangents
+    meet beyond it; such a part is narrowed down to rounding. So an event is found if its margin turns at most once on
+    each part.
     """
+    length = end - start.t
 
-    def both(t: Any) -> tuple[Any, Any]:
-        return jax.jvp(margins, (t,), (jnp.ones_like(t),))
-
-    def next_stretch(s: _Stretch) -> _Stretch:
-        times = jnp.concatenate([s.low[None], s.inner, s.high[None]])
-        g, rate = jax.vmap(both)(times)
-        is_first = s.count == 0
+    def next_point(s: _Search) -> _Search:
+        new = Point(s.x, *jax.jvp(margins, (s.x,), (jnp.ones_like(s.x),)))
+        is_start, is_end = s.count == 0, s.count == 1
         # The margin of an event that has just happened is zero but for rounding.
-        is_zero = fresh & is_first & (jnp.abs(g[0]) < SAME * span * jnp.abs(rate[0]))
-        offset = jnp.where(is_zero, g[0], s.offset)
-        g = g - offset
-        held = jnp.where(fresh & is_first, (g[0] > 0) | (is_zero & (rate[0] > 0)), s.holds)
-        began = _began(g[0], held, either) & is_first
-        states, begun, bumps = [held], [began], [jnp.zeros_like(began)]
-        for i in range(1, POINTS):
-            begun.append(_began(g[i], states[-1], either))
-            bumps.append(_bump(times[i - 1 : i + 1], g[i - 1 : i + 1], rate[i - 1 : i + 1], states[-1]))
-            states.append(_goes_on(g[i], states[-1], either))
-        begun, bumps, states = jnp.stack(begun), jnp.stack(bumps), jnp.stack(states)
-        interesting = jnp.any(begun | bumps, axis=1)
-        i = jnp.argmax(interesting)
-        a = jnp.maximum(i - 1, 0)
-        low, high = times[a], times[i]
-        is_short = high - low <= tick(high)
-        here = jnp.any(begun[i])
-        is_found = interesting[i] & here & is_short
-        zooms = interesting[i] & ~is_short
-        # What is too short to be looked at any closer, and shows nothing, is passed.
-        passed_to = jnp.where(interesting[i], high, times[-1])
-        holds = jnp.where(zooms, states[a], jnp.where(interesting[i], states[i], states[-1]))
-        low, high = jnp.where(zooms, low, passed_to), jnp.where(zooms, high, end)
-        inner = jnp.where(
-            zooms,
-            _aimed(low, high, g[a], g[i], rate[a], rate[i], states[a], begun[i], bumps[i]),
-            _evenly(low, high),
-        )
-        is_over = ~zooms & (passed_to >= end)
-        goes_on = ~is_found & ~is_over & (s.count < MOST)
-        return _Stretch(
-            jnp.where(is_found, times[a], low), jnp.where(is_found, times[i], high), inner, holds, offset,
-            jnp.where(is_found, begun[i], False), is_found, goes_on, s.count + 1,
+        offset = jnp.where(is_end, jnp.where(_is_zero(s.low, fresh, span), s.low.g, 0.0), s.offset)
+        new = new._replace(g=new.g - offset)
+        low = _pick(is_start, new, s.low._replace(g=s.low.g - jnp.where(is_end, offset, 0.0)))
+        holds = jnp.where(is_end, _at_start(s.low, s.holds, fresh, span), s.holds)
+        s = _Search(
+            low, _pick(is_end, new, s.high), _pick(is_end, new, s.end), holds, offset, jnp.where(is_start, end, s.x),
+            s.begins, s.is_found, s.is_over, s.count + 1,
         )  # fmt: skip
+        is_clear = is_end & ~jnp.any(_is_near(low, new, holds) | _began(new.g, holds, either) | _began(low.g, holds, either))
+        passed = s._replace(low=s.end, holds=_goes_on(new.g, holds, either), is_over=is_clear)
+        return jax.lax.cond(is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, is_end))
+
+    def narrowed(s: _Search, new: Point, is_end: Any) -> _Search:
+        """The search after a look at a point between `low` and `high`."""
+        at_once = _began(s.low.g, s.holds, either) & is_end
+        now = jnp.any(at_once)
+        before = _judged(s.low, new, s.holds, either, length, s.count)
+        after = _goes_on(new.g, s.holds, either)
+        behind = _judged(new, s.high, after, either, length, s.count)
+        last = _goes_on(s.high.g, after, either)
+        verdict = _pick(before.passes, behind, before)
+        low = _pick(before.passes, _pick(behind.passes, s.high, new), s.low)
+        high = _pick(verdict.passes, s.end, _pick(before.passes, s.high, new))
+        onward = low.t + jnp.minimum(length / PARTS, 0.5 * (s.end.t - low.t))
+        is_found = now | verdict.is_found
+        return _Search(
+            low,
+            _pick(now, low, high),
+            s.end,
+            jnp.where(before.passes, jnp.where(behind.passes, last, after), s.holds),
+            s.offset,
+            jnp.where(verdict.passes, onward, verdict.x),
+            jnp.where(now, at_once, verdict.begins),
+            is_found,
+            is_found | (verdict.passes & (low.t >= s.end.t)) | (s.count > MOST),
+            s.count,
+        )
 
     none = jnp.zeros_like(holds)
-    first = _Stretch(
-        start, end, _evenly(start, end), holds, jnp.zeros(holds.shape), none, jnp.asarray(False), jnp.asarray(True), jnp.asarray(0)
-    )
-    last = jax.lax.while_loop(lambda s: s.goes_on, next_stretch, first)
-    return Found(last.is_found, last.high, last.low, last.begins, last.holds)
+    last = Point(end, jnp.zeros_like(start.g), jnp.zeros_like(start.g))
+    begin = _Search(
+        start, last, last, holds, jnp.zeros_like(start.g), jnp.where(is_known, end, start.t), none, jnp.asarray(False), jnp.asarray(False),
+        jnp.where(is_known, 1, 0),
+    )  # fmt: skip
+    s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
+    last = s.end._replace(g=s.end.g + s.offset)
+    return Found(s.is_found, s.high.t, s.low.t, s.begins & s.is_found, s.holds, last)
 
 
-def _evenly(low: Any, high: Any) -> Any:
-    return low + (high - low) * np.arange(1, POINTS - 1) / (POINTS - 1)
+def _pick(condition: Any, a: Any, b: Any) -> Any:
+    return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)
+
+
+def _is_zero(start: Point, fresh: Any, span: Any) -> Any:
+    """Of which events that have just happened the margin is still zero but for rounding."""
+    return fresh & (jnp.abs(start.g) < SAME * span * jnp.abs(start.rate))
+
+
+def _at_start(start: Point, holds: Any, fresh: Any, span: Any) -> Any:
+    """What holds at the start: where a margin is zero, what counts is whether it goes on to rise."""
+    return jnp.where(fresh, jnp.where(_is_zero(start, fresh, span), start.rate > 0, start.g > 0), holds)
 
 
 def _began(g: Any, holds: Any, either: np.ndarray) -> Any:
@@ -119,21 +154,37 @@ def _goes_on(g: Any, holds: Any, either: np.ndarray) -> Any:
     return jnp.where(either, ~(g < 0), g > 0) & holds
 
 
-def _bump(times: Any, g: Any, rate: Any, holds: Any) -> Any:
-    """Whether a condition may change twice between two times: its rates point at zero, and the tangents meet beyond."""
-    q, towards = jnp.where(holds, -g, g), jnp.where(holds, -rate, rate)
-    width = times[1] - times[0]
-    points = (q[0] <= 0) & (q[1] <= 0) & (towards[0] > 0) & (towards[1] < 0)
-    bend = jnp.where(points, towards[0] - towards[1], 1.0)
-    meet = (q[1] - q[0] - towards[1] * width) / bend
-    return points & (q[0] + towards[0] * meet > 0)
-
-
-def _aimed(low: Any, high: Any, g0: Any, g1: Any, r0: Any, r1: Any, holds: Any, begins: Any, bumps: Any) -> Any:
-    """Times at which to look at an interval: on both sides of where the zero, or the extremum, probably is."""
-    width = high - low
+def _is_near(low: Point, high: Point, holds: Any) -> Any:
+    """Which margins may become zero on an interval by as much as they vary there."""
     sign = jnp.where(holds, -1.0, 1.0)
-    q0, q1, p0, p1 = (sign * x for x in (jnp.where(holds, g0, jnp.minimum(g0, 0.0)), g1, r0, r1))
+    variation = jnp.abs(high.g - low.g) + (high.t - low.t) * (jnp.abs(low.rate) + jnp.abs(high.rate))
+    return ~(jnp.maximum(sign * low.g, sign * high.g) + variation < 0)
+
+
+def _judged(low: Point, high: Point, holds: Any, either: np.ndarray, length: Any, count: Any) -> _Verdict:
+    """What is to be done with the interval from `low`, for which `holds` is, to `high`."""
+    width, sign = high.t - low.t, jnp.where(holds, -1.0, 1.0)
+    # Positive beyond the next change, and the rates towards it.
+    q0, q1, p0, p1 = sign * low.g, sign * high.g, sign * low.rate, sign * high.rate
+    begins = _began(high.g, holds, either)
+    points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
+    bend = jnp.where(points, p0 - p1, 1.0)
+    bumps = points & (q0 + p0 * (q1 - q0 - p1 * width) / bend > 0)
+    is_part, is_short = PARTS * width <= length * (1.0 + 1e-9), width <= tick(high.t)
+    is_likely = jnp.any(jnp.where(is_part, begins | bumps, begins | _is_near(low, high, holds)))
+    happens = jnp.any(begins)
+    share = jnp.where(is_part, _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, begins, bumps, tick(high.t), count), 0.5)
+    return _Verdict(
+        ~is_likely | (is_short & ~happens), is_short & happens, begins, low.t + jnp.clip(share, 0.0, 1.0) * width
+    )
+
+
+def _aim(
+    q0: Any, q1: Any, p0: Any, p1: Any, width: Any, begins: Any, bumps: Any, short: Any, count: Any
+) -> Any:
+    """The share of an interval at which to look: by turns before and behind where the zero probably is, or at the
+    extremum, and lest that comes no nearer, half-way.
+    """
     rise = q1 - q0
     secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
     # Where the margin bends one way only, its zero lies between the secant's and that of a tangent.
@@ -141,14 +192,10 @@ def _aimed(low: Any, high: Any, g0: Any, g1: Any, r0: Any, r1: Any, holds: Any, 
     guesses = jnp.stack([secant, *jnp.where((tangents > 0) & (tangents < 1), tangents, secant)])
     near, far = jnp.min(guesses, axis=0), jnp.max(guesses, axis=0)
     turn = _over(p0, p0 - p1)
-    is_bump = ~jnp.any(begins) | jnp.any(bumps)
-    which = jnp.where(is_bump, jnp.argmin(jnp.where(bumps, turn, jnp.inf)), jnp.argmin(jnp.where(begins, near, jnp.inf)))
-    apart = tick(high) / width
-    beside = jnp.stack([near[which] - apart, far[which] + apart, jnp.asarray(0.5)])
-    middles = jnp.stack([0.5 * turn[which], turn[which], 0.5 + 0.5 * turn[which]])
-    shares = jnp.where(is_bump, middles, beside)
-    shares = jnp.where(jnp.isfinite(shares), jnp.clip(shares, 0.0, 1.0), 0.5)
-    return jnp.sort(low + shares * width)
+    which = jnp.argmin(jnp.where(begins, near, jnp.inf))
+    zero = jnp.where(count % 2 == 0, near[which] - short / width, far[which] + short / width)
+    share = jnp.where(jnp.any(bumps), jnp.min(jnp.where(bumps, turn, jnp.inf)), zero)
+    return jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share)
 
 
 def _over(a: Any, b: Any) -> Any:

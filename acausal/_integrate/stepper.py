@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
+import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 
-from .look import SAME, Found, look
+from .look import SAME, Found, Point, look
 from .record import Record
 from .run_events import Given, RunEvents, tick
 from .settle import settle
@@ -23,13 +24,15 @@ ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
 
 
 class Memory(eqx.Module):
-    """What is carried from step to step: of events, which conditions hold, which have just become true, when the
-    scheduled ones are due, what happened so far, and how many in a row were close to the time `mark`.
+    """What is carried from step to step: of events, which conditions hold, which have just become true, their margins
+    if nothing has `jumped`, when the scheduled ones are due, what happened so far, and how many in a row were close to
+    the time `mark`.
     """
 
     inner: Any
     holds: Any = None
     fresh: Any = None
+    point: Point | None = None
     due: Any = None
     record: Record | None = None
     mark: Any = None
@@ -38,12 +41,16 @@ class Memory(eqx.Module):
 
 
 class _Event(NamedTuple):
-    """The events that begin first in a step, at t, if there `is_any`; `cut` is where the step should rather end."""
+    """The events that begin first in a step, at t, if there `is_any`; whether it `arrives` at a time that was known
+    ahead; and where it should rather end, the `cut`, infinite if it is good as it is.
+    """
 
     is_any: Any
+    arrives: Any
     t: Any
     begins: Any
     holds: Any
+    point: Point  # the margins at the end
     cut: Any
 
 
@@ -147,17 +154,31 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         found = self._first_event(*jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
         t = jnp.where(found.is_any, found.t, t1)
         y = self._projected(t, jnp.where(found.is_any, path.evaluate(t), y1), given)
-        # What is not due has no time, and reverse mode must not meet its infinity.
-        due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
-        settled = settle(events, forward * t, y, found.begins, found.holds, due, state.record, given)
-        t = forward * settled.t
-        y = self._remembered(t, events.with_algebraic(settled.t, settled.y, given), given)
-        due = events.due(settled.t, y, given)
-        mark, crowd, outcome = _crowded(events, state, t - t0, settled.t, found.begins, given)
-        outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
-        instant = forward * events.next_instant(due, settled.t, y, given)
-        y = layout.with_part(y, layout.status, jnp.stack([outcome, t, found.cut, instant]))
-        return y, Memory(None, settled.holds, settled.fresh, due, settled.record, mark, crowd, found.is_any)
+        idle = jnp.zeros(events.total, bool)
+        memory = Memory(
+            None, found.holds, idle, found.point, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
+        )
+
+        def happening() -> tuple[Vector, Memory]:
+            # What is not due has no time, and reverse mode must not meet its infinity.
+            due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
+            settled = settle(events, forward * t, y, found.begins, found.holds, due, state.record, given)
+            y1 = events.with_algebraic(settled.t, settled.y, given)
+            due = events.due(settled.t, y1, given)
+            mark, crowd, outcome = _crowded(events, state, t - t0, settled.t, found.begins, given)
+            outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
+            instant = forward * events.next_instant(due, settled.t, y1, given)
+            y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
+            return y1, Memory(
+                None, settled.holds, settled.fresh, found.point, due, settled.record, mark, crowd, found.is_any
+            )
+
+        def idling() -> tuple[Vector, Memory]:
+            status = jnp.stack([y[layout.outcome], t, found.cut, y[layout.next_instant]])
+            return layout.with_part(y, layout.status, status), memory
+
+        y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any | found.arrives), happening, idling)
+        return self._remembered(t, y, given), memory
 
     def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: Memory, given: Given) -> _Event:
         """Which events begin first in a step, and when; none where it has to be repeated up to there."""
@@ -167,16 +188,17 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         run_end = forward * numbers.t1
         arrives = _is_there(t1, instant) & (instant < run_end)
         end = jnp.where(arrives, instant + tick(instant), jnp.minimum(t1 + PAST * (t1 - t0), run_end))
-        found = Found(jnp.asarray(False), end, t1, jnp.zeros(events.total, bool), state.holds)
+        found = Found(jnp.asarray(False), end, t1, jnp.zeros(events.total, bool), state.holds, state.point)
         if events.is_searched:
             span = jnp.abs(numbers.t1 - numbers.t0)
             margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
-            found = look(margins, t0, end, state.holds, state.fresh, events.either, span)
+            start = state.point._replace(t=t0)
+            found = look(margins, start, ~state.jumped, end, state.holds, state.fresh, events.either, span)
         t = jnp.where(found.is_any, found.t, end)
         begins = found.begins | (arrives & (due <= t + tick(t)))
         cut = self._cut(found, t0, t1, given)
         is_whole = jnp.isinf(cut)
-        return _Event(jnp.any(begins) & is_whole, t, begins & is_whole, found.holds, cut)
+        return _Event(jnp.any(begins) & is_whole, arrives, t, begins & is_whole, found.holds, found.end, cut)
 
     def _cut(self, found: Found, t0: Any, t1: Any, given: Given) -> Any:
         """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""

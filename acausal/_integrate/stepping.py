@@ -9,6 +9,7 @@ import numpy as np
 
 from .controller import Steps, core_norm
 from .field import Given, vector_field
+from .look import Point
 from .record import Record
 from .run_events import RunEvents
 from .settings import Settings
@@ -77,8 +78,8 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     instant = given.direction * events.next_instant(due, t0, y, given)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     memory = Memory(
-        None, settled.holds, settled.fresh, due, settled.record, jnp.asarray(-jnp.inf), jnp.asarray(0),
-        jnp.asarray(False),
+        None, settled.holds, settled.fresh, Point(t0, none * 0.0, none * 0.0), due, settled.record,
+        jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return layout.with_part(y, layout.status, status), events, memory
 
