@@ -31,6 +31,7 @@ from ._declare.component import at as at
 from ._declare.component import connect as connect
 from ._declare.component import eq as eq
 from ._declare.component import kink as kink
+from ._declare.component import refuse as refuse
 from ._declare.component import when as when
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record

@@ -31,7 +31,7 @@ def stops(
     slow: Scalar,
     name: str,
 ) -> Events:
-    """Impacts at both ends, which change the speed `name`, and lift-off from them."""
+    """Impacts at both ends, which change the speed `name`, rest there, and lift-off from them."""
     rebound = -e * speed
     stays = jnp.abs(rebound) <= slow
     free = mode == 0.0
@@ -40,9 +40,15 @@ def stops(
         changes = {"mode": jnp.where(stays, side, 0.0), name: jnp.where(stays, 0.0, rebound)}
         return when(free & beyond, **changes)
 
+    def rests(touches: Any, side: float) -> Any:
+        """A body that is pressed against a stop without a speed rests there."""
+        return when(free & touches & (jnp.abs(speed) <= slow) & (side * s > 0.0), **{"mode": side, name: 0.0})
+
     return dict(
         impact_low=impact((place < low) & (speed < 0.0), -1.0),
         impact_high=impact((place > high) & (speed > 0.0), 1.0),
+        rest_low=rests(place <= low, -1.0),
+        rest_high=rests(place >= high, 1.0),
         lift_low=when((mode == -1.0) & (s > 0.0), mode=0.0),
         lift_high=when((mode == 1.0) & (s < 0.0), mode=0.0),
     )

@@ -3,8 +3,14 @@
 The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet). One structure serves
 all of them by a path parameter s: while stuck it is the effort (torque or force) that keeps the two sides together, and
 else their relative acceleration (Otter, Elmqvist, Mattsson, `Hybrid modeling in Modelica based on the synchronous data
-flow principle`, CACSD 1999). A stuck pair creeps with the acceleration `creep` s, so that the efforts are determined
-also where several stuck pairs hold one and the same motion: they share it.
+flow principle`, CACSD 1999).
+
+A stuck pair gives way a little, so that the efforts are determined also where several stuck pairs hold one and the same
+motion: they share it. With the speed v it obeys a = creep s - v / LAG, and so creeps with creep LAG s, too slow to
+matter. All decisions are made by speeds well above that one, `slow`, and none by a number that is zero but for rounding:
+a pair sticks below `slow`, breaks away with no more than a few times that speed, and counts as `moving`, so that it can
+stick again, only above twice the speed at which it sticks. What an event does to the speed of a stuck or a sliding pair
+is seen by the same rules.
 """
 
 from typing import Any
@@ -15,19 +21,18 @@ from acausal import Events, Scalar, when
 
 STUCK = 0.0
 FREE = 2.0
-CREEP = 1e-10  # relative acceleration per effort of a stuck pair, in SI units
+CREEP = 1e-10  # in SI units
+LAG = 1e-3  # s
 REST = 1e-10  # relative speed that counts as rest, in SI units
-# Break-away this much above the static level: the pair then surely accelerates, whatever the rounding.
-ABOVE = 1.0 + 1e-10
 
 
 def stuck(mode: Scalar) -> Any:
     return mode == STUCK
 
 
-def acceleration(mode: Scalar, s: Scalar, creep: Scalar) -> Scalar:
+def acceleration(mode: Scalar, s: Scalar, speed: Scalar, creep: Scalar) -> Scalar:
     """The relative acceleration."""
-    return jnp.where(stuck(mode), creep * s, s)
+    return jnp.where(stuck(mode), creep * s - speed / LAG, s)
 
 
 def effort(mode: Scalar, s: Scalar, level: Scalar) -> Scalar:
@@ -40,23 +45,32 @@ def rubs(mode: Scalar) -> Any:
     return (mode == 1.0) | (mode == -1.0)
 
 
-def begins(mode: Scalar, speed: Scalar, rest: Scalar, pressed: Any = True) -> Events:
-    """What a free pair does when pressed together: it goes on sliding as it moves, or sticks."""
-    direction = jnp.where(jnp.abs(speed) <= rest, STUCK, jnp.sign(speed))
-    return dict(engage=when((mode == FREE) & pressed, mode=direction))
-
-
-def sticks(mode: Scalar, speed: Scalar, rate: Scalar, rest: Scalar) -> Events:
-    """A sliding pair sticks when it comes to rest, but not when it sets out from there."""
-    slows = (mode * speed < rest) & (mode * rate < 0.0)
-    return dict(stick=when(rubs(mode) & slows, mode=STUCK))
-
-
-def breaks_away(mode: Scalar, s: Scalar, peak: Scalar) -> Events:
-    """A stuck pair slides when it would have to hold more than the static level `peak`."""
+def changes(
+    mode: Scalar,
+    moving: Scalar,
+    speed: Scalar,
+    s: Scalar,
+    *,
+    low: Scalar,
+    high: Scalar,
+    rest: Scalar,
+    creep: Scalar,
+    pressed: Any = True,
+) -> Events:
+    """All changes between the modes of a pair that holds still while low <= s <= high."""
+    slow = rest + 4.0 * creep * LAG * jnp.maximum(jnp.abs(low), jnp.abs(high))
+    is_moving, is_held = moving > 0.5, stuck(mode) & pressed
+    # Twice as fast as when it sticks, and half as fast as when what sticks is torn loose.
+    after = jnp.where(jnp.abs(speed) <= 2.0 * slow, STUCK, jnp.sign(speed))
+    found = dict(mode=after, moving=jnp.abs(after))
     return dict(
-        forward=when(stuck(mode) & (s > ABOVE * peak), mode=1.0),
-        backward=when(stuck(mode) & (s < -ABOVE * peak), mode=-1.0),
+        engage=when((mode == FREE) & pressed, **found),
+        stick=when(rubs(mode) & is_moving & (mode * speed < slow), **found),
+        turn=when(rubs(mode) & ~is_moving & (mode * speed < -slow), **found),
+        move=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
+        forward=when(is_held & (s > high), mode=1.0, moving=0.0),
+        backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
+        tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), mode=jnp.sign(speed), moving=1.0),
     )
 
 

@@ -47,7 +47,14 @@ class Kink(NamedTuple):
     value: Any
 
 
-Event: TypeAlias = When | At | Kink
+class Refuse(NamedTuple):
+    """A condition that must not come true, and what to say if it does."""
+
+    condition: Any
+    reason: str
+
+
+Event: TypeAlias = When | At | Kink | Refuse
 Events: TypeAlias = dict[str, Event]
 
 
@@ -77,6 +84,11 @@ def kink(value: Any) -> Kink:
     Steps end there, so that neither the solution nor its derivatives lose accuracy.
     """
     return Kink(value)
+
+
+def refuse(condition: Any, reason: str) -> Refuse:
+    """State that a component cannot work where `condition` is true: a run ends there with an error that tells why."""
+    return Refuse(condition, reason)
 
 
 class Connection(NamedTuple):

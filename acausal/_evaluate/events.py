@@ -13,7 +13,7 @@ from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
 from jax.extend.core import Literal as Constant
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Kink, When
+from .._declare.component import At, Component, Event, Kink, Refuse, When
 from .._errors import ModelError, suggestion
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
@@ -21,7 +21,8 @@ from .._reduce.instants import Instants, Role, instants
 from .._reduce.jaxpr import assembled, structs
 from .._reduce.margins import margins
 
-Kind = Literal["when", "at", "kink"]
+Kind = Literal["when", "at", "kink", "refuse"]
+_KINDS: dict[type, Kind] = {When: "when", At: "at", Kink: "kink", Refuse: "refuse"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Entry:
     kind: Kind
     stack: tuple[int, ...]
     targets: tuple[int, ...]
+    reason: str = ""  # why it is refused
 
     @property
     def count(self) -> int:
@@ -92,6 +94,11 @@ class EventSet:
         return np.repeat([bool(entry.targets) for entry in self.entries], [entry.count for entry in self.entries])
 
     @ft.cached_property
+    def reasons(self) -> dict[str, str]:
+        """Why those that are refused are, by their label."""
+        return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
+
+    @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
         functions = (self.truths, self.margins, self.times, self.actions)
@@ -127,12 +134,12 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     return EventSet(tuple(entries), *pieces, found, read)
 
 
-def _condition(event: When | Kink) -> Any:
-    return event.condition if isinstance(event, When) else event.value
+def _condition(event: When | Kink | Refuse) -> Any:
+    return event.value if isinstance(event, Kink) else event.condition
 
 
 def _changes(event: Event) -> dict[str, Any]:
-    return {} if isinstance(event, Kink) else event.changes
+    return event.changes if isinstance(event, When | At) else {}
 
 
 def _times(event: At) -> tuple[Any, Any]:
@@ -198,19 +205,19 @@ def _stacked(item: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, 
 
     def members(part: Any) -> list[Any]:
         found = list(_events(part, path, depth + 1))
-        names[:] = [(*where, type(event)) for *where, event in found]
-        return [jax.tree_util.tree_map(jnp.asarray, tuple(event)) for *_, event in found]
+        names[:] = found
+        return [[item for item in event if not isinstance(item, str)] for *_, event in found]
 
     events = jax.vmap(members)(item)
-    for (where, name, below, kind), fields in zip(names, events, strict=True):
-        yield where, name, below, kind(*fields)
+    for (where, name, below, event), fields in zip(names, events, strict=True):
+        texts = [item for item in event if isinstance(item, str)]
+        yield where, name, below, type(event)(*fields, *texts)
 
 
 def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> Entry:
-    kind: Kind = "when" if isinstance(event, When) else "at" if isinstance(event, At) else "kink"
     stack = np.shape(event.time)[:depth] if isinstance(event, At) else np.shape(_condition(event))
     where = f"{path}.events: {name}" if path else f"events: {name}"
-    if isinstance(event, When) and len(stack) != depth:
+    if isinstance(event, When | Refuse) and len(stack) != depth:
         raise ModelError(f"{where} has a condition of shape {stack[depth:]}: it has to be one truth value.")
     places = {leaf.path: index for index, leaf in enumerate(flat.leaves)}
     targets = []
@@ -224,4 +231,5 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
                 f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
             )
         targets.append(places[full])
-    return Entry(path, name, kind, stack, tuple(targets))
+    reason = event.reason if isinstance(event, Refuse) else ""
+    return Entry(path, name, _KINDS[type(event)], stack, tuple(targets), reason)

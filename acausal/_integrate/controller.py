@@ -36,7 +36,7 @@ class Steps(diffrax.PIDController):
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Any, *others: Any, **named: Any) -> Any:
         first, state = super().init(terms, t0, t1, y0, *others, **named)
-        wish = _on_grid(first - t0)
+        wish = on_grid(first - t0)
         return self._up_to_instant(t0, t0 + wish, y0), Control(state, wish, jnp.zeros_like(y0))
 
     def adapt_step_size(
@@ -50,7 +50,7 @@ class Steps(diffrax.PIDController):
         keep, next_t0, next_t1, jump, inner, result = super().adapt_step_size(
             t0, t1, y0, y1, args, error, error_order, controller_state.inner
         )
-        wish = _on_grid(next_t1 - next_t0)
+        wish = on_grid(next_t1 - next_t0)
         # A step that was cut short says little of how long the next one may be.
         wish = jnp.where(keep & (t1 - t0 < controller_state.wish), jnp.maximum(wish, controller_state.wish), wish)
         wish = jax.lax.stop_gradient(wish)
@@ -85,7 +85,7 @@ def core_norm(layout: StateVector) -> Callable[[Any], Any]:
     return norm
 
 
-def _on_grid(width: Any) -> Any:
+def on_grid(width: Any) -> Any:
     """The nearest step size on the grid."""
     width = jnp.maximum(width, jnp.finfo(jnp.float64).tiny)
     return jnp.exp2(jnp.round(PER_OCTAVE * jnp.log2(width)) / PER_OCTAVE)

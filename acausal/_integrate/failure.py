@@ -63,6 +63,8 @@ def _error(solution: Solution) -> Exception:
     where = f"At t = {float(t):.6g} s: "
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
+    if result == Result.refused:
+        return SimulationError(f"{where}{_refusal(solution)}")
     if result == Result.undetermined:
         return SimulationError(
             where + sentence(result) + about_block(system, linear_blocks(system)[int(solution._culprit)])
@@ -83,6 +85,14 @@ def _error(solution: Solution) -> Exception:
 def _last_events(solution: Solution) -> str:
     """The different ones among the last events of a run."""
     return ", ".join(dict.fromkeys(solution.events.names[-8:])) or "those at the start"
+
+
+def _refusal(solution: Solution) -> str:
+    """What a component says that cannot do what is asked of it."""
+    events = solution.system.events
+    assert events is not None
+    said = [f"{name}: {events.reasons[name]}" for name in solution.events.names if events.reasons[name]]
+    return said[-1] if said else sentence(Result.refused)
 
 
 def _events_at(solution: Solution, t: float) -> str:

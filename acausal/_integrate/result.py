@@ -32,6 +32,7 @@ class Result(eqx.Enumeration):
         "An event sets variables to values that contradict the constraints between them. Set fewer of them: those that "
         "are tied to others follow."
     )
+    refused = "A component cannot do what is asked of it."
     undetermined = "Equations are singular but for errors of rounding, so that any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter is outside the range it is declared with."

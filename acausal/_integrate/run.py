@@ -13,7 +13,7 @@ from .._evaluate.starts import Inputs
 from .field import Given
 from .result import Result
 from .settings import Numbers, Settings
-from .settle import CONTRADICTED, ENDLESS, STOPPED
+from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
 from .stepper import ACCUMULATED
 from .stepping import begin, controller_of, solver_of, term_of
@@ -100,6 +100,7 @@ def _outcome(
         (why == ACCUMULATED, Result.events_accumulate),
         (why == ENDLESS, Result.events_endless),
         (why == CONTRADICTED, Result.bad_reset),
+        (why == REFUSED, Result.refused),
         (jnp.any(singular), Result.undetermined),
         (~everything.is_finite(), Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),

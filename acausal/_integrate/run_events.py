@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._evaluate.events import Kind
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -68,15 +69,20 @@ class RunEvents:
         others = [instants] * self.system.instants.total + [curved] * self.n_curved
         return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
 
+    def _of_model(self, *kinds: Kind) -> np.ndarray:
+        """Which of the events of the model are of one of some kinds."""
+        events = self.system.events
+        return np.zeros(0, bool) if events is None else np.any([events.mask(kind) for kind in kinds], axis=0)
+
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
         """Those whose time is known ahead."""
-        return self._mask(False if self.system.events is None else self.system.events.mask("at"), True, False, False)
+        return self._mask(self._of_model("at"), True, False, False)
 
     @ft.cached_property
     def bends(self) -> np.ndarray:
         """Those at which equations bend, in either direction: no accepted step goes over them."""
-        return self._mask(False if self.system.events is None else self.system.events.mask("kink"), False, True, False)
+        return self._mask(self._of_model("kink"), False, True, False)
 
     @ft.cached_property
     def either(self) -> np.ndarray:
@@ -88,6 +94,11 @@ class RunEvents:
         return self._mask(False, False, False, True)
 
     @ft.cached_property
+    def refused(self) -> np.ndarray:
+        """Those that must not happen."""
+        return self._mask(self._of_model("refuse"), False, False, False)
+
+    @ft.cached_property
     def acts(self) -> np.ndarray:
         """Those that change variables."""
         return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
@@ -95,8 +106,7 @@ class RunEvents:
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
         """Those that are listed in the log."""
-        events = self.system.events
-        return self._mask(False if events is None else events.mask("when") | events.acts, False, False, False)
+        return self._mask(self._of_model("when", "refuse"), False, False, False) | self.acts
 
     @property
     def is_searched(self) -> bool:

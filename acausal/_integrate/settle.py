@@ -14,7 +14,7 @@ from .run_events import Given, RunEvents
 
 TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
 # Why a run ends at an instant
-STOPPED, ENDLESS, CONTRADICTED = 1.0, 2.0, 3.0
+STOPPED, ENDLESS, CONTRADICTED, REFUSED = 1.0, 2.0, 3.0, 5.0
 
 
 class Settled(NamedTuple):
@@ -116,6 +116,7 @@ def settle(
     )  # fmt: skip
     end = eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
+    outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)

@@ -8,11 +8,19 @@ from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
 from .jaxpr import bind, called, is_floating
 
+LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
+
+
+def _margin_of(difference: Callable[[Any, Any], Any], of_equals: float) -> Callable[[Any, Any], Any]:
+    """The difference, which keeps its derivative where it is zero."""
+    return lambda a, b: difference(a, b) + jnp.where(a == b, of_equals, 0.0)
+
+
 _RELATIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "gt": lambda a, b: a - b,
-    "ge": lambda a, b: a - b,
-    "lt": lambda a, b: b - a,
-    "le": lambda a, b: b - a,
+    "gt": _margin_of(lambda a, b: a - b, -LEAST),
+    "ge": _margin_of(lambda a, b: a - b, LEAST),
+    "lt": _margin_of(lambda a, b: b - a, -LEAST),
+    "le": _margin_of(lambda a, b: b - a, LEAST),
 }
 _LOGIC: dict[str, Callable[..., Any]] = {
     "and": jnp.minimum,
@@ -26,7 +34,7 @@ _LOGIC: dict[str, Callable[..., Any]] = {
 def margins(closed: ClosedJaxpr, inputs: list[Any]) -> list[Any]:
     """The outputs of a jaxpr, each truth value as its margin; real outputs as they are.
 
-    The margin of a relation is the difference of its sides, of `&` the smaller one, of `|` the larger one. What is
+    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign, of `&` the smaller one, of `|` the larger one. What is
     neither, such as a comparison of modes, has the margin 1 or -1.
     """
     jaxpr = closed.jaxpr

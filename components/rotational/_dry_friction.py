@@ -18,6 +18,7 @@ from acausal import (
     nonnegative,
     positive,
     prefer,
+    refuse,
 )
 
 from .. import _stick_slip as stick_slip
@@ -45,6 +46,7 @@ class DryFriction(Component, partial=True):
     tau: Var[Scalar, "N.m"] = 0.0  # friction torque
     s: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, else a_rel as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
 
     def level(self) -> Scalar:
         """Size of the torque while sliding."""
@@ -61,7 +63,7 @@ class DryFriction(Component, partial=True):
     def equations(self, d: Any) -> Equations:
         return dict(
             acceleration=eq(self.a_rel, d.w),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
+            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.w, self.creep), check_units=False),
             friction=eq(self.tau, self._effort()),
         )
 
@@ -69,11 +71,11 @@ class DryFriction(Component, partial=True):
         return stick_slip.effort(self.mode, self.s, self.level())
 
     def events(self) -> Events:
-        return (
-            stick_slip.begins(self.mode, self.w, self.rest, self.pressed())
-            | stick_slip.sticks(self.mode, self.w, self.a_rel, self.rest)
-            | stick_slip.breaks_away(self.mode, self.s, self.peak_level())
-        )
+        peak = self.peak_level()
+        return stick_slip.changes(
+            self.mode, self.moving, self.w, self.s,
+            low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
+        )  # fmt: skip
 
     def energy(self) -> Energy:
         return Energy(dissipated=self._effort() * self.w)
@@ -187,7 +189,7 @@ class Pressed(DryFriction, partial=True):
         return self.peak * self.level()
 
     def events(self) -> Events:
-        return super().events() | stick_slip.lets_go(self.mode, self.u.value < 0.0)
+        return super().events() | stick_slip.lets_go(self.mode, self.u.value <= 0.0)
 
 
 class Brake(Pressed, ShaftFriction):
@@ -208,7 +210,8 @@ class OneWayClutch(Pressed, CouplingFriction):
     """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b overruns a, w >= 0, but not a b.
 
     Stuck, it holds any negative torque; a positive one only up to the static level, which is zero for a freewheel that
-    is not pressed. It never opens. A model has to start with w >= 0.
+    is not pressed. It never opens. Where it would have to stop a motion against its sense at once, at the start or
+    after an impact, the run ends with an error: it cannot share an impulse.
     """
 
     def equations(self, d: Self) -> Equations:
@@ -218,5 +221,14 @@ class OneWayClutch(Pressed, CouplingFriction):
         return True
 
     def events(self) -> Events:
-        kept = ("engage", "stick", "forward")
-        return {name: event for name, event in super().events().items() if name in kept}
+        locked = ("backward", "tear", "release")
+        events = {name: event for name, event in super().events().items() if name not in locked}
+        against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
+        return {name: _never_backward(event) for name, event in events.items()} | dict(
+            against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a.")
+        )
+
+
+def _never_backward(event: Any) -> Any:
+    changes = {name: jnp.maximum(value, 0.0) if name == "mode" else value for name, value in event.changes.items()}
+    return event._replace(changes=changes)

@@ -59,6 +59,7 @@ class LossyGear(Component):
     x: Var[Scalar, "N.m"] = 0.0  # torque at a without losses
     s: Var[Scalar, "N.m"] = 0.0  # path parameter: lost torque tau_a - x while stuck, else a_rel as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
     side: Discrete[Scalar, "1"] = 1.0  # sign of x
     a: Flange = Flange()
     b: Flange = Flange()
@@ -104,25 +105,20 @@ class LossyGear(Component):
             kinematics=eq(self.a.phi, self.ratio * self.b.phi),
             speed=eq(self.w, d.a.phi),
             acceleration=eq(self.a_rel, d.w),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
+            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.w, self.creep), check_units=False),
             ideal=eq(self.ratio * self.x + self.b.tau),
             losses=eq(self.a.tau, jnp.where(stick_slip.stuck(self.mode), self.x + self.s, sliding), check_units=False),
         )
 
     def events(self) -> Events:
         forward, backward = self._limits(jnp.where(self.x >= 0.0, 1.0, -1.0))
-        lost = self.s / stick_slip.ABOVE
-        stuck = stick_slip.stuck(self.mode)
-        return (
-            stick_slip.begins(self.mode, self.w, self.rest)
-            | stick_slip.sticks(self.mode, self.w, self.a_rel, self.rest)
-            | dict(
-                forward=when(stuck & (lost > forward - self.x), mode=1.0),
-                backward=when(stuck & (lost < backward - self.x), mode=-1.0),
-                drives=when((self.side < 0.0) & (self.x > NO_LOAD), side=1.0),
-                is_driven=when((self.side > 0.0) & (self.x < -NO_LOAD), side=-1.0),
-            )
-        )
+        return stick_slip.changes(
+            self.mode, self.moving, self.w, self.s,
+            low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
+        ) | dict(
+            drives=when((self.side < 0.0) & (self.x > NO_LOAD), side=1.0),
+            is_driven=when((self.side > 0.0) & (self.x < -NO_LOAD), side=-1.0),
+        )  # fmt: skip
 
     def energy(self) -> Energy:
         return Energy(dissipated=(self.a.tau - self.x) * self.w)

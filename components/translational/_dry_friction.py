@@ -45,6 +45,7 @@ class DryFriction(Component, partial=True):
     f: Var[Scalar, "N"] = 0.0  # friction force
     s: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else a_rel as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
     flange: Flange = Flange()
     support: Flange | None = None
 
@@ -63,7 +64,7 @@ class DryFriction(Component, partial=True):
     def equations(self, d: Any) -> Equations:
         laws = dict(
             acceleration=eq(self.a_rel, d.v),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.creep), check_units=False),
+            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.v, self.creep), check_units=False),
             friction=eq(self.f, self._effort()),
             force=eq(self.flange.f, self.f),
         )
@@ -78,11 +79,11 @@ class DryFriction(Component, partial=True):
         return stick_slip.effort(self.mode, self.s, self.level())
 
     def events(self) -> Events:
-        return (
-            stick_slip.begins(self.mode, self.v, self.rest, self.pressed())
-            | stick_slip.sticks(self.mode, self.v, self.a_rel, self.rest)
-            | stick_slip.breaks_away(self.mode, self.s, self.peak_level())
-        )
+        peak = self.peak_level()
+        return stick_slip.changes(
+            self.mode, self.moving, self.v, self.s,
+            low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
+        )  # fmt: skip
 
     def energy(self) -> Energy:
         return Energy(dissipated=self._effort() * self.v)
@@ -166,4 +167,4 @@ class Brake(DryFriction):
         return super().equations(d)
 
     def events(self) -> Events:
-        return super().events() | stick_slip.lets_go(self.mode, self.u.value < 0.0)
+        return super().events() | stick_slip.lets_go(self.mode, self.u.value <= 0.0)
