@@ -61,16 +61,18 @@ def changes(
     slow = rest + 4.0 * creep * LAG * jnp.maximum(jnp.abs(low), jnp.abs(high))
     is_moving, is_held = moving > 0.5, stuck(mode) & pressed
     # Twice as fast as when it sticks, and half as fast as when what sticks is torn loose.
-    after = jnp.where(jnp.abs(speed) <= 2.0 * slow, STUCK, jnp.sign(speed))
-    found = dict(mode=after, moving=jnp.abs(after))
+    is_slow = jnp.abs(speed) <= 2.0 * slow
+    onward = dict(mode=jnp.sign(speed), moving=1.0)
+    slows = rubs(mode) & (mode * speed < jnp.where(is_moving, slow, -slow))
     return dict(
-        engage=when((mode == FREE) & pressed, **found),
-        stick=when(rubs(mode) & is_moving & (mode * speed < slow), **found),
-        turn=when(rubs(mode) & ~is_moving & (mode * speed < -slow), **found),
+        engage=when((mode == FREE) & pressed & ~is_slow, **onward),
+        hold=when((mode == FREE) & pressed & is_slow, mode=STUCK, moving=0.0),
+        stick=when(slows & is_slow, mode=STUCK, moving=0.0),
+        reverse=when(slows & ~is_slow, **onward),
         move=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
         forward=when(is_held & (s > high), mode=1.0, moving=0.0),
         backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
-        tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), mode=jnp.sign(speed), moving=1.0),
+        tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), **onward),
     )
 
 

@@ -17,6 +17,8 @@ from .result import Result, sentence
 from .run_events import tick
 from .solution import Solution
 
+SHOWN = 3  # variables with large errors
+
 
 def report_failure(solution: Solution) -> Solution:
     """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
@@ -78,8 +80,25 @@ def _error(solution: Solution) -> Exception:
         said = f"After {after}, {name} is infinite or not a number." if after else ""
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
         return SimulationError(f"{where}{said}{about_block(system, culprit)}")
-    state = dict(zip(system.state_names, np.asarray(y).tolist(), strict=False))
-    return SimulationError(f"{where}{sentence(result)} The state is {state}.")
+    return SimulationError(f"{where}{sentence(result)}{_about_steps(solution)}")
+
+
+def _about_steps(solution: Solution) -> str:
+    """What was hard to integrate, and what happened last."""
+    system, errors = solution.system, np.asarray(solution._errors)
+    names = [name for name, pair in zip(system.state_names, system.states, strict=True) for _ in range(system.plan.size(pair[0]))]
+    values = np.asarray(solution._end[1])
+    lines = []
+    if np.all(np.isfinite(errors)):
+        largest = np.argsort(-errors[: len(names)], kind="stable")[:SHOWN]
+        said = [f"{names[i]} (now {values[i]:.6g}, {errors[i]:.3g} tolerances)" for i in largest if errors[i] > 0]
+        if said:
+            lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
+    else:
+        lines.append("The last step led to numbers that are infinite or not a number.")
+    if system.events is not None and len(solution.events):
+        lines.append(f"The last events were {_last_events(solution)}.")
+    return "".join(f" {line}" for line in lines)
 
 
 def _last_events(solution: Solution) -> str:

@@ -52,6 +52,7 @@ class Solution(eqx.Module):
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
     _losses: Any  # energies lost at events
+    _errors: Any  # of the states in the last step, in tolerances
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)

@@ -221,7 +221,7 @@ class OneWayClutch(Pressed, CouplingFriction):
         return True
 
     def events(self) -> Events:
-        locked = ("backward", "tear", "release")
+        locked = ("backward", "reverse", "tear", "release")
         events = {name: event for name, event in super().events().items() if name not in locked}
         against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
         return {name: _never_backward(event) for name, event in events.items()} | dict(
