@@ -69,7 +69,7 @@ def changes(
         hold=when((mode == FREE) & pressed & is_slow, mode=STUCK, moving=0.0),
         stick=when(slows & is_slow, mode=STUCK, moving=0.0),
         reverse=when(slows & ~is_slow, **onward),
-        move=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
+        _moves=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
         forward=when(is_held & (s > high), mode=1.0, moving=0.0),
         backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
         tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), **onward),

@@ -133,7 +133,9 @@ class Component(Node, partial=True):
         return ()
 
     def events(self) -> Events:
-        """The events by name, as functions of the component's variables."""
+        """The events by name, as functions of the component's variables. Those whose names begin with an underscore are
+        not listed in the log of a run.
+        """
         return {}
 
     def energy(self) -> Energy | None:

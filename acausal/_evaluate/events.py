@@ -89,6 +89,11 @@ class EventSet:
         return np.repeat([entry.kind == kind for entry in self.entries], [entry.count for entry in self.entries])
 
     @ft.cached_property
+    def is_internal(self) -> np.ndarray:
+        """Which of them concern their component alone, since their names begin with an underscore."""
+        return np.repeat([e.name.startswith("_") for e in self.entries], [e.count for e in self.entries])
+
+    @ft.cached_property
     def acts(self) -> np.ndarray:
         """Which of the events change something."""
         return np.repeat([bool(entry.targets) for entry in self.entries], [entry.count for entry in self.entries])

@@ -106,7 +106,9 @@ class RunEvents:
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
         """Those that are listed in the log."""
-        return self._mask(self._of_model("when", "refuse"), False, False, False) | self.acts
+        events = self.system.events
+        named = np.zeros(0, bool) if events is None else ~events.is_internal
+        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
 
     @property
     def is_searched(self) -> bool:

@@ -58,6 +58,9 @@ class Ramp(SignalSource):
         progress = limited((self.t - self.start_time) / self.duration, 0.0, 1.0)
         return dict(ramp=eq(self.y.value, self.offset + self.height * progress))
 
+    def events(self) -> Events:
+        return dict(begin=at(self.start_time), end=at(self.start_time + self.duration))
+
 
 class Sine(SignalSource):
     """y = offset + amplitude sin(2 pi f t + phase)."""
