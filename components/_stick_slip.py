@@ -7,10 +7,10 @@ flow principle`, CACSD 1999).
 
 A stuck pair gives way a little, so that the efforts are determined also where several stuck pairs hold one and the same
 motion: they share it. With the speed v it obeys a = creep s - v / LAG, and so creeps with creep LAG s, too slow to
-matter. All decisions are made by speeds well above that one, `slow`, and none by a number that is zero but for rounding:
-a pair sticks below `slow`, breaks away with no more than a few times that speed, and counts as `moving`, so that it can
-stick again, only above twice the speed at which it sticks. What an event does to the speed of a stuck or a sliding pair
-is seen by the same rules.
+matter. All decisions are made by speeds well above that one, `slow`, and none by a number that is zero but for
+rounding: a pair sticks below `slow`, breaks away with no more than a few times that speed, and counts as `moving`, so
+that it can stick again, only above twice the speed at which it sticks. What an event does to the speed of a stuck or a
+sliding pair is seen by the same rules.
 """
 
 from typing import Any

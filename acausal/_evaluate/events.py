@@ -181,7 +181,7 @@ def _instants(
             return "time"
         return "known" if flat.leaves[index].declaration.role in ("param", "discrete") else "other"
 
-    roles = [role(index) for index in range(len(flat.leaves))]
+    roles: list[Role] = [role(index) for index in range(len(flat.leaves))]
     found = instants(closed, roles, [leaf.stack + leaf.sizes for leaf in flat.leaves])
     return found, tuple(i for i, name in enumerate(roles) if name == "known") if found else ()
 

@@ -14,7 +14,6 @@ from .._reduce.instants import Instants, Role, instants
 from .._reduce.template import Input
 from .plan import Packed, picked
 
-
 _OTHER = -9  # a node that is none of those that are known
 
 

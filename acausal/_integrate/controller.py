@@ -39,7 +39,7 @@ class Steps(diffrax.PIDController):
         wish = on_grid(first - t0)
         return self._up_to_instant(t0, t0 + wish, y0), Control(state, wish, jnp.zeros_like(y0))
 
-    def adapt_step_size(
+    def adapt_step_size(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, t0: Any, t1: Any, y0: Any, y1_candidate: Any, args: Any, y_error: Any, error_order: Any,
         controller_state: Control,
     ) -> Any:  # fmt: skip

@@ -61,7 +61,7 @@ def _error(solution: Solution) -> Exception:
             f"{sentence(result)} {name} cannot have the value it is given: leave out the start value of this "
             "variable, or of those that it is connected to rigidly."
         )
-    t, y = solution._end
+    t, _ = solution._end
     where = f"At t = {float(t):.6g} s: "
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
@@ -86,7 +86,11 @@ def _error(solution: Solution) -> Exception:
 def _about_steps(solution: Solution) -> str:
     """What was hard to integrate, and what happened last."""
     system, errors = solution.system, np.asarray(solution._errors)
-    names = [name for name, pair in zip(system.state_names, system.states, strict=True) for _ in range(system.plan.size(pair[0]))]
+    names = [
+        name
+        for name, pair in zip(system.state_names, system.states, strict=True)
+        for _ in range(system.plan.size(pair[0]))
+    ]
     values = np.asarray(solution._end[1])
     lines = []
     if np.all(np.isfinite(errors)):

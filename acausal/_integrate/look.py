@@ -90,7 +90,9 @@ def look(
             low, _pick(is_end, new, s.high), _pick(is_end, new, s.end), holds, offset, jnp.where(is_start, end, s.x),
             s.begins, s.is_found, s.is_over, s.count + 1,
         )  # fmt: skip
-        is_clear = is_end & ~jnp.any(_is_near(low, new, holds) | _began(new.g, holds, either) | _began(low.g, holds, either))
+        is_clear = is_end & ~jnp.any(
+            _is_near(low, new, holds) | _began(new.g, holds, either) | _began(low.g, holds, either)
+        )
         passed = s._replace(low=s.end, holds=_goes_on(new.g, holds, either), is_over=is_clear)
         return jax.lax.cond(is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, is_end))
 
@@ -122,10 +124,19 @@ def look(
 
     none = jnp.zeros_like(holds)
     last = Point(end, jnp.zeros_like(start.g), jnp.zeros_like(start.g))
+    no = jnp.asarray(False)
     begin = _Search(
-        start, last, last, holds, jnp.zeros_like(start.g), jnp.where(is_known, end, start.t), none, jnp.asarray(False), jnp.asarray(False),
-        jnp.where(is_known, 1, 0),
-    )  # fmt: skip
+        low=start,
+        high=last,
+        end=last,
+        holds=holds,
+        offset=jnp.zeros_like(start.g),
+        x=jnp.where(is_known, end, start.t),
+        begins=none,
+        is_found=no,
+        is_over=no,
+        count=jnp.where(is_known, 1, 0),
+    )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     last = s.end._replace(g=s.end.g + s.offset)
     return Found(s.is_found, s.high.t, s.low.t, s.begins & s.is_found, s.holds, last)
@@ -179,9 +190,7 @@ def _judged(low: Point, high: Point, holds: Any, either: np.ndarray, length: Any
     )
 
 
-def _aim(
-    q0: Any, q1: Any, p0: Any, p1: Any, width: Any, begins: Any, bumps: Any, short: Any, count: Any
-) -> Any:
+def _aim(q0: Any, q1: Any, p0: Any, p1: Any, width: Any, begins: Any, bumps: Any, short: Any, count: Any) -> Any:
     """The share of an interval at which to look: by turns before and behind where the zero probably is, or at the
     extremum, and lest that comes no nearer, half-way.
     """

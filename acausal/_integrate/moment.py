@@ -61,7 +61,7 @@ def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> 
 
 
 def _array(tangent: Any) -> Any:
-    return jnp.zeros(tangent.shape, tangent.dtype) if isinstance(tangent, SymbolicZero) else tangent
+    return jnp.zeros(tangent.shape) if isinstance(tangent, SymbolicZero) else tangent
 
 
 def _pushed(function: Any, primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Any, Any]:

@@ -78,7 +78,7 @@ def _solution(settings: Settings, given: Given, raw: diffrax.Solution, y0: Any, 
         _dense=raw.interpolation,
         _losses=y_end[layout.losses],
         _errors=raw.controller_state.error[layout.states],  # pyright: ignore[reportOptionalMemberAccess]
-        _record=None if system.events is None else raw.solver_state.record,  # pyright: ignore[reportOptionalMemberAccess]
+        _record=None if system.events is None else raw.solver_state.events.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _layout=layout,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,

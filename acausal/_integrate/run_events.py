@@ -139,7 +139,13 @@ class RunEvents:
         """How far each condition is above zero, where it is true; -1 for what is scheduled."""
         events, stop = self.system.events, self.settings.stop
         wanted = {leaf for part in (events and events.margins, stop) if part for leaf in part.leaves}
-        values = self._values(t, y, given, self.system.evaluate(t, y[self.layout.point], given.inputs, wanted_pairs(self.system, wanted)), wanted)
+        values = self._values(
+            t,
+            y,
+            given,
+            self.system.evaluate(t, y[self.layout.point], given.inputs, wanted_pairs(self.system, wanted)),
+            wanted,
+        )
         found = events.margins([values[leaf] for leaf in events.margins.leaves]) if events else []
         parts = self._in_order(found, -1.0)
         if self.n_curved:

@@ -24,20 +24,25 @@ ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
 
 
 class Memory(eqx.Module):
-    """What is carried from step to step: of events, which conditions hold, which have just become true, their margins
-    if nothing has `jumped`, when the scheduled ones are due, what happened so far, and how many in a row were close to
-    the time `mark`.
-    """
+    """What is carried from step to step."""
 
     inner: Any
-    holds: Any = None
-    fresh: Any = None
-    point: Point | None = None
-    due: Any = None
-    record: Record | None = None
-    mark: Any = None
-    crowd: Any = None
-    jumped: Any = False
+    events: "EventMemory | None"
+
+
+class EventMemory(NamedTuple):
+    """Of the conditions, which hold and which have just become true, and their margins, if nothing has `jumped` since;
+    when scheduled events are due; what happened so far, and how many in a row were close to the time `mark`.
+    """
+
+    holds: Any
+    fresh: Any
+    point: Point
+    due: Any
+    record: Record
+    mark: Any
+    crowd: Any
+    jumped: Any
 
 
 class _Event(NamedTuple):
@@ -70,7 +75,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     project: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
     remember: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
-    begin: Any  # the `Memory` to start with, but for that of the solver
+    begin: Any  # the `EventMemory` to start with, None without events
 
     @property
     def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -100,7 +105,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> Memory:
         inner = self.solver.init(terms, t0, t1, self.layout.core(y0), (args, y0[self.layout.carried]))
-        return eqx.tree_at(lambda memory: memory.inner, self.begin, inner, is_leaf=lambda x: x is None)
+        return Memory(inner, self.begin)
 
     def func(self, terms: Any, t0: Any, y0: Vector, args: Given) -> Vector:
         carried = y0[self.layout.carried]
@@ -110,17 +115,16 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: Memory, made_jump: Any
     ) -> tuple[Vector, Vector, dict[str, Any], Memory, diffrax.RESULTS]:
-        layout, state = self.layout, solver_state
+        layout, state = self.layout, solver_state.events
         carried = y0[layout.carried]
-        end = t1 if self.events is None else _short_of(t1, y0[layout.next_instant])
-        jumped = made_jump if state.jumped is False else made_jump | state.jumped
+        end = t1 if state is None else _short_of(t1, y0[layout.next_instant])
+        jumped = made_jump if state is None else made_jump | state.jumped
         core, error, info, inner, result = self.solver.step(
-            terms, t0, end, layout.core(y0), (args, carried), state.inner, jumped
+            terms, t0, end, layout.core(y0), (args, carried), solver_state.inner, jumped
         )
         error = layout.joined(error, jnp.zeros_like(carried))
-        if self.events is None:
-            y = self._projected(t1, layout.joined(core, carried), args)
-            y, state = self._remembered(t1, y, args), Memory(inner)
+        if state is None:
+            y = self._remembered(t1, self._projected(t1, layout.joined(core, carried), args), args)
         else:
             inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
             path = Span(t0, end, inner_path, carried, y0[layout.memory], layout)
@@ -128,9 +132,8 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             # A run that has ended stays where it is.
             has_ended = y0[layout.outcome] != 0
             y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
-            state = eqx.tree_at(lambda s: s.inner, state, inner, is_leaf=lambda x: x is None)
         info = {"inner": info, "begin": t0, "end": end, "carried": carried, "memory": y[layout.memory]}
-        return y, error, info, state, result
+        return y, error, info, Memory(inner, state), result
 
     def _projected(self, t: Any, y: Vector, given: Given) -> Vector:
         """The vector on the invariants."""
@@ -146,8 +149,8 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given))
 
     def _through_events(
-        self, path: "Span", t0: Any, t1: Any, y1: Vector, state: Memory, given: Given
-    ) -> tuple[Vector, Memory]:
+        self, path: "Span", t0: Any, t1: Any, y1: Vector, state: EventMemory, given: Given
+    ) -> tuple[Vector, EventMemory]:
         """The vector at the end of a step or after the first events in it."""
         layout, events, forward = self.layout, self.events, given.direction
         assert events is not None
@@ -155,11 +158,11 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         t = jnp.where(found.is_any, found.t, t1)
         y = self._projected(t, jnp.where(found.is_any, path.evaluate(t), y1), given)
         idle = jnp.zeros(events.total, bool)
-        memory = Memory(
-            None, found.holds, idle, found.point, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
+        memory = EventMemory(
+            found.holds, idle, found.point, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
         )
 
-        def happening() -> tuple[Vector, Memory]:
+        def happening() -> tuple[Vector, EventMemory]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
             settled = settle(events, forward * t, y, found.begins, found.holds, due, state.record, given)
@@ -169,18 +172,18 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
             instant = forward * events.next_instant(due, settled.t, y1, given)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
-            return y1, Memory(
-                None, settled.holds, settled.fresh, found.point, due, settled.record, mark, crowd, found.is_any
+            return y1, EventMemory(
+                settled.holds, settled.fresh, found.point, due, settled.record, mark, crowd, found.is_any
             )
 
-        def idling() -> tuple[Vector, Memory]:
+        def idling() -> tuple[Vector, EventMemory]:
             status = jnp.stack([y[layout.outcome], t, found.cut, y[layout.next_instant]])
             return layout.with_part(y, layout.status, status), memory
 
         y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any | found.arrives), happening, idling)
         return self._remembered(t, y, given), memory
 
-    def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: Memory, given: Given) -> _Event:
+    def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:
         """Which events begin first in a step, and when; none where it has to be repeated up to there."""
         events, forward = self.events, given.direction
         assert events is not None
@@ -204,7 +207,11 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
         events, times = self.events, given.numbers.times
         assert events is not None
-        is_cut = jnp.any(found.begins & events.bends) & (found.t - t0 > CLOSE * (t1 - t0)) & (t1 - found.t > CLOSE * (t1 - t0))
+        is_cut = (
+            jnp.any(found.begins & events.bends)
+            & (found.t - t0 > CLOSE * (t1 - t0))
+            & (t1 - found.t > CLOSE * (t1 - t0))
+        )
         if times is not None:
             saves = given.direction * times
             is_cut |= found.is_any & jnp.any((saves > found.t) & (saves <= t1))
@@ -222,7 +229,7 @@ def _short_of(t1: Any, instant: Any) -> Any:
 
 
 def _crowded(
-    events: RunEvents, state: Memory, since: Any, t: Any, begins: Any, given: Given
+    events: RunEvents, state: EventMemory, since: Any, t: Any, begins: Any, given: Given
 ) -> tuple[Any, Any, Any]:
     """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
     close together, or one happens again at once. `since` is the time since the start of the step.

@@ -14,7 +14,7 @@ from .record import Record
 from .run_events import RunEvents
 from .settings import Settings
 from .settle import settle
-from .stepper import Memory, Stepper
+from .stepper import EventMemory, Stepper
 
 
 def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
@@ -32,7 +32,7 @@ def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
     return rates
 
 
-def solver_of(settings: Settings, events: RunEvents | None, begin: Memory) -> Any:
+def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory | None) -> Any:
     """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
     if system.mass is not None:
@@ -56,7 +56,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: Memory) -> An
     )
 
 
-def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, Memory]:
+def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, EventMemory | None]:
     """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
     carried from step to step.
     """
@@ -66,7 +66,7 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     rest = jnp.zeros(layout.size - layout.discrete.stop)
     y = jnp.concatenate([y0, guess, *discrete, rest])
     if not settings.has_events:
-        return _remembered(settings, given, y), None, Memory(None)
+        return _remembered(settings, given, y), None, None
     events, t0 = RunEvents(settings, layout), numbers.t0
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
@@ -77,8 +77,8 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     due = events.due(t0, y, given)
     instant = given.direction * events.next_instant(due, t0, y, given)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
-    memory = Memory(
-        None, settled.holds, settled.fresh, Point(t0, none * 0.0, none * 0.0), due, settled.record,
+    memory = EventMemory(
+        settled.holds, settled.fresh, Point(t0, none * 0.0, none * 0.0), due, settled.record,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return layout.with_part(y, layout.status, status), events, memory

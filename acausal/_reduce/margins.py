@@ -34,8 +34,9 @@ _LOGIC: dict[str, Callable[..., Any]] = {
 def margins(closed: ClosedJaxpr, inputs: list[Any]) -> list[Any]:
     """The outputs of a jaxpr, each truth value as its margin; real outputs as they are.
 
-    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign, of `&` the smaller one, of `|` the larger one. What is
-    neither, such as a comparison of modes, has the margin 1 or -1.
+    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign; of
+    `&` it is the smaller one, of `|` the larger one. What is neither, such as a comparison of modes, has the margin 1
+    or -1.
     """
     jaxpr = closed.jaxpr
     values: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
