@@ -1,4 +1,4 @@
-"""The events that the components of a model state: when they happen and what they change, as functions of its leaves."""
+"""The events that the components of a model state: when they happen, what they change, as functions of its leaves."""
 
 import dataclasses
 import functools as ft
