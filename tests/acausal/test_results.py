@@ -14,6 +14,7 @@ from acausal import (
     Component,
     Connections,
     Equations,
+    Events,
     Param,
     ParameterError,
     Result,
@@ -23,6 +24,7 @@ from acausal import (
     Var,
     connect,
     eq,
+    refuse,
     simulate,
 )
 from components.rotational import IdealGear, Inertia
@@ -79,6 +81,18 @@ class ParallelGears(Component):
 def parallel_gears() -> ParallelGears:
     gears = {name: IdealGear(ratio=ratio) for name, ratio in (("one", 0.3), ("two", 0.1), ("three", 3.0))}
     return ParallelGears(first=Inertia(J=1.0), last=Inertia(J=2.0), **gears)
+
+
+class OneWay(Component):
+    """x falls from 1 to below 1/2, where it must not be."""
+
+    x: Var[Scalar, ""] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(fall=eq(d.x, -1.0, check_units=False))
+
+    def events(self) -> Events:
+        return dict(backwards=refuse(self.x < 0.5, "it would run backwards"))
 
 
 class Holder(Component):
@@ -139,6 +153,12 @@ RUNS: dict[str, Run] = {
         lambda **k: simulate(forced_gear(), 1.0, save="end", **k),
         SimulationError,
         r"contradict the constraints.*Set fewer of them.*force",
+    ),
+    "refused": Run(
+        Result.refused,
+        lambda **k: simulate(Holder(part=OneWay()), 1.0, save="end", **k),
+        SimulationError,
+        r"At t = 0\.5 s: .*part.*it would run backwards",
     ),
     "undetermined": Run(
         Result.undetermined,
