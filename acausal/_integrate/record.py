@@ -10,26 +10,21 @@ Vector: TypeAlias = Float[Array, " n"]
 
 
 class Record(eqx.Module):
-    """The first events: `times`, `numbers` (-1: none yet), and the vectors `before` and `after`, or nothing of them.
-
-    `count` is how many there were; `last_time` and `last_number` tell of the last one, recorded or not.
+    """The first events: `times`, `numbers` (-1: none yet), and the vectors `before`, or nothing of them; `count` is how
+    many there were, recorded or not.
     """
 
     times: Float[Array, " records"]
     numbers: Int[Array, " records"]
     before: Float[Array, "records n"]
-    after: Float[Array, "records n"]
     count: Any
-    last_time: Any
-    last_number: Any
 
     @classmethod
     def empty(cls, size: int, n: int) -> "Record":
         """A record with room for `size` events and vectors of `n` elements."""
-        times, numbers, vectors = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n))
-        return cls(times, numbers, vectors, vectors, jnp.asarray(0), jnp.asarray(-jnp.inf), jnp.asarray(-1))
+        return cls(jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n)), jnp.asarray(0))
 
-    def noted(self, when: Any, before: Vector, after: Vector, fired: Any) -> "Record":
+    def noted(self, when: Any, before: Vector, fired: Any) -> "Record":
         """The record with the events that have fired at one moment."""
         if not fired.size:
             return self
@@ -42,8 +37,5 @@ class Record(eqx.Module):
             jnp.where(is_new, when, self.times),
             jnp.where(is_new, numbers, self.numbers),
             jnp.where(is_new[:, None], before[:n], self.before),
-            jnp.where(is_new[:, None], after[:n], self.after),
             self.count + jnp.sum(fired),
-            jnp.asarray(when, float),
-            jnp.argmax(fired),
         )
