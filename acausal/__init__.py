@@ -50,7 +50,7 @@ from ._integrate.solution import Solution as Solution
 from ._integrate.solution import UnknownNameError as UnknownNameError
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
-from ._precision import compile_loops_whole, enable_double_precision
+from ._jax_settings import compile_loops_whole, enable_double_precision, keep_compiled_programs
 from ._show.check import Check as Check
 from ._show.check import check as check
 from ._show.structure import Structure as Structure
@@ -60,3 +60,4 @@ from ._units.quantity import quantity as quantity
 
 enable_double_precision()
 compile_loops_whole()
+keep_compiled_programs()

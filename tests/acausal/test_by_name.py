@@ -1,14 +1,11 @@
 """Parameters and start values by name, and settings that are checked or made on entry."""
 
-import os
-
 import equinox as eqx
 import numpy as np
 import pytest
 from _models import rc
 
 from acausal import ModelError, ParameterError, parameters, replace, simulate
-from acausal._precision import compile_loops_whole
 from components.rotational import IdealGear
 
 
@@ -41,10 +38,3 @@ def test_a_gear_has_no_ratio_of_zero() -> None:
 def test_tolerance_must_be_positive(rtol: float) -> None:
     with pytest.raises(ModelError, match="is not a tolerance"):
         simulate(rc(v0=1.0), 1.0, rtol=rtol)
-
-
-@pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
-def test_a_setting_of_the_user_wins(monkeypatch: pytest.MonkeyPatch, flags: str, is_set: bool) -> None:
-    monkeypatch.setenv("XLA_FLAGS", flags)
-    compile_loops_whole()
-    assert ("xla_cpu_small_while_loop_byte_threshold" in os.environ["XLA_FLAGS"]) is is_set

@@ -1,0 +1,94 @@
+"""Settings of jax that are made when `acausal` is imported: double precision, loops compiled as a whole, and compiled
+programs kept for later processes.
+"""
+
+import atexit
+import os
+import sys
+import warnings
+from pathlib import Path
+
+import jax
+
+OFF = ("0", "false", "off", "no")
+
+
+def enable_double_precision() -> None:
+    """Switch jax to 64-bit floats unless the environment variable `JAX_ENABLE_X64` says no.
+
+    Pressures of 1e6 Pa beside volumes of 1e-9 m3 and tolerances of 1e-9 do not fit in 32 bits.
+    """
+    if os.environ.get("JAX_ENABLE_X64", "1").lower() in OFF:
+        warnings.warn(
+            "JAX_ENABLE_X64=0: acausal runs in single precision, where tolerances below about 1e-4 cannot be met. "
+            "Unset the variable to get 64-bit floats.",
+            stacklevel=3,
+        )
+        return
+    jax.config.update("jax_enable_x64", True)
+
+
+# In bytes, of the buffers of a loop. A single simulation is below, a wide batch, which runs better in pieces, above.
+SMALL_LOOP = 1_000_000
+
+
+def compile_loops_whole() -> None:
+    """Let XLA compile a loop over small arrays as one function on the CPU, instead of calling each of its operations.
+
+    It halves the time of a simulation. XLA reads its flags once, when jax first compiles; importing `acausal` later
+    than that has no effect. A choice already made in the environment variable `XLA_FLAGS` wins.
+    """
+    flags = os.environ.get("XLA_FLAGS", "")
+    if "xla_backend_extra_options" not in flags:
+        option = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={SMALL_LOOP}"
+        os.environ["XLA_FLAGS"] = f"{flags} {option}".strip()
+
+
+LARGEST = 1_000_000_000  # bytes of compiled programs that are kept
+
+
+def keep_compiled_programs() -> None:
+    """Let jax keep compiled programs in a folder of the user's, so that a later process need not compile them again.
+
+    A folder chosen for jax before (`jax_compilation_cache_dir`, `JAX_COMPILATION_CACHE_DIR`) wins and is left as it is.
+    The environment variable `ACAUSAL_CACHE` names another folder, or none by "off".
+    """
+    chosen = os.environ.get("ACAUSAL_CACHE", "")
+    if chosen.lower() in OFF or jax.config.jax_compilation_cache_dir is not None:  # pyright: ignore
+        return
+    folder = Path(chosen).expanduser() if chosen else _user_cache() / "acausal"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:  # no folder to write to, as on a locked-down machine: everything is compiled anew
+        return
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    atexit.register(forget_oldest, folder, LARGEST)
+
+
+def _user_cache() -> Path:
+    """Where the operating system wants what programs may lose."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+
+
+def forget_oldest(folder: Path, largest: int) -> None:
+    """Remove the files not read for longest, until the rest are no larger than this together.
+
+    Other processes may do the same at the same time: what is gone is gone.
+    """
+    files = []
+    for entry in os.scandir(folder) if folder.is_dir() else ():
+        try:
+            status = entry.stat()
+        except FileNotFoundError:
+            continue
+        files.append((max(status.st_atime, status.st_mtime), status.st_size, Path(entry.path)))
+    total = 0
+    for _, size, path in sorted(files, reverse=True):
+        total += size
+        if total > largest:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,81 @@
+"""What importing the library sets in jax, and that a choice of the user's wins."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from acausal._jax_settings import compile_loops_whole, forget_oldest
+
+HERE = Path(__file__).parent
+
+# The gradient of a time with events on the way: what compiles longest. The last line counts.
+PROGRAM = """
+import jax
+from jax import monitoring
+
+counts = {}
+monitoring.register_event_listener(lambda name, **_: counts.update({name: counts.get(name, 0) + 1}))
+
+from _models import rc
+from test_events import Ball
+
+from acausal import simulate
+
+print(jax.jit(jax.grad(lambda e: simulate(Ball(h=1.0, e=e), 2.0, save="end").final.h))(0.7))
+print(simulate(rc(), 1.0, until=lambda s: s.c.v - 2.0, save="end").t1)
+print(jax.config.jax_compilation_cache_dir)
+print(counts.get("/jax/compilation_cache/cache_misses", 0), counts.get("/jax/compilation_cache/cache_hits", 0))
+"""
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    first, second = (_run({"ACAUSAL_CACHE": str(tmp_path / "programs")}) for _ in range(2))
+    assert first[:2] == second[:2]
+    misses, hits = map(int, first[-1].split())
+    assert misses > 0
+    assert list(map(int, second[-1].split())) == [0, misses + hits]
+
+
+@pytest.mark.parametrize(
+    ("setting", "folder"),
+    [
+        ({"ACAUSAL_CACHE": "off"}, "None"),
+        ({"JAX_COMPILATION_CACHE_DIR": "chosen", "ACAUSAL_CACHE": "other"}, "chosen"),
+        ({"ACAUSAL_CACHE": "/dev/null/none"}, "None"),
+        ({"XDG_CACHE_HOME": "caches"}, os.path.join("caches", "acausal")),
+    ],
+)
+def test_where_programs_are_kept(tmp_path: Path, setting: dict[str, str], folder: str) -> None:
+    program = "import acausal, jax; print(jax.config.jax_compilation_cache_dir)"
+    assert _run(setting, program, tmp_path) == [folder]
+
+
+def _run(setting: dict[str, str], program: str = PROGRAM, where: Path = HERE) -> list[str]:
+    """The lines that a program prints in a process of its own, which has no setting but these."""
+    inherited = {k: v for k, v in os.environ.items() if "CACHE" not in k}
+    python_path = os.pathsep.join([str(HERE), str(HERE.parents[1])])
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**inherited, **setting, "PYTHONPATH": python_path}, cwd=where, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_what_was_not_read_for_longest_is_forgotten_first(tmp_path: Path) -> None:
+    for age, name in enumerate("abcd"):
+        (tmp_path / name).write_bytes(bytes(100))
+        os.utime(tmp_path / name, (1e9 - age, 1e9 - age))
+    forget_oldest(tmp_path, 250)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"]
+    forget_oldest(tmp_path / "not there", 0)
+
+
+@pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
+def test_flags_of_the_user_win(monkeypatch: pytest.MonkeyPatch, flags: str, is_set: bool) -> None:
+    monkeypatch.setenv("XLA_FLAGS", flags)
+    compile_loops_whole()
+    assert ("xla_cpu_small_while_loop_byte_threshold" in os.environ["XLA_FLAGS"]) is is_set
