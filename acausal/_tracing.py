@@ -2,9 +2,18 @@
 
 from typing import Any
 
+import jax
+import numpy as np
 from jax.core import Tracer
 
 
 def is_traced(value: Any) -> bool:
     """Whether `value` is being traced by a transformation such as `jax.jit` or `jax.grad`."""
     return isinstance(value, Tracer)
+
+
+def known(value: Any) -> np.ndarray | None:
+    """The numbers of a value, also while it is differentiated; None where `jax.jit` or `jax.vmap` trace it."""
+    # Of what is only differentiated, this is the number itself.
+    value = jax.lax.stop_gradient(value)
+    return None if is_traced(value) else np.asarray(value)

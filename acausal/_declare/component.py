@@ -101,7 +101,10 @@ Connections: TypeAlias = tuple[Connection, ...]
 
 
 def connect(*ports: Port) -> Connection:
-    """Join two or more ports of one kind: their across variables become equal, their flows sum to zero."""
+    """Join two or more ports of one kind: their across variables become equal, their flows sum to zero.
+
+    Ports of arrays are joined member by member; a single port and those of an array, all with the single one.
+    """
     return Connection(ports)
 
 

@@ -2,13 +2,16 @@
 
 import contextlib
 import dataclasses
+import functools as ft
 import gc
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import jax
 import numpy as np
 
 from .._declare.component import Component
+from .._declare.layout import complete, rebuilt
 from .._errors import StructureError
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
@@ -40,13 +43,34 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
     flat, merged, reduced = _reduced(model)
     _check_all_determined(flat, merged, reduced)
-    chosen = select_states(reduced, None if values is None else values(merged, reduced))
+    pivots = None if values is None else values(merged, reduced)
+    chosen = select_states(reduced, pivots)
     ordered = sort(chosen)
     ordered.states.sort(key=_layout(ordered))
     torn = [tear(ordered, block) for block in ordered.blocks]
     kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
     plan = _plan(ordered, torn, kinds, [])
-    return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [])
+    return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [], (_again, (_shapes(model), pivots)))
+
+
+@ft.lru_cache(maxsize=256)
+def system_for(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+    """The system of all complete models with this tree structure and leaves of these shapes; cached."""
+    return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))
+
+
+def _shapes(model: Component) -> Component:
+    """A model with the shapes of its leaves in place of their values, by which its system can be built again."""
+    shape_of = lambda path, declaration, value: jax.ShapeDtypeStruct(np.shape(value), float)  # noqa: E731
+    return rebuilt(complete(model), shape_of)
+
+
+def _again(model: Component, pivots: np.ndarray | None) -> System:
+    """The system that was built before, possibly in another process."""
+    if pivots is not None:
+        return build(model, lambda merged, reduced: pivots)
+    leaves, structure = jax.tree_util.tree_flatten(model)
+    return system_for(structure, tuple(leaf.shape for leaf in leaves))
 
 
 def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
@@ -80,7 +104,8 @@ def mass_matrix_form(system: System) -> System:
     algebraic = [system.ordered.unknowns[unknown] for torn in system.torn for unknown in torn.tears]
     explicit = [Torn(torn.steps, [], [], "explicit", torn.level) for torn in system.torn if torn.steps]
     plan = _plan(system.ordered, explicit, system.kind_index, algebraic)
-    return dataclasses.replace(system, plan=plan, algebraic=algebraic, solved=system)
+    made = (mass_matrix_form, (system,))
+    return dataclasses.replace(system, plan=plan, algebraic=algebraic, made=made, solved=system)
 
 
 def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: list[Pair]) -> Plan:

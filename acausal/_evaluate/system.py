@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import jax
@@ -47,6 +47,7 @@ class System:
     plan: Plan
     kind_index: dict[int, int]
     algebraic: list[Pair]
+    made: tuple[Callable[..., "System"], tuple[Any, ...]]  # what it was made by, and from
     solved: "System | None" = None
 
     @property
@@ -57,6 +58,16 @@ class System:
     def __repr__(self) -> str:
         size = f"{len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups"
         return f"<System of {self.name}: {size}>"
+
+    def __reduce__(self) -> tuple[Callable[..., "System"], tuple[Any, ...]]:
+        # Traced equations cannot be stored; what is stored is what they are made from.
+        return self.made
+
+    def __deepcopy__(self, memo: Any) -> "System":
+        return self
+
+    def __copy__(self) -> "System":
+        return self
 
     @property
     def states(self) -> list[Pair]:

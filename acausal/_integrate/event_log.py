@@ -7,7 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from .._tracing import is_traced
+from .._errors import ModelError, suggestion
+from .._tracing import known
 from .record import Record
 
 
@@ -27,19 +28,35 @@ class EventLog(eqx.Module):
     @classmethod
     def of(cls, record: Record, labels: Sequence[str]) -> "EventLog":
         """The log of a run's record."""
-        times, numbers = record.times, record.numbers
-        if not is_traced(times) and jnp.ndim(times) == 1:
-            kept = np.asarray(numbers) >= 0
-            times, numbers = times[kept], numbers[kept]
+        times, numbers, found = record.times, record.numbers, known(record.numbers)
+        if found is not None and found.ndim == 1:
+            times, numbers = times[found >= 0], numbers[found >= 0]
         return cls(times, numbers, record.count, tuple(labels))
+
+    @classmethod
+    def empty(cls, batch: tuple[int, ...]) -> "EventLog":
+        """The log of runs in which nothing can happen."""
+        return cls(jnp.zeros((*batch, 0)), jnp.zeros((*batch, 0), int), jnp.zeros(batch, int), ())
 
     @property
     def names(self) -> list[str]:
         """The component and what happened to it, for each event of a single run."""
-        return [self.labels[number] for number in np.asarray(self.numbers).tolist() if number >= 0]
+        return [self.labels[number] for number in self._known_numbers.tolist() if number >= 0]
+
+    @property
+    def _known_numbers(self) -> np.ndarray:
+        numbers = known(self.numbers)
+        if numbers is None or numbers.ndim > 1:
+            raise ModelError("The names of events are those of a single run, outside of jit and vmap: use of_event.")
+        return numbers
 
     def of_event(self, name: str) -> Any:
-        """The times of one event, infinite where it is another one."""
+        """The times of one event, infinite where it is another one.
+
+        Raises `ModelError` for a name that no event of the model has.
+        """
+        if name not in self.labels:
+            raise ModelError(f"The model has no event {name!r}.{suggestion(name, self.labels)}")
         return jnp.where(self.numbers == self.labels.index(name), self.times, jnp.inf)
 
     def plot(self, ax: Any = None) -> Any:
@@ -49,12 +66,13 @@ class EventLog(eqx.Module):
         return plot_events(np.asarray(self.times), self.names, ax)
 
     def __len__(self) -> int:
-        return int(np.sum(np.asarray(self.numbers) >= 0))
+        return int(np.sum(self._known_numbers >= 0))
 
     def __str__(self) -> str:
         lines = [f"{'time [s]':>14}  event"]
-        lines += [f"{time:14.9g}  {name}" for time, name in zip(np.asarray(self.times), self.names, strict=False)]
-        missing = int(self.count) - len(self)
+        times = np.asarray(known(self.times))
+        lines += [f"{time:14.9g}  {name}" for time, name in zip(times, self.names, strict=False)]
+        missing = int(known(self.count) or 0) - len(self)
         return "\n".join(
             lines + ([f"and {missing} more; simulate(..., max_events=...) records more"] if missing else [])
         )

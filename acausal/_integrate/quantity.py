@@ -66,12 +66,12 @@ def _key_of(function: Callable[..., Any]) -> Hashable | None:
         return None
     cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
     named = tuple(function.__globals__[name] for name in code.co_names if name in function.__globals__)
-    if all(isinstance(value, int | float) or value in _LIBRARIES for value in cells + named):
+    if all(isinstance(value, int | float) or id(value) in _LIBRARIES for value in cells + named):
         return code, cells, named
     return None
 
 
-_LIBRARIES = (jax, jnp, np, math)  # modules that do not change
+_LIBRARIES = frozenset(map(id, (jax, jnp, np, math)))  # modules that do not change
 
 
 def _fingerprint(closed: ClosedJaxpr | Jaxpr) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
 from .._errors import ModelError, ParameterError
-from .._evaluate.building import build
+from .._evaluate.building import system_for
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .._units.quantity import has_unit
@@ -211,9 +211,4 @@ def _system_of(structure: Any, given: Sequence[Any]) -> System:
 def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The same system for a model with and without start values."""
     layout = layout_of(structure)
-    return _complete_system(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
-
-
-@ft.lru_cache(maxsize=256)
-def _complete_system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
-    return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))
+    return system_for(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))

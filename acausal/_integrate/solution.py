@@ -15,7 +15,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._tracing import is_traced
+from .._tracing import is_traced, known
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .result import sentence
@@ -81,32 +81,34 @@ class Solution(eqx.Module):
         """Saved rows, and where steps are saved, those before each event; `columns` are theirs in the vector that is
         stepped, None for the times.
         """
-        times, rows, record = self._trimmed(self._path[0]), self._trimmed(rows), self._record
-        if record is None or self.is_batched or is_traced(times) or not record.before.shape[-1]:
+        times, record = known(self._path[0]), self._record
+        if self.is_batched or times is None:
             return rows
-        moments = np.asarray(record.times)
+        reached = np.isfinite(times)
+        times, rows = times[reached], rows[reached]
+        if record is None or not record.before.shape[-1]:
+            return rows
+        moments, numbers, start = known(record.times), known(record.numbers), known(self._start[0])
+        assert moments is not None
+        assert numbers is not None
+        assert start is not None
         # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
-        shown = (np.asarray(record.numbers) >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]])
-        shown &= moments > np.asarray(self._start[0])
-        before = moments[shown] if columns is None else np.asarray(record.before)[shown][:, columns]
+        shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > start)
+        before = record.times[shown] if columns is None else record.before[shown][:, columns]
         order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
-        return np.concatenate([before, rows])[order]
-
-    def _trimmed(self, rows: Any) -> Any:
-        if self.is_batched or is_traced(self._path[0]):
-            return rows
-        return rows[np.isfinite(np.asarray(self._path[0]))]
+        xp = jnp if is_traced(before) or is_traced(rows) else np
+        return xp.concatenate([before, rows])[order]
 
     @property
     def values(self) -> Any:
         """The model with trajectories in place of its variables."""
         ts, ys = self._rows
-        if self.is_batched or is_traced(ts) or len(ts) == 0:
+        if self.is_batched or known(ts) is None or len(ts) == 0:
             return self._view(ts, ys)
         # Rounded up to a power of two, so that runs of different length share one compilation.
-        more = (1 << max(6, (len(ts) - 1).bit_length())) - len(ts)
-        padded = self._view(np.pad(ts, (0, more), mode="edge"), np.pad(ys, ((0, more), (0, 0)), mode="edge"))
-        leaves, structure = jax.tree_util.tree_flatten(padded)
+        rows = np.minimum(np.arange(1 << max(6, (len(ts) - 1).bit_length())), len(ts) - 1)
+        ts_padded, ys_padded = ((x if is_traced(x) else np.asarray(x))[rows] for x in (ts, ys))
+        leaves, structure = jax.tree_util.tree_flatten(self._view(ts_padded, ys_padded))
         cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.leaves]
         return structure.unflatten([x[: len(ts)] if c else x for x, c in zip(leaves, cut, strict=True)])
 
@@ -142,11 +144,10 @@ class Solution(eqx.Module):
 
     @property
     def events(self) -> EventLog:
-        """The events of the run in their order; `print` it for a table."""
-        if self._record is None:
-            raise ModelError("The model has no events: none of its components states any.")
+        """The events of the run in their order; `print` it for a table. Empty where no component states any."""
         events = self.system.events
-        assert events is not None
+        if self._record is None or events is None:
+            return EventLog.empty(jnp.shape(self.t1))
         return EventLog.of(self._record, events.labels)
 
     @property

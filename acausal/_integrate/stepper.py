@@ -1,6 +1,6 @@
 """Any solver, and after each of its steps what the model asks for: a return to the invariants, and events."""
 
-import functools as ft
+import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -95,7 +95,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
 
     @property
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
-        return _interpolation(self.solver.interpolation_cls, self.layout)
+        return SpanOf(self.solver.interpolation_cls, self.layout)
 
     def order(self, terms: Any) -> Any:
         return self.solver.order(terms)
@@ -262,11 +262,12 @@ class Span(diffrax.AbstractLocalInterpolation):
         return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
 
 
-@ft.cache
-def _interpolation(inner: Any, layout: StateVector) -> Any:
-    """One function for each kind of inner interpolation, since jax compiles anew for another one."""
+@dataclasses.dataclass(frozen=True)
+class SpanOf:
+    """Makes spans; equal for one kind of inner interpolation, since jax compiles anew for another one."""
 
-    def make(*, t0: Any, t1: Any, begin: Any, end: Any, carried: Vector, memory: Vector, **info: Any) -> Span:
-        return Span(t0, t1, inner(t0=begin, t1=end, **info["inner"]), carried, memory, layout)
+    inner: Callable[..., diffrax.AbstractLocalInterpolation]
+    layout: StateVector
 
-    return make
+    def __call__(self, *, t0: Any, t1: Any, begin: Any, end: Any, carried: Vector, memory: Vector, **info: Any) -> Span:
+        return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)

@@ -28,8 +28,9 @@ class Joints:
     its own port to its parts; the flow counts with opposite signs. So a flow node has two ends, 2 node + side.
     """
 
-    def __init__(self, node_path: Callable[[int], str]) -> None:
+    def __init__(self, node_path: Callable[[int], str], *, split: bool = False) -> None:
         self._path = node_path
+        self._split = split  # whether the elements of array variables are nodes of their own
         self.across: list[np.ndarray] = []
         self.flows: list[np.ndarray] = []
         self.joined_outside: list[np.ndarray] = []
@@ -72,11 +73,12 @@ class Joints:
     def _pair(self, a: Port, side_a: int, b: Port, side_b: int, where: str) -> None:
         self._check_alike(a, b, where)
         for name, declaration in dynamic_fields(type(a)):
-            left, right = vars(a)[name], vars(b)[name]
+            own = len(declaration.sizes or ()) if declaration is not None and self._split else 0
+            left, right = _spread(vars(a)[name], vars(b)[name], where.count("[]"), own)
             if np.shape(left) != np.shape(right):
                 raise ModelError(
                     f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} "
-                    "ports. Select as many members of one array as of the other."
+                    "ports. Select as many members of one array as of the other, or a single one."
                 )
             pairs = np.stack([np.ravel(left), np.ravel(right)], axis=1)
             if declaration is not None and declaration.role == "flow":
@@ -106,6 +108,19 @@ class Joints:
         edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
         ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))
         return across, _flow_sets(ends, edges)
+
+
+def _spread(a: np.ndarray, b: np.ndarray, around: int, own: int) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the nodes of two ports, those of a single port repeated for each member of an array.
+
+    `around` axes are those of arrays around the component that connects them, the last `own` those of a variable.
+    """
+    few, many = (a, b) if np.ndim(a) <= np.ndim(b) else (b, a)
+    if np.ndim(few) == np.ndim(many) or np.ndim(few) != around + own:
+        return a, b
+    single = np.expand_dims(few, tuple(range(around, around + np.ndim(many) - np.ndim(few))))
+    each = np.broadcast_to(single, np.shape(many))
+    return (each, b) if few is a else (a, each)
 
 
 def _flow_sets(ends: np.ndarray, edges: np.ndarray) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:

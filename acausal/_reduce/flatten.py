@@ -162,7 +162,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
         for leaf in walker.leaves
     ]  # fmt: skip
     view = structure.unflatten(ids)
-    joined = Joints(walker.node_path)
+    joined = Joints(walker.node_path, split=split)
     joined.visit(view, "", is_root=True)
     across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
     instances, name = list(walker.instances.values()), type(model).__name__

@@ -270,17 +270,3 @@ def test_events_change_what_can_change(changes: dict[str, float], message: str) 
 
     with pytest.raises(ModelError, match=message):
         simulate(Bad(), 1.0)
-
-
-def test_model_without_events() -> None:
-    sol = simulate(Inert(), 1.0, save="end")
-    with pytest.raises(ModelError, match="no events"):
-        _ = sol.events
-
-
-class Inert(Component):
-    T: Param[Scalar, "s"] = 1.0
-    x: Var[Scalar, "m"] = 1.0
-
-    def equations(self, d: Self) -> Equations:
-        return dict(decay=eq(self.T * d.x, -self.x))
