@@ -17,7 +17,7 @@ Role = Literal["param", "var", "flow", "time", "discrete"]
 
 @dataclasses.dataclass(frozen=True)
 class Sign:
-    """The range a parameter is declared to lie in."""
+    """The range that a parameter or a variable is declared to lie in."""
 
     name: Literal["positive", "nonnegative", "nonzero"]
 
@@ -76,8 +76,9 @@ Option = Sign | Select | Nominal | Shape
 class Declaration:
     """What a class says of one leaf.
 
-    `sign` applies to parameters; `select`, `nominal` and `start`, the value to start from where a model gives none, to
-    variables; `sizes` is empty for a scalar, and None for a parameter that takes the shape of the value it is given.
+    `sign` is the range that its values must lie in. `select`, `nominal` and `start`, the value to start from where a
+    model gives none, apply to variables. `sizes` is empty for a scalar, and None for a parameter that takes the shape
+    of the value it is given.
     """
 
     role: Role

@@ -143,6 +143,11 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
         start = 0.0 if default is dataclasses.MISSING else default
         if not isinstance(start, int | float):
             raise ModelError(f"{where} must start from a plain number, got {start!r}.")
+        if declaration.sign is not None and not declaration.sign.admits(start):
+            raise ModelError(
+                f"{where} must be {declaration.sign.name}, but starts from {start:g}. Give it a value in its range to "
+                "start from, as in `T: Var[Scalar, 'K', positive] = 293.15`."
+            )
         declaration, default = dataclasses.replace(declaration, start=float(start)), None
     metadata = {"declaration": declaration}
     converter = ft.partial(_CONVERTERS[declaration.role], unit=declaration.unit, where=where)
@@ -155,7 +160,9 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
     def __check_init__(self) -> None:
         for name, declaration in dynamic_fields(type(self)):
             sign, value = declaration and declaration.sign, getattr(self, name)
-            if sign is not None and not is_traced(value) and not np.all(sign.admits(np.asarray(value))):
+            if sign is None or value is None or is_traced(value):
+                continue
+            if not np.all(sign.admits(np.asarray(value))):
                 assert declaration is not None
                 raise ParameterError(
                     f"{type(self).__name__}.{name} must be {sign.name}, got {value} {declaration.unit}."

@@ -6,20 +6,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
-from .affine import Affine, Minus, computed, evaluate, negated, over, plus, scale, solved_for, times
+from .._reduce.ranges import is_within, within
+from .affine import Affine, Minus, computed, evaluate, plus, scale, solved_for, times
+from .elimination import UNROLLED, eliminated
 from .program import Arg, Program, Step
-
-ITERATIONS = 100
-HUGE = 1e100
-# Both methods converge quadratically: a last step this small leaves an error near rounding. A trust region stalls where
-# rounding hides the progress of a step, so its tolerance stays well above.
-NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
-# Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
-DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
-UNROLLED = 6  # linear systems up to this size are eliminated in the traced program, larger ones by LAPACK
+from .roots import scaled_root
 
 
 class Known:
@@ -45,8 +38,15 @@ class Known:
 def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
     """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve.
 
-    They may be `Minus` arrays, whose sign is left to whoever reads them.
+    They may be `Minus` arrays, whose sign is left to whoever reads them. What lies outside its range is NaN.
     """
+    return [
+        within(computed(value), ranges) if ranges else value
+        for value, ranges in zip(_unknowns(program, known, guesses), program.ranges, strict=True)
+    ]
+
+
+def _unknowns(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
     if program.kind == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
     if program.kind == "linear" and program.is_elementwise and program.n_tears <= UNROLLED:
@@ -96,7 +96,7 @@ def _linear(program: Program, known: Known) -> list[Any]:
     """Eliminate the steps symbolically; what is left is a small system for the tearing variables, A x + b = 0."""
     indices = list(_tear_indices(program))
     unknowns, rows = _symbolic(program, known)
-    solution = _eliminated([[row.terms.get(i) for i in indices] for row in rows], [row.base for row in rows])
+    solution = eliminated([[row.terms.get(i) for i in indices] for row in rows], [row.base for row in rows])
     return [_inserted(value, dict(zip(indices, solution, strict=True))) for value in unknowns]
 
 
@@ -120,30 +120,6 @@ def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
     for symbol, factor in value.terms.items():
         total = plus(total, times(factor, tears[symbol]))
     return 0.0 if total is None else total
-
-
-def _eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
-    """Solve A x + b = 0, entry by entry, with partial pivoting; None stands for a structural zero."""
-    n = len(matrix)
-    if n == 1:
-        return [0.0 if constant[0] is None else negated(over(constant[0], matrix[0][0]))]
-    rows = [
-        [0.0 if value is None else computed(value) for value in (*row, b)]
-        for row, b in zip(matrix, constant, strict=True)
-    ]
-    for k in range(n):
-        for other in range(k + 1, n):
-            swap = jnp.abs(rows[other][k]) > jnp.abs(rows[k][k])
-            above = [jnp.where(swap, b, a) for a, b in zip(rows[k], rows[other], strict=True)]
-            rows[other] = [jnp.where(swap, a, b) for a, b in zip(rows[k], rows[other], strict=True)]
-            rows[k] = above
-        for other in range(k + 1, n):
-            factor = rows[other][k] / rows[k][k]
-            rows[other] = [b - factor * a for a, b in zip(rows[k], rows[other], strict=True)]
-    x: list[Any] = [0.0] * n
-    for k in reversed(range(n)):
-        x[k] = -(rows[k][n] + sum(rows[k][j] * x[j] for j in range(k + 1, n))) / rows[k][k]
-    return x
 
 
 def _with_tears(program: Program, known: Known, tears: Sequence[Any]) -> list[Any]:
@@ -177,7 +153,7 @@ def _dense_system(program: Program, known: Known) -> tuple[Any, Any, Callable[[A
 
 
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
-    """Newton's method from the guesses, or Powell's where it fails, differentiated by the implicit function theorem.
+    """The tearing variables, by the search of `scaled_root` from the guesses, with all unknowns in their ranges.
 
     Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
     guess, so that one tolerance fits pascals and cubic millimetres.
@@ -189,10 +165,15 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
         params, values, time = args
         return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
 
+    def is_inside(x: Any, args: Any) -> Any:
+        params, values, time = args
+        found = zip(_with_tears(program, Known(params, values, time), unravel(sizes * x)), program.ranges, strict=True)
+        return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
+
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
     slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
-    root = scaled_root(residual, start / sizes, args, row_scale(slopes), NEWTON, DOGLEG)
+    root = scaled_root(residual, start / sizes, args, row_scale(slopes), is_inside if any(program.ranges) else None)
     return unravel(sizes * root)
 
 
@@ -200,40 +181,3 @@ def row_scale(slopes: Any) -> Any:
     """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
     total = jnp.sum(jnp.abs(slopes), axis=1)
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
-
-
-def scaled_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, *methods: Any) -> Any:
-    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
-
-    The `methods` are tried in turn until one succeeds. Only the root is differentiated: where a method ends that fails,
-    the function may have no derivative.
-    """
-
-    def scaled(x: Any, args: Any) -> Any:
-        scale, args = args
-        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
-        value = residual(x, args) / scale
-        return jnp.where(jnp.isfinite(value), value, HUGE)
-
-    return jax.lax.custom_root(
-        lambda x: scaled(x, (scale, args)),
-        start,
-        lambda _, x: _first_root(scaled, x, jax.lax.stop_gradient((scale, args)), methods),
-        _solved,
-    )
-
-
-def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
-    """The x of a linear function at which it has a value."""
-    matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
-    if len(value) > UNROLLED:
-        return jnp.linalg.solve(matrix, value)
-    return jnp.stack([computed(x) for x in _eliminated([list(row) for row in matrix], list(-value))])
-
-
-def _first_root(residual: Callable[[Any, Any], Any], start: Any, args: Any, methods: Sequence[Any]) -> Any:
-    if not methods:
-        return jnp.full_like(start, jnp.nan)
-    found = optx.root_find(residual, methods[0], start, args, max_steps=ITERATIONS, throw=False)
-    succeeded = (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
-    return jax.lax.cond(succeeded, lambda: found.value, lambda: _first_root(residual, start, args, methods[1:]))

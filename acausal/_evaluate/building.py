@@ -17,6 +17,7 @@ from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flatten import FlatModel, flatten
 from .._reduce.index import Reduced
+from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
@@ -112,7 +113,9 @@ def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: l
     table = ordered.table
     uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
     shapes = [table.flat.leaves[leaf].sizes for leaf in table.flat.leaf_of_node[table.variables]]
-    return Plan(uses, [*ordered.states, *algebraic], shapes)
+    states = [*ordered.states, *algebraic]
+    ranges = {pair: found for pair in states if (found := ranges_of_pair(table, pair))}
+    return Plan(uses, states, shapes, ranges)
 
 
 def _layout(ordered: Sorted) -> Any:

@@ -2,13 +2,14 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._reduce.ranges import Ranges, within
 from .affine import Minus, computed
 from .blocks import Known, residuals, run
 from .program import Program, Use
@@ -92,17 +93,26 @@ class Store:
 class Plan:
     """Places of all states and unknowns, and the groups in an order in which each finds its inputs computed.
 
-    `shapes` gives the shape of each variable. States come first, in the flat vector y.
+    `shapes` gives the shape of each variable, `ranges` those of states that have some. States come first, in the flat
+    vector y.
     """
 
     def __init__(
-        self, uses: Iterable[tuple[int, Use]], states: Sequence[Pair], shapes: Sequence[tuple[int, ...]]
+        self,
+        uses: Iterable[tuple[int, Use]],
+        states: Sequence[Pair],
+        shapes: Sequence[tuple[int, ...]],
+        ranges: Mapping[Pair, Ranges] | None = None,
     ) -> None:
         self.shapes = shapes
         self.places: dict[Pair, Place] = {}
         self.starts = np.concatenate([[0], np.cumsum([self.size(v) for v, _ in states])]).astype(int)
         for pair, start in zip(states, self.starts.tolist(), strict=False):
             self.places[pair] = Place(0, start)
+        self._bounded: dict[Ranges, np.ndarray] = {}  # which elements of the states lie in these ranges
+        for pair, own in ranges.items() if ranges else ():
+            mask = self._bounded.setdefault(own, np.zeros(int(self.starts[-1]), bool))
+            mask[self.places[pair].start + np.arange(self.size(pair[0]))] = True
         self.groups: list[Group] = []
         self._sizes = [int(self.starts[-1])]  # of the segments
         collected: dict[tuple[int, int], list[Use]] = {}
@@ -174,12 +184,18 @@ class Plan:
 
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
-        store = Store(y, time)
+        store = Store(self._within(y), time)
         for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
             outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, packed, guess)
             for i, value in enumerate(outputs):
                 store.add(group.first_segment + i, value)
         return store
+
+    def _within(self, y: Any) -> Any:
+        """The states, NaN where they are outside their ranges."""
+        for ranges, is_own in self._bounded.items():
+            y = jnp.where(is_own, within(y, ranges), y)
+        return y
 
     def collect(self, store: Store, pairs: Sequence[Pair]) -> Any:
         """The values of pairs as one flat vector, contiguous ones copied together."""

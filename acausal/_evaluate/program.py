@@ -4,6 +4,7 @@ import dataclasses
 from typing import Literal, NamedTuple
 
 from .._reduce.aliases import ZERO
+from .._reduce.ranges import Ranges, ranges_of_pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .._reduce.tear import SolutionKind, Torn
@@ -34,6 +35,7 @@ class Program:
     residuals: tuple[Step, ...]
     shapes: tuple[tuple[int, ...], ...]  # of the unknowns
     sizes: tuple[float, ...]  # nominal ones, of the tearing variables
+    ranges: tuple[Ranges, ...]  # of the unknowns
     kind: SolutionKind
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
 
@@ -89,7 +91,8 @@ class _Writer:
         shapes = tuple(flat.leaves[flat.leaf_of_node[self.table.variables[v]]].sizes for v, _ in self.gives)
         slots = tuple((kind, slot) for kind, slot, _ in self.params)
         sizes = tuple(nominal_of(self.table, pair) for pair in self.gives[len(steps) :])
-        program = Program(steps, residuals, shapes, sizes, self.torn.kind, slots)
+        ranges = tuple(ranges_of_pair(self.table, pair) for pair in self.gives)
+        program = Program(steps, residuals, shapes, sizes, ranges, self.torn.kind, slots)
         return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)
 
     def _step(self, row: int, solved: int | None) -> Step:

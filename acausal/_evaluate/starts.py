@@ -43,7 +43,8 @@ class _Sources(NamedTuple):
 class Starts:
     """How the start values in a model's leaves, as one vector, make up those of its variables.
 
-    What is given for one alias holds for all; where none is given, the class of one that is not zero.
+    What is given for one alias holds for all; where none is given, what the class of one says that is not zero, that of
+    a component before that of a port.
     """
 
     flat: FlatModel
@@ -78,6 +79,12 @@ class Starts:
             return values[:, 0]
         return jnp.sum(jnp.where(sources.counts, values, 0.0), axis=1) / np.sum(sources.counts, axis=1)
 
+    def of_leaf(self, inputs: Inputs, leaf: int) -> Any:
+        """The start values in one leaf."""
+        place = self.flat.variable_leaves.index(leaf)
+        first, last = np.sum(self._elements[:place]), np.sum(self._elements[: place + 1])
+        return jnp.asarray(inputs.starts)[first:last]
+
     def is_given(self, given: frozenset[int], node: int) -> bool:
         """Whether a start value is given for one of the aliases of a node."""
         return bool(self._given(given, self._aliases(node)).any())
@@ -108,10 +115,13 @@ class Starts:
     def _counted(self, given: frozenset[int], node: int) -> np.ndarray:
         """The aliases of a node whose start values count."""
         aliases = self._aliases(node)
-        chosen = self._given(given, aliases)
-        if not chosen.any():
-            chosen = np.array([self._leaf(alias).declaration.start != 0 for alias in aliases])
-        return aliases[chosen] if chosen.any() else aliases[:1]
+        leaves = [self._leaf(alias) for alias in aliases]
+        says = np.array([leaf.declaration.start != 0 for leaf in leaves])
+        in_port = np.array([leaf.in_port for leaf in leaves])
+        for chosen in (self._given(given, aliases), says & ~in_port, says):
+            if chosen.any():
+                return aliases[chosen]
+        return aliases[:1]
 
     def _given(self, given: frozenset[int], aliases: np.ndarray) -> np.ndarray:
         return np.array([int(self.flat.leaf_of_node[alias]) in given for alias in aliases], dtype=bool)

@@ -144,7 +144,7 @@ class System:
 
     @ft.cached_property
     def signed_leaves(self) -> list[int]:
-        """Parameters that are declared positive or non-negative, those first that are checked many at once."""
+        """Parameters that are declared with a range, those first that are checked many at once."""
         stacked = [leaf for _, leaves in self._signed_slots for leaf in leaves]
         return stacked + self.signed_singles
 
@@ -153,7 +153,11 @@ class System:
         """Those that are checked one by one."""
         stacked = {leaf for _, leaves in self._signed_slots for leaf in leaves}
         signed = [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
-        return [leaf for leaf in signed if leaf not in stacked]
+        return [leaf for leaf in signed if leaf not in stacked and leaf not in self.variable_leaves]
+
+    def ranged_starts(self, given: frozenset[int]) -> list[int]:
+        """Variables that are declared with a range and have a start value in the model."""
+        return sorted(leaf for leaf in given if self.flat.leaves[leaf].declaration.sign is not None)
 
     @ft.cached_property
     def _signed_slots(self) -> list[tuple[tuple[int, int], list[int]]]:
@@ -166,8 +170,9 @@ class System:
                 slots.append(((kind, slot), leaves.tolist()))
         return slots
 
-    def bad_parameters(self, leaves: Sequence[Any], params: Packed) -> Any:
-        """For each of `signed_leaves`, whether its value is outside its range."""
+    def bad_values(self, leaves: Sequence[Any], inputs: Inputs) -> Any:
+        """For each of `signed_leaves` and `ranged_starts`, whether its value is outside its range."""
+        params = inputs.params
         checks = [jnp.zeros(0, bool)]
         for key, members in self._signed_slots:
             sign = self.flat.leaves[members[0]].declaration.sign
@@ -177,6 +182,10 @@ class System:
             sign = self.flat.leaves[index].declaration.sign
             assert sign is not None
             checks.append(~jnp.all(sign.admits(leaves[index]))[None])
+        for index in self.ranged_starts(inputs.given):
+            sign = self.flat.leaves[index].declaration.sign
+            assert sign is not None
+            checks.append(~jnp.all(sign.admits(self.starts.of_leaf(inputs, index)))[None])
         return jnp.concatenate(checks)
 
     @ft.cached_property

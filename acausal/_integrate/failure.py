@@ -12,6 +12,7 @@ from .._evaluate.initial import checked_names
 from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
+from .._reduce.ranges import requirements
 from .._tracing import is_traced
 from .result import Result, sentence
 from .run_events import tick
@@ -36,10 +37,15 @@ def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter
     leaves, structure = jax.tree_util.tree_flatten(solution)
-    if system.signed_leaves:
-        texts = [_requirement(system, leaf) for leaf in system.signed_leaves]
+    if checked := _checked_leaves(solution):
+        texts = [_requirement(system, leaf) for leaf in checked]
         leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
     return structure.unflatten(result.error_if(leaves, failed & ~bad))
+
+
+def _checked_leaves(solution: Solution) -> list[int]:
+    system = solution.system
+    return system.signed_leaves + system.ranged_starts(solution._inputs.given)
 
 
 def _requirement(system: System, leaf: int) -> str:
@@ -53,8 +59,11 @@ def _error(solution: Solution) -> Exception:
     if solution.is_batched:
         return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
     if result == Result.bad_parameter:
-        leaf = system.signed_leaves[int(solution._culprit)]
-        return ParameterError(f"{_requirement(system, leaf)} It is {solution._params[leaf]}.")
+        leaf = _checked_leaves(solution)[int(solution._culprit)]
+        if leaf not in system.variable_leaves:
+            return ParameterError(f"{_requirement(system, leaf)} It is {solution._params[leaf]}.")
+        start = np.asarray(system.starts.of_leaf(solution._inputs, leaf))
+        return ParameterError(f"{_requirement(system, leaf)} It starts from {start if start.size > 1 else start[0]}.")
     if result == Result.bad_start:
         name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(
@@ -79,6 +88,7 @@ def _error(solution: Solution) -> Exception:
         after = _events_at(solution, float(t))
         said = f"After {after}, {name} is infinite or not a number." if after else ""
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
+        said += about_range(system, culprit)
         return SimulationError(f"{where}{said}{about_block(system, culprit)}")
     return SimulationError(f"{where}{sentence(result)}{_about_steps(solution)}")
 
@@ -125,6 +135,13 @@ def _events_at(solution: Solution, t: float) -> str:
     log = solution.events
     names = [name for time, name in zip(np.asarray(log.times), log.names, strict=False) if abs(time - t) <= tick(t)]
     return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
+
+
+def about_range(system: System, pair: Pair) -> str:
+    """What is declared of the ranges of a variable, and of those it is solved for with; empty where nothing is."""
+    block = system.block_of(pair)
+    pairs = [system.ordered.unknowns[u] for u in block.unknowns] if block else [pair]
+    return "".join(f" {said}: outside it has no value." for said in requirements(system.ordered.table, pairs))
 
 
 def about_block(system: System, pair: Pair) -> str:

@@ -90,7 +90,7 @@ def _outcome(
 ) -> tuple[Any, Any]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    bad_parameters = system.bad_parameters(given.numbers.params, inputs.params)
+    bad_values = system.bad_values(given.numbers.params, inputs)
     everything = system.evaluate_all(t, y[layout.point], inputs)
     singular = singular_blocks(system, everything, inputs)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
@@ -105,14 +105,14 @@ def _outcome(
         (jnp.any(singular), Result.undetermined),
         (~everything.is_finite(), Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),
-        (jnp.any(bad_parameters), Result.bad_parameter),
+        (jnp.any(bad_values), Result.bad_parameter),
     ]
     result = Result.reached_end if settings.stop is None else Result.never_stopped
     for condition, outcome in rules:
         result = Result.where(condition, outcome, result)
     culprit = jnp.where(result == Result.undetermined, _first(singular), -1)
     culprit = jnp.where(jnp.any(bad_starts), _first(bad_starts), culprit)
-    return result, jnp.where(jnp.any(bad_parameters), _first(bad_parameters), culprit)
+    return result, jnp.where(jnp.any(bad_values), _first(bad_values), culprit)
 
 
 def _first(mask: Any) -> Any:

@@ -10,7 +10,7 @@ from .aliases import ZERO, Family, Merged
 from .flatten import FlatModel
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class Incidence:
     """Equations (rows) of all families in one numbering, variables in another, and an entry for each occurrence.
 
@@ -20,7 +20,7 @@ class Incidence:
     """
 
     flat: FlatModel
-    families: list[Family]
+    merged: Merged
     variables: Int[np.ndarray, " variables"]  # the representative node of each
     row: Int[np.ndarray, " entries"]
     variable: Int[np.ndarray, " entries"]
@@ -28,6 +28,10 @@ class Incidence:
     number: Float[np.ndarray, " entries"]
     strength: Int[np.ndarray, " entries"]
     steady: Bool[np.ndarray, " entries"]
+
+    @property
+    def families(self) -> list[Family]:
+        return self.merged.families
 
     @ft.cached_property
     def offsets(self) -> np.ndarray:
@@ -97,7 +101,7 @@ def tabulate(flat: FlatModel, merged: Merged) -> Incidence:
     table = [np.concatenate(part) if part else np.zeros(0, int) for part in parts]
     place = np.concatenate(places) if places else np.zeros((0, 3), int)
     live = table[1] >= 0
-    return _combined(flat, families, [part[live] for part in table], place[live])
+    return _combined(flat, merged, [part[live] for part in table], place[live])
 
 
 def _strength(family: Family, position: int) -> tuple[float, int, bool]:
@@ -109,7 +113,7 @@ def _strength(family: Family, position: int) -> tuple[float, int, bool]:
     return np.nan, 2 if coefficient.cannot_vanish else 1, not coefficient.on
 
 
-def _combined(flat: FlatModel, families: list[Family], table: list[np.ndarray], place: np.ndarray) -> Incidence:
+def _combined(flat: FlatModel, merged: Merged, table: list[np.ndarray], place: np.ndarray) -> Incidence:
     row, node, order, number, strength, steady = table
     variables, variable = np.unique(node, return_inverse=True)
     key = (row * max(len(variables), 1) + variable) * 16 + order
@@ -124,12 +128,12 @@ def _combined(flat: FlatModel, families: list[Family], table: list[np.ndarray], 
     all_steady = np.ones(len(unique), dtype=bool)
     np.logical_and.at(all_steady, inverse, steady.astype(bool))
     for family, inside, position in place[gone[inverse]].tolist():
-        families[family].nodes[inside, position] = ZERO
+        merged.families[family].nodes[inside, position] = ZERO
     first = np.zeros(len(unique), int)
     first[inverse[::-1]] = np.arange(len(inverse))[::-1]
     kept = first[~gone]
     used, renumbered = np.unique(variable[kept], return_inverse=True)
     return Incidence(
-        flat, families, variables[used].astype(int), row[kept].astype(int), renumbered.astype(int),
+        flat, merged, variables[used].astype(int), row[kept].astype(int), renumbered.astype(int),
         order[kept].astype(int), total[~gone], weakest[~gone].astype(int), all_steady[~gone],
     )  # fmt: skip

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from .._errors import StructureError
-from .aliases import Family, Merged
+from .aliases import Family
 from .incidence import Incidence, tabulate
 from .matching import inverted, match, strong_components
 from .states import Chosen
@@ -93,7 +93,7 @@ def _expanded(chosen: Chosen) -> tuple[Incidence, list[int], list[int]]:
             families.append(_differentiated(family.select(rows), level))
             is_lower.append(counts[rows] > level)
             is_moving.append(chosen.moving[start:stop][rows])
-    table = tabulate(reduced.incidence.flat, Merged(families, np.zeros(0, int), np.zeros(0, int)))
+    table = tabulate(reduced.incidence.flat, dataclasses.replace(reduced.incidence.merged, families=families))
     if not families:
         return table, [], []
     lower = np.concatenate(is_lower)

@@ -14,7 +14,7 @@ from .._evaluate.building import build
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
-from .._integrate.failure import about_block
+from .._integrate.failure import about_block, about_range
 from .._integrate.simulate import system_of
 from .._reduce.flatten import flatten
 from .._reduce.template import templates
@@ -75,11 +75,11 @@ def _declared(model: Component) -> list[str]:
 
 
 def _parameters(model: Component) -> list[str]:
-    """Values outside the ranges that are declared, which `eqx.tree_at` and arithmetic on models do not check."""
+    """Numbers outside the ranges that are declared, which `eqx.tree_at` and arithmetic on models do not check."""
     problems = []
     for leaf in leaves_of(model):
         sign, unit = leaf.declaration.sign, leaf.declaration.unit
-        if sign is not None and not np.all(sign.admits(np.asarray(leaf.value))):
+        if sign is not None and leaf.value is not None and not np.all(sign.admits(np.asarray(leaf.value))):
             problems.append(f"{leaf.path} must be {sign.name} (unit {unit}). It is {leaf.value}.")
     return problems
 
@@ -96,7 +96,8 @@ def _start(system: System, model: Component) -> list[str]:
     name_of = lambda pair: system.ordered.table.variable_name(*pair)  # noqa: E731
     pair = system.first_not_finite(jnp.asarray(0.0), y, inputs)
     if pair is not None:
-        return [f"{name_of(pair)} is infinite or not a number at the start.{about_block(system, pair)}"]
+        said = f"{name_of(pair)} is infinite or not a number at the start."
+        return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]
     singular = singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs)
     pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
     return [f"{name_of(pair)} is arbitrary but for errors of rounding.{about_block(system, pair)}" for pair in pairs]

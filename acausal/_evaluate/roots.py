@@ -1,0 +1,68 @@
+"""Roots of small systems of non-linear equations."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+
+from .affine import computed
+from .elimination import UNROLLED, eliminated
+
+ITERATIONS = 100
+HUGE = 1e100
+# Both methods converge quadratically: a last step this small leaves an error near rounding. A trust region stalls where
+# rounding hides the progress of a step, so its tolerance stays well above.
+NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
+# Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
+DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
+
+Test = Callable[[Any, Any], Any]
+
+
+def scaled_root(
+    residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, is_inside: Test | None = None
+) -> Any:
+    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
+
+    Newton's method from the start; where it fails, or finds a root that is not inside what `is_inside(x, args)` admits,
+    Powell's, whose steps stay inside. Only the root is differentiated, by the implicit function theorem: where a method
+    ends that fails, the function may have no derivative.
+    """
+
+    def scaled(x: Any, args: Any) -> Any:
+        scale, args = args
+        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
+        value = residual(x, args) / scale
+        return jnp.where(jnp.isfinite(value), value, HUGE)
+
+    def fenced(x: Any, args: Any) -> Any:
+        value = scaled(x, args)
+        return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
+
+    def search(x: Any, args: Any) -> Any:
+        root, is_good = _found(scaled, NEWTON, x, args)
+        if is_inside is not None:
+            is_good &= is_inside(root, args[1])
+        return jax.lax.cond(is_good, lambda: root, lambda: _or_nan(*_found(fenced, DOGLEG, x, args)))
+
+    held = jax.lax.stop_gradient((scale, args))
+    return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), start, lambda _, x: search(x, held), _solved)
+
+
+def _found(function: Callable[[Any, Any], Any], method: Any, start: Any, args: Any) -> tuple[Any, Any]:
+    found = optx.root_find(function, method, start, args, max_steps=ITERATIONS, throw=False)
+    return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
+
+
+def _or_nan(root: Any, is_good: Any) -> Any:
+    return jnp.where(is_good, root, jnp.nan)
+
+
+def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
+    """The x of a linear function at which it has a value."""
+    matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
+    if len(value) > UNROLLED:
+        return jnp.linalg.solve(matrix, value)
+    return jnp.stack([computed(x) for x in eliminated([list(row) for row in matrix], list(-value))])

@@ -1,0 +1,62 @@
+"""The ranges that variables are declared to lie in."""
+
+import functools as ft
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.annotations import Sign
+from .incidence import Incidence
+
+
+class Range(NamedTuple):
+    """The range of a variable: that of an alias, which is the variable times `factor`."""
+
+    sign: Sign
+    factor: int
+
+
+Ranges = tuple[Range, ...]
+
+
+@ft.lru_cache(maxsize=64)
+def ranges_of(table: Incidence) -> dict[int, dict[Range, int]]:
+    """For each variable that has ranges, these, each with a node that declares it."""
+    flat, merged, found = table.flat, table.merged, {}
+    for leaf in flat.variable_leaves:
+        sign = flat.leaves[leaf].declaration.sign
+        if sign is None:
+            continue
+        for node in flat.leaves[leaf].first + np.arange(flat.leaves[leaf].count):
+            representative = int(merged.representative[node])
+            variable = table.number_of_node[representative] if representative >= 0 else -1
+            if variable >= 0:
+                found.setdefault(variable, {}).setdefault(Range(sign, int(merged.sign[node])), int(node))
+    return found
+
+
+def ranges_of_pair(table: Incidence, pair: tuple[int, int]) -> Ranges:
+    """The ranges of a variable; a derivative has none."""
+    variable, order = pair
+    return () if order else tuple(ranges_of(table).get(variable, ()))
+
+
+def is_within(value: Any, ranges: Ranges) -> Any:
+    """Whether each element of a variable lies in its ranges."""
+    inside = jnp.ones(jnp.shape(value), bool)
+    for sign, factor in ranges:
+        inside &= sign.admits(factor * value)
+    return inside
+
+
+def within(value: Any, ranges: Ranges) -> Any:
+    """A variable where it lies in its ranges; outside of them it has no value: NaN."""
+    return jnp.where(is_within(value, ranges), value, jnp.nan)
+
+
+def requirements(table: Incidence, pairs: list[tuple[int, int]]) -> list[str]:
+    """What is declared of the ranges of variables, as sentences for a message."""
+    nodes = {node: sign for v, k in pairs if k == 0 for (sign, _), node in ranges_of(table).get(v, {}).items()}
+    units = {node: table.flat.leaves[table.flat.leaf_of_node[node]].declaration.unit for node in nodes}
+    return [f"{table.flat.node_name(node)} must be {sign.name} (unit {units[node]})" for node, sign in nodes.items()]
