@@ -1,15 +1,20 @@
 """The compiled part of a simulation."""
 
 import functools as ft
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from .._evaluate.initial import initial_state
 from .._evaluate.singular import singular_blocks
 from .._evaluate.starts import Inputs
+from .adjoint import BothModes
+from .derivative import differentiable
 from .field import Given
 from .result import Result
 from .settings import Numbers, Settings
@@ -22,10 +27,42 @@ from .stepping import begin, controller_of, solver_of, term_of
 @ft.partial(jax.jit, static_argnums=0)
 def run(settings: Settings, numbers: Numbers) -> Solution:
     """Integrate; compiled once for each `settings`."""
-    system = settings.system
-    packed = system.pack_params(numbers.params) if numbers.packed is None else numbers.packed
-    given = Given(Inputs(packed, jnp.asarray(numbers.starts), settings.given), numbers)
-    y0, bad_starts = initial_state(system, numbers.t0, given.inputs)
+    if settings.adjoint is not None:
+        return _solution(settings, numbers, _integrated(settings, settings.adjoint, numbers))
+    leaves, structure = jax.tree.flatten(numbers)
+    others: list[Any] = []  # what is the same for all numbers
+
+    def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Any]], Any]:
+        def arrays(leaves: list[Any]) -> Any:
+            found, rest = eqx.partition(_integrated(settings, adjoint, structure.unflatten(leaves)), eqx.is_array)
+            others[:] = [rest]
+            return found
+
+        return arrays
+
+    integrated = differentiable(
+        with_adjoint(diffrax.ForwardMode()), with_adjoint(BothModes()), _saved(settings, numbers)
+    )
+    found = integrated([jnp.asarray(leaf) for leaf in leaves])
+    return _solution(settings, numbers, eqx.combine(found, *others))
+
+
+class _Integrated(NamedTuple):
+    """What the loop over the steps started with, which start values are bad, and what it leaves."""
+
+    start: Any
+    bad_starts: Any
+    raw: diffrax.Solution
+
+
+def _given(settings: Settings, numbers: Numbers) -> Given:
+    packed = settings.system.pack_params(numbers.params) if numbers.packed is None else numbers.packed
+    return Given(Inputs(packed, jnp.asarray(numbers.starts), settings.given), numbers)
+
+
+def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, numbers: Numbers) -> _Integrated:
+    given = _given(settings, numbers)
+    y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
     y0, events, memory = begin(settings, given, y0)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(term_of(settings)),
@@ -37,12 +74,18 @@ def run(settings: Settings, numbers: Numbers) -> Solution:
         given,
         saveat=_saves(settings, numbers),
         stepsize_controller=controller_of(settings, given),
-        adjoint=settings.adjoint,
+        adjoint=adjoint,
         max_steps=settings.max_steps,
         throw=False,
         progress_meter=settings.progress,
     )
-    return _solution(settings, given, raw, y0, bad_starts)
+    return _Integrated(y0, bad_starts, raw)
+
+
+def _saved(settings: Settings, numbers: Numbers) -> int:
+    """How many numbers are kept along a run."""
+    points = {"end": 1, "times": np.size(numbers.times), "steps": settings.max_steps, "dense": 10 * settings.max_steps}
+    return points[settings.save] * settings.layout.size
 
 
 def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
@@ -56,8 +99,9 @@ def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
     )
 
 
-def _solution(settings: Settings, given: Given, raw: diffrax.Solution, y0: Any, bad_starts: Any) -> Solution:
-    system, layout, numbers = settings.system, settings.layout, given.numbers
+def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> Solution:
+    system, layout, given = settings.system, settings.layout, _given(settings, numbers)
+    y0, bad_starts, raw = integrated
     assert raw.ts is not None
     assert raw.ys is not None
     path = "path" if "path" in raw.ts else "end"

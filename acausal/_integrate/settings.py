@@ -23,7 +23,7 @@ class Settings:
     direction: bool | None
     save: str
     solver: diffrax.AbstractSolver
-    adjoint: diffrax.AbstractAdjoint
+    adjoint: diffrax.AbstractAdjoint | None  # None for both modes
     max_steps: int
     max_events: int
     given: frozenset[int]  # the leaves whose start values are given

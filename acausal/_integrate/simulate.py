@@ -17,7 +17,6 @@ from .._evaluate.building import system_for
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .._units.quantity import has_unit
-from .adjoint import BothModes
 from .energy import powers, stored
 from .failure import report_failure
 from .quantity import Quantity, trace
@@ -99,7 +98,7 @@ def simulate(
         direction=_DIRECTIONS[direction],
         save=save if isinstance(save, str) else "times",
         solver=_solver_for(system, solver),
-        adjoint=BothModes() if adjoint is None else adjoint,
+        adjoint=adjoint,
         max_steps=max_steps,
         max_events=max_events,
         given=system.given(leaves),
