@@ -79,8 +79,9 @@ def _change(value: Any, derivatives: Any, step: Any) -> Any:
 def _array(tangent: Any) -> Any:
     if not isinstance(tangent, SymbolicZero):
         return tangent
-    zeros = np if tangent.dtype == jax.dtypes.float0 else jnp
-    return zeros.zeros(tangent.shape, tangent.dtype)
+    aval: Any = tangent.aval
+    zeros = np.zeros if aval.dtype == jax.dtypes.float0 else jnp.zeros
+    return zeros(aval.shape, aval.dtype)
 
 
 def _is_real(x: Any) -> bool:
