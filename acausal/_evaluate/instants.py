@@ -60,10 +60,10 @@ class EquationInstants:
         """How many zeros have to be searched for."""
         return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
 
-    def following(self, t: Any, packed: Packed, direction: Any, apart: Any) -> Any:
+    def following(self, t: Any, packed: Packed, direction: Any) -> Any:
         """The next instant of each equation that has one; infinite where there is none."""
         parts = [
-            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction, apart), packed)
+            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), packed)
             for rows in self.rows
             if rows.found.n_scheduled
         ]

@@ -132,8 +132,8 @@ def _events_at(solution: Solution, t: float) -> str:
     """The events at one instant, empty if there were none."""
     if solution.system.events is None:
         return ""
-    log = solution.events
-    names = [name for time, name in zip(np.asarray(log.times), log.names, strict=False) if abs(time - t) <= tick(t)]
+    log, near = solution.events, tick(t, solution._start[0])
+    names = [name for time, name in zip(np.asarray(log.times), log.names, strict=False) if abs(time - t) <= near]
     return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
 
 

@@ -7,8 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .run_events import tick
-
 PARTS = 4  # of a step, that are looked at one by one where events may be near
 MOST = 200  # points
 SAME = 1e-11  # of the time span: an event does not happen again so soon
@@ -25,13 +23,15 @@ class Point(NamedTuple):
 
 class Found(NamedTuple):
     """`begins` marks the events that happen first, at the time `t`, where `is_any`; just before it, at `before`, they
-    do not. `holds` are the conditions that hold at the `end` of what was looked at.
+    do not. Those that `leaps` marks do not come continuously. `holds` are the conditions that hold at the `end` of what
+    was looked at.
     """
 
     is_any: Any
     t: Any
     before: Any
     begins: Any
+    leaps: Any
     holds: Any
     end: Point
 
@@ -63,12 +63,21 @@ class _Verdict(NamedTuple):
 
 
 def look(
-    margins: Margins, start: Point, is_known: Any, end: Any, holds: Any, fresh: Any, either: np.ndarray, span: Any
+    margins: Margins,
+    start: Point,
+    is_known: Any,
+    end: Any,
+    holds: Any,
+    fresh: Any,
+    either: np.ndarray,
+    span: Any,
+    short: Any,
 ) -> Found:
     """The first event after `start`, of which all but the time may be unknown, on a solution with these `margins`.
 
     `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
-    only after they were false. Events that are `either` happen when they become false, too.
+    only after they were false. Events that are `either` happen when they become false, too. Times closer than `short`
+    are one and the same, and what happens within a tiny share of the `span` of the run is due to rounding.
 
     Margins and their rates are taken at both ends. Where they are so far from zero that their variation over the step
     does not bring them there, that is all; else the step is looked at in four parts. On a part an event has begun where
@@ -93,17 +102,17 @@ def look(
         is_clear = is_end & ~jnp.any(
             _is_near(low, new, holds) | _began(new.g, holds, either) | _began(low.g, holds, either)
         )
-        passed = s._replace(low=s.end, holds=_goes_on(new.g, holds, either), is_over=is_clear)
+        passed = s._replace(low=s.end, holds=_goes_on(new.g, holds), is_over=is_clear)
         return jax.lax.cond(is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, is_end))
 
     def narrowed(s: _Search, new: Point, is_end: Any) -> _Search:
         """The search after a look at a point between `low` and `high`."""
         at_once = _began(s.low.g, s.holds, either) & is_end
         now = jnp.any(at_once)
-        before = _judged(s.low, new, s.holds, either, length, s.count)
-        after = _goes_on(new.g, s.holds, either)
-        behind = _judged(new, s.high, after, either, length, s.count)
-        last = _goes_on(s.high.g, after, either)
+        before = _judged(s.low, new, s.holds, either, length, short, s.count)
+        after = _goes_on(new.g, s.holds)
+        behind = _judged(new, s.high, after, either, length, short, s.count)
+        last = _goes_on(s.high.g, after)
         verdict = _pick(before.passes, behind, before)
         low = _pick(before.passes, _pick(behind.passes, s.high, new), s.low)
         high = _pick(verdict.passes, s.end, _pick(before.passes, s.high, new))
@@ -139,7 +148,11 @@ def look(
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     last = s.end._replace(g=s.end.g + s.offset)
-    return Found(s.is_found, s.high.t, s.low.t, s.begins & s.is_found, s.holds, last)
+    begins = s.begins & s.is_found
+    leaps = begins & (
+        jnp.abs(s.high.g - s.low.g) > SAME * span * jnp.maximum(jnp.abs(s.low.rate), jnp.abs(s.high.rate))
+    )
+    return Found(s.is_found, s.high.t, s.low.t, begins, leaps, s.holds, last)
 
 
 def _pick(condition: Any, a: Any, b: Any) -> Any:
@@ -160,9 +173,9 @@ def _began(g: Any, holds: Any, either: np.ndarray) -> Any:
     return (~holds & (g > 0)) | (either & holds & (g < 0))
 
 
-def _goes_on(g: Any, holds: Any, either: np.ndarray) -> Any:
+def _goes_on(g: Any, holds: Any) -> Any:
     """What of that which held before holds still, where nothing has begun."""
-    return jnp.where(either, ~(g < 0), g > 0) & holds
+    return holds & ~(g < 0)
 
 
 def _is_near(low: Point, high: Point, holds: Any) -> Any:
@@ -172,7 +185,7 @@ def _is_near(low: Point, high: Point, holds: Any) -> Any:
     return ~(jnp.maximum(sign * low.g, sign * high.g) + variation < 0)
 
 
-def _judged(low: Point, high: Point, holds: Any, either: np.ndarray, length: Any, count: Any) -> _Verdict:
+def _judged(low: Point, high: Point, holds: Any, either: np.ndarray, length: Any, short: Any, count: Any) -> _Verdict:
     """What is to be done with the interval from `low`, for which `holds` is, to `high`."""
     width, sign = high.t - low.t, jnp.where(holds, -1.0, 1.0)
     # Positive beyond the next change, and the rates towards it.
@@ -181,10 +194,10 @@ def _judged(low: Point, high: Point, holds: Any, either: np.ndarray, length: Any
     points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
     bend = jnp.where(points, p0 - p1, 1.0)
     bumps = points & (q0 + p0 * (q1 - q0 - p1 * width) / bend > 0)
-    is_part, is_short = PARTS * width <= length * (1.0 + 1e-9), width <= tick(high.t)
+    is_part, is_short = PARTS * width <= length * (1.0 + 1e-9), width <= short
     is_likely = jnp.any(jnp.where(is_part, begins | bumps, begins | _is_near(low, high, holds)))
     happens = jnp.any(begins)
-    share = jnp.where(is_part, _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, begins, bumps, tick(high.t), count), 0.5)
+    share = jnp.where(is_part, _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, begins, bumps, short, count), 0.5)
     return _Verdict(
         ~is_likely | (is_short & ~happens), is_short & happens, begins, low.t + jnp.clip(share, 0.0, 1.0) * width
     )

@@ -22,7 +22,7 @@ class Laws(Protocol):
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def carried_to_moment(laws: Laws, number: Any, t: Any, ys: Any, due: Any, given: Any) -> tuple[Any, Any]:
+def carried_to_moment(laws: Laws, number: Any, t: Any, before: Any, ys: Any, due: Any, given: Any) -> tuple[Any, Any]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
     As numbers both are what they were: t has been located. But $t^*$ depends on whatever the run depends on. With
@@ -31,23 +31,24 @@ def carried_to_moment(laws: Laws, number: Any, t: Any, ys: Any, due: Any, given:
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$
 
-    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own.
+    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own. The
+    rates f are those up to the moment, at the time `before`, since equations may change their law with it.
     """
-    del laws, number, due, given
+    del laws, number, before, due, given
     return t, ys
 
 
 @ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
 def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Any, Any]:
-    number, t, ys, due, given = primals
-    _, dt, dys, ddue, dgiven = tangents
-    moment, there = carried_to_moment(laws, number, t, ys, due, given)
+    number, t, before, ys, due, given = primals
+    _, dt, _, dys, ddue, dgiven = tangents
+    moment, there = carried_to_moment(laws, number, t, before, ys, due, given)
     dt, dys = _array(dt), _array(dys)
 
     def rates(t: Any, ys: Any, given: Any) -> Any:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
-    f, df = _pushed(rates, (moment, there, given), (dt, dys, dgiven))
+    f, df = _pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
     # The vectors a little later have changed by this much; the time that has elapsed is zero, but has a derivative.
     dys = dys + (moment - t) * df
 

@@ -13,7 +13,6 @@ from .._evaluate.events import Kind
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._reduce.instants import NEAR, first
 from .field import Given, values_of, vector_field, wanted_pairs
 from .settings import Settings
 from .state_vector import StateVector
@@ -21,9 +20,9 @@ from .state_vector import StateVector
 EPSILON = float(np.finfo(float).eps)
 
 
-def tick(t: Any) -> Any:
-    """Times closer than this are one and the same."""
-    return 4.0 * EPSILON * jnp.abs(t) + 1e-290
+def tick(t: Any, t0: Any) -> Any:
+    """Times closer than this are one and the same in a run from t0: they are sums of numbers as large as either."""
+    return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
 
 
 class Here(NamedTuple):
@@ -39,7 +38,7 @@ class Here(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RunEvents:
-    """The events of a model, then the times at which its equations change, and last the stop condition.
+    """The events of a model, then the times at which its equations or conditions change, and last the stop condition.
 
     Their functions take the time, the stepped vector and the numbers of the run, and give one number for each event.
     """
@@ -61,12 +60,18 @@ class RunEvents:
         return self.system.instants.n_curved
 
     @ft.cached_property
+    def n_instants(self) -> int:
+        """Times at which an equation changes, and the next at which a condition does that time alone tells."""
+        events = self.system.events
+        return self.system.instants.total + (events is not None and events.instants is not None)
+
+    @ft.cached_property
     def total(self) -> int:
-        return self.n_model + self.system.instants.total + self.n_curved + (self.settings.stop is not None)
+        return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
 
     def _mask(self, model: Any, instants: bool, curved: bool, stop: bool) -> np.ndarray:
         model = np.broadcast_to(np.asarray(model, bool), self.n_model)
-        others = [instants] * self.system.instants.total + [curved] * self.n_curved
+        others = [instants] * self.n_instants + [curved] * self.n_curved
         return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
 
     def _of_model(self, *kinds: Kind) -> np.ndarray:
@@ -177,16 +182,21 @@ class RunEvents:
             margin == 0,
         )
 
-    def due(self, t: Any, y: Any, given: Given) -> Any:
-        """The next time of each scheduled event after t; infinite for the others."""
+    def due(self, t: Any, y: Any, given: Given, done: Any = None) -> Any:
+        """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
-        times = [_next(time, every, t) for time, every in self._times(t, y, given)]
-        found = iter(times)
-        parts = [jnp.zeros(0)]
+        done = jnp.full(self.total, -jnp.inf) if done is None else jnp.where(jnp.isfinite(done), done, -jnp.inf)
+        found, parts, start = iter(self._times(t, y, given)), [jnp.zeros(0)], 0
         for entry in events.entries if events else ():
-            parts.append(next(found) if entry.kind == "at" else jnp.full(entry.count, far))
+            after = jnp.maximum(t, done[start : start + entry.count])
+            parts.append(_next(*next(found), t, after) if entry.kind == "at" else jnp.full(entry.count, far))
+            start += entry.count
         params = self.bound(y, given).params
-        parts.append(self.system.instants.following(t, params, given.direction, tick(t)))
+        parts.append(self.system.instants.following(t, params, given.direction))
+        if events and events.instants:
+            values = self._values(t, y, given, None, events.read_by_instants)
+            known = [values[leaf] for leaf in events.read_by_instants]
+            parts.append(events.instants.following(t, known, given.direction)[None])
         return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
 
     def past(self, t: Any, y: Any, given: Given) -> Any:
@@ -198,16 +208,6 @@ class RunEvents:
             for entry in (events.entries if events else ())
         ]
         return jnp.concatenate([*parts, jnp.full(self.total - self.n_model, jnp.inf)])
-
-    def next_instant(self, due: Any, t: Any, y: Any, given: Given) -> Any:
-        """When something is known to happen next: what is due, or a change of a condition that time alone tells."""
-        events = self.system.events
-        if events is None or events.instants is None:
-            return first(due, given.direction)
-        values = self._values(t, y, given, None, events.read_by_instants)
-        known = [values[leaf] for leaf in events.read_by_instants]
-        change = events.instants.following(t, known, given.direction, tick(t))
-        return first(jnp.concatenate([due, change[None]]), given.direction)
 
     def bound(self, y: Any, given: Given) -> Inputs:
         """The inputs with the discrete variables of a point."""
@@ -241,7 +241,7 @@ class RunEvents:
         for entry in events.entries if events else ():
             value = jnp.full(entry.count, filler) if entry.kind == "at" else jnp.ravel(next(remaining))
             parts.append(value)
-        return [jnp.full(0, filler), *parts, jnp.full(self.system.instants.total, filler)]
+        return [jnp.full(0, filler), *parts, jnp.full(self.n_instants, filler)]
 
     def _values(self, t: Any, y: Any, given: Given, store: Store | None, leaves: Iterable[int]) -> dict[int, Any]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
@@ -266,20 +266,25 @@ class RunEvents:
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
 
 
-def _next(times: Any, every: Any, t: Any) -> Any:
-    """The first of each row of times, or of their repetitions, that is after t."""
-    repeats = jnp.isfinite(every)
-    passed = jnp.floor((t - times) / jnp.where(repeats, every, 1.0) + NEAR) + 1.0
-    passed = jax.lax.stop_gradient(jnp.where(repeats, jnp.maximum(passed, 0.0), 0.0))
-    due = times + passed * jnp.where(repeats, every, 0.0)
-    due = jnp.where(due - t > tick(t), due, jnp.inf)
+def _next(times: Any, every: Any, t: Any, after: Any) -> Any:
+    """The first of each row of times, or of their repetitions, that comes after; t is near."""
+    due = _repeated(times, every, t)
+    due = jnp.where(due > after[:, None], due, jnp.inf)
     return jnp.take_along_axis(due, jnp.argmin(due, axis=1, keepdims=True), axis=1)[:, 0]
 
 
 def _last(times: Any, every: Any, t: Any) -> Any:
     """The last of each row of times, or of their repetitions, that is not after t; infinite where there is none."""
-    repeats = jnp.isfinite(every)
-    passed = jnp.floor((t - times) / jnp.where(repeats, every, 1.0) + NEAR)
-    last = times + jnp.where(repeats, jnp.maximum(passed, 0.0) * jnp.where(repeats, every, 0.0), 0.0)
-    last = jnp.max(jnp.where(times - t <= tick(t), last, -jnp.inf), axis=1)
+    due = _repeated(times, every, t)
+    near = jnp.max(tick(times, t), axis=1, keepdims=True)
+    last = jnp.max(jnp.where(due - t <= near, due, -jnp.inf), axis=1)
     return jnp.where(jnp.isfinite(last), last, jnp.inf)
+
+
+def _repeated(times: Any, every: Any, t: Any) -> Any:
+    """Times and their repetitions about t; which of them is the next or the last one, rounding does not tell."""
+    repeats = jnp.isfinite(every)
+    turn = jnp.floor((t - times) / jnp.where(repeats, every, 1.0))
+    turns = jnp.maximum(turn[..., None] + jnp.arange(-1.0, 3.0), 0.0)
+    due = times[..., None] + jax.lax.stop_gradient(turns) * jnp.where(repeats, every, 0.0)[..., None]
+    return due.reshape(len(due), -1)

@@ -50,6 +50,7 @@ class _Round(NamedTuple):
 def settle(
     events: RunEvents,
     t: Any,
+    before: Any,
     y: Any,
     begins: Any,
     holds: Any,
@@ -59,7 +60,8 @@ def settle(
     *,
     order: Any = None,
 ) -> Settled:
-    """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on.
+    """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on;
+    just `before` t they had not begun.
 
     Events that begin at one instant start from the values before all of them. What they make true happens next; what
     that makes true, after it. Where many rounds come to no end, the events of a round happen one by one, the first in
@@ -78,7 +80,7 @@ def settle(
         own = (jnp.arange(total) == which) & is_own
         t, ys = r.t, r.ys
         if not is_start:
-            moment, moved = carried_to_moment(events, which, t, ys, due, given)
+            moment, moved = carried_to_moment(events, which, t, before, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
         held = r.holds

@@ -10,6 +10,7 @@ import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 
+from .._reduce.instants import first
 from .look import SAME, Found, Point, look
 from .record import Record
 from .run_events import Given, RunEvents, tick
@@ -46,13 +47,13 @@ class EventMemory(NamedTuple):
 
 
 class _Event(NamedTuple):
-    """The events that begin first in a step, at t, if there `is_any`; whether it `arrives` at a time that was known
-    ahead; and where it should rather end, the `cut`, infinite if it is good as it is.
+    """The events that begin first in a step, at t, if there `is_any`, and a time just `before`; and where it should
+    rather end, the `cut`, infinite if it is good as it is.
     """
 
     is_any: Any
-    arrives: Any
     t: Any
+    before: Any
     begins: Any
     holds: Any
     point: Point  # the margins at the end
@@ -117,7 +118,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     ) -> tuple[Vector, Vector, dict[str, Any], Memory, diffrax.RESULTS]:
         layout, state = self.layout, solver_state.events
         carried = y0[layout.carried]
-        end = t1 if state is None else _short_of(t1, y0[layout.next_instant])
+        end = t1 if state is None else _short_of(t1, y0[layout.next_instant], args)
         jumped = made_jump if state is None else made_jump | state.jumped
         core, error, info, inner, result = self.solver.step(
             terms, t0, end, layout.core(y0), (args, carried), solver_state.inner, jumped
@@ -155,8 +156,9 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         layout, events, forward = self.layout, self.events, given.direction
         assert events is not None
         found = self._first_event(*jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
-        t = jnp.where(found.is_any, found.t, t1)
-        y = self._projected(t, jnp.where(found.is_any, path.evaluate(t), y1), given)
+        moved, there = path.moving(found.t)
+        t = jnp.where(found.is_any, moved, t1)
+        y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
         memory = EventMemory(
             found.holds, idle, found.point, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
@@ -165,12 +167,14 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         def happening() -> tuple[Vector, EventMemory]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
-            settled = settle(events, forward * t, y, found.begins, found.holds, due, state.record, given)
+            settled = settle(
+                events, forward * t, forward * found.before, y, found.begins, found.holds, due, state.record, given
+            )
             y1 = events.with_algebraic(settled.t, settled.y, given)
             due = events.due(settled.t, y1, given)
             mark, crowd, outcome = _crowded(events, state, t - t0, settled.t, found.begins, given)
             outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
-            instant = forward * events.next_instant(due, settled.t, y1, given)
+            instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
             return y1, EventMemory(
                 settled.holds, settled.fresh, found.point, due, settled.record, mark, crowd, found.is_any
@@ -180,7 +184,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             status = jnp.stack([y[layout.outcome], t, found.cut, y[layout.next_instant]])
             return layout.with_part(y, layout.status, status), memory
 
-        y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any | found.arrives), happening, idling)
+        y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given), memory
 
     def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:
@@ -188,20 +192,27 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         events, forward = self.events, given.direction
         assert events is not None
         numbers, due = given.numbers, forward * state.due
-        run_end = forward * numbers.t1
-        arrives = _is_there(t1, instant) & (instant < run_end)
-        end = jnp.where(arrives, instant + tick(instant), jnp.minimum(t1 + PAST * (t1 - t0), run_end))
-        found = Found(jnp.asarray(False), end, t1, jnp.zeros(events.total, bool), state.holds, state.point)
+        run_end, short = forward * numbers.t1, tick(t1, numbers.t0)
+        arrives = _is_there(t1, instant, given) & (instant < run_end)
+        end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
+        none = jnp.zeros(events.total, bool)
+        found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.point)
         if events.is_searched:
             span = jnp.abs(numbers.t1 - numbers.t0)
             margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
             start = state.point._replace(t=t0)
-            found = look(margins, start, ~state.jumped, end, state.holds, state.fresh, events.either, span)
+            found = look(margins, start, ~state.jumped, end, state.holds, state.fresh, events.either, span, short)
         t = jnp.where(found.is_any, found.t, end)
-        begins = found.begins | (arrives & (due <= t + tick(t)))
+        is_there = arrives & (instant <= t + short)
+        # Beyond all that is due: equations have changed there.
+        t = jnp.where(is_there, end, t)
+        is_due = is_there & (due <= t)
+        # A condition that leaps at a time known ahead becomes true by what happens there.
+        begins = is_due | (found.begins & ~(found.leaps & is_there))
+        before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, t1 - 0.5 * short, t))
         cut = self._cut(found, t0, t1, given)
         is_whole = jnp.isinf(cut)
-        return _Event(jnp.any(begins) & is_whole, arrives, t, begins & is_whole, found.holds, found.end, cut)
+        return _Event(jnp.any(begins) & is_whole, t, before, begins & is_whole, found.holds, found.end, cut)
 
     def _cut(self, found: Found, t0: Any, t1: Any, given: Given) -> Any:
         """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
@@ -215,17 +226,17 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         if times is not None:
             saves = given.direction * times
             is_cut |= found.is_any & jnp.any((saves > found.t) & (saves <= t1))
-        least = t0 + 4.0 * tick(t0)
+        least = t0 + 4.0 * tick(t0, given.numbers.t0)
         return jnp.where(is_cut & (t1 > 2.0 * least - t0), jnp.maximum(found.before, least), jnp.inf)
 
 
-def _is_there(t: Any, instant: Any) -> Any:
-    return instant <= t + tick(t)
+def _is_there(t: Any, instant: Any, given: Given) -> Any:
+    return instant <= t + tick(t, given.numbers.t0)
 
 
-def _short_of(t1: Any, instant: Any) -> Any:
+def _short_of(t1: Any, instant: Any, given: Given) -> Any:
     """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
-    return jnp.where(_is_there(t1, instant), t1 - 0.5 * tick(t1), t1)
+    return jnp.where(_is_there(t1, instant, given), t1 - 0.5 * tick(t1, given.numbers.t0), t1)
 
 
 def _crowded(
@@ -260,6 +271,18 @@ class Span(diffrax.AbstractLocalInterpolation):
         theta = (t0 - self.inner.t0) / jnp.where(width == 0, 1, width)
         y = layout.joined(self.inner.evaluate(t0, left=left), self.carried)
         return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
+
+    def moving(self, t: Any) -> tuple[Any, Vector]:
+        """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
+        fixed time would be divided by the length of the step, which may be tiny.
+        """
+        hold, inner = jax.lax.stop_gradient, self.inner
+        ends = hold((inner.t0, inner.t1))
+        width = ends[1] - ends[0]
+        theta = (t - ends[0]) / jnp.where(width == 0, 1, width)
+        moved = t + (1 - theta) * (inner.t0 - ends[0]) + theta * (inner.t1 - ends[1])
+        held = dataclasses.replace(self, inner=dataclasses.replace(inner, t0=ends[0], t1=ends[1]))
+        return moved, held.evaluate(t)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .field import Given, vector_field
 from .look import Point
@@ -72,10 +73,10 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     none = jnp.zeros(events.total, bool)
     record = Record.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
     due = jnp.zeros(events.total)
-    settled = settle(events, t0, y, jnp.isfinite(past), none, due, record, given, order=past)
+    settled = settle(events, t0, t0, y, jnp.isfinite(past), none, due, record, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
-    due = events.due(t0, y, given)
-    instant = given.direction * events.next_instant(due, t0, y, given)
+    due = events.due(t0, y, given, past)
+    instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     memory = EventMemory(
         settled.holds, settled.fresh, Point(t0, none * 0.0, none * 0.0), due, settled.record,

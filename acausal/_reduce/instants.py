@@ -17,7 +17,6 @@ from jax.extend.core import Literal as Constant
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 Role = Literal["time", "known", "other"]
-NEAR = 1e-9  # a value this close to an integer is that integer
 
 
 class _Value(NamedTuple):
@@ -69,20 +68,21 @@ class Instants:
         """The margins whose zeros cannot be told in advance, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
-    def following(self, t: Any, known: Sequence[Any], direction: Any, apart: Any) -> Any:
-        """The first instant that lies more than `apart` after t in the direction of time; infinite if there is none."""
+    def following(self, t: Any, known: Sequence[Any], direction: Any) -> Any:
+        """The first instant after t in the direction of time; infinite if there is none."""
 
         def scheduled(t: Any) -> tuple[Any, Any]:
             found = self.margins(t, known)
             return _flat(found[: self.n_affine]), _flat(found[self.n_affine : self.n_scheduled])
 
         (margin, stair), (slope, rise) = jax.jvp(scheduled, (t,), (jnp.ones_like(t),))
-        ahead = jnp.where(rise * direction > 0, jnp.floor(stair + NEAR) + 1.0, jnp.ceil(stair - NEAR) - 1.0)
-        lack = jnp.concatenate([-margin, jax.lax.stop_gradient(ahead) - stair])
+        up = jnp.where(rise * direction > 0, 1.0, -1.0)
+        ahead = jax.lax.stop_gradient(up * (jnp.floor(up * stair) + 1.0))
+        lack = jnp.concatenate([-margin, ahead - stair])
         rate = jnp.concatenate([slope, rise])
         moves = rate != 0
         times = t + jnp.where(moves, lack, 0.0) / jnp.where(moves, rate, 1.0)
-        return first(jnp.where(moves & (direction * (times - t) > apart), times, direction * jnp.inf), direction)
+        return first(jnp.where(moves & (direction * (times - t) > 0), times, direction * jnp.inf), direction)
 
 
 def first(times: Any, direction: Any = 1.0) -> Any:
