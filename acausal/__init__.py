@@ -35,6 +35,7 @@ from ._declare.component import refuse as refuse
 from ._declare.component import when as when
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record
+from ._declare.sizes import sized as sized
 from ._errors import ModelError as ModelError
 from ._errors import ParameterError as ParameterError
 from ._errors import SimulationError as SimulationError

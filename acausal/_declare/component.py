@@ -1,9 +1,13 @@
 """What an author of components writes: `Component`, its equations, connections and energy account."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeAlias
+
+import equinox as eqx
 
 from .annotations import Scalar
 from .node import Node, Port
+from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
 
 
 class Equation(NamedTuple):
@@ -125,7 +129,16 @@ class Component(Node, partial=True):
 
     A *final* component states `equations`, or joins sub-components by `connections`, or both. A *partial* one
     (`class TwoPin(Component, partial=True)`) holds what several final ones share and cannot be instantiated.
+
+    `nominal` gives sizes of variables where those of their units do not fit, as in `Capacitor(C=1e-9, nominal=dict(
+    v=1e-5))`: see `sized`.
     """
+
+    nominal: Mapping[str, Any] = eqx.field(static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False)
+
+    def __check_init__(self) -> None:
+        if sizes := sizes_of(self):
+            object.__setattr__(self, "nominal", checked_sizes(self, sizes))
 
     def equations(self, d: Any) -> Equations:
         """The equations by name; `d` has the shape of `self` and holds the time derivatives of its variables."""

@@ -127,6 +127,8 @@ def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: Any)
 def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
     declaration = declared(annotation)
     where = f"{owner}.{name}"
+    if isinstance(default, dataclasses.Field):
+        return default
     if declaration is None and not _holds_parts(annotation):
         return eqx.field(static=True, kw_only=True, default=default)
     if declaration is None:

@@ -34,7 +34,7 @@ class Program:
     steps: tuple[Step, ...]
     residuals: tuple[Step, ...]
     shapes: tuple[tuple[int, ...], ...]  # of the unknowns
-    sizes: tuple[float, ...]  # nominal ones, of the tearing variables
+    sizes: tuple[float, ...]  # nominal ones, of the tearing variables of a non-linear block
     ranges: tuple[Ranges, ...]  # of the unknowns
     kind: SolutionKind
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
@@ -90,7 +90,8 @@ class _Writer:
         flat = self.table.flat
         shapes = tuple(flat.leaves[flat.leaf_of_node[self.table.variables[v]]].sizes for v, _ in self.gives)
         slots = tuple((kind, slot) for kind, slot, _ in self.params)
-        sizes = tuple(nominal_of(self.table, pair) for pair in self.gives[len(steps) :])
+        searched = self.gives[len(steps) :] if self.torn.kind == "nonlinear" else ()
+        sizes = tuple(nominal_of(self.table, pair) for pair in searched)
         ranges = tuple(ranges_of_pair(self.table, pair) for pair in self.gives)
         program = Program(steps, residuals, shapes, sizes, ranges, self.torn.kind, slots)
         return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)

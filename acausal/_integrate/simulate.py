@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 import diffrax
@@ -12,6 +12,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
+from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_for
 from .._evaluate.system import System
@@ -42,6 +43,7 @@ def simulate(
     integrals: Callable[[Any], Any] | None = None,
     energy: bool = False,
     rtol: Any = 1e-6,
+    nominal: Mapping[str, Any] | None = None,
     solver: diffrax.AbstractSolver | None = None,
     dt0: Any = None,
     dtmin: Any = None,
@@ -63,6 +65,7 @@ def simulate(
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
     - `energy`: integrate the powers of all components; `sol.energy` is the account.
     - `rtol`: relative tolerance, 1e-6; the absolute one is `rtol` times the nominal size of each variable.
+    - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
     - `solver`: `Rodas5P()`; `Rodas3P()` and the solvers of diffrax work too.
     - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
       up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 32, how many events are recorded; what
@@ -75,6 +78,7 @@ def simulate(
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
     what goes wrong in the run.
     """
+    model = model if nominal is None else sized(model, nominal)
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
     system = _system_of(structure, given) if system is None else system
@@ -191,8 +195,8 @@ def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffra
 def _check_same_structure(model: Component, layout: Layout, system: System) -> None:
     if layout.structure != system.flat.structure:
         raise ModelError(
-            f"The {type(model).__name__} to simulate has another structure than the model that `system` was compiled "
-            "from: compile it again."
+            f"The {type(model).__name__} to simulate has another structure or other nominal sizes than the model that "
+            "`system` was compiled from: compile it again, with its sizes: compile(sized(model, {...}))."
         )
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -14,7 +14,8 @@ from .._declare.annotations import Declaration
 from .._declare.array import Array, deepened
 from .._declare.component import Component
 from .._declare.layout import complete
-from .._declare.node import Node, Port, dynamic_fields, join, parts_of
+from .._declare.node import Node, Port, dynamic_fields, join, leaves_of, parts_of
+from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, complain
 from .connections import Joints
 
@@ -32,6 +33,7 @@ class FlatLeaf:
     sizes: tuple[int, ...]
     first: int
     in_port: bool
+    nominal: float | None = None  # size that the model gives
 
     @property
     def count(self) -> int:
@@ -152,7 +154,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     a connection.
     """
     model = complete(model)
-    walker = _Walker(split)
+    walker = _Walker(split, says_sizes(model))
     walker.visit(model, "", ())
     leaves, structure = jax.tree_util.tree_flatten(model)
     assert len(leaves) == len(walker.leaves)
@@ -172,8 +174,9 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
 class _Walker:
     """Collects leaves, in pytree order, and component instances."""
 
-    def __init__(self, split: bool) -> None:
+    def __init__(self, split: bool, has_sizes: bool) -> None:
         self.split = split
+        self.has_sizes = has_sizes
         self.leaves: list[FlatLeaf] = []
         self.instances: dict[Kind, Instances] = {}
         self.n_nodes: int = 0
@@ -194,6 +197,13 @@ class _Walker:
                 self.visit(part, part_path, below)
         if isinstance(node, Component) and type(node).equations is not Component.equations:
             self._instance(node, path, stack, first_leaf)
+        if sizes := sizes_of(node):
+            self._size(node, sizes, first_leaf)
+
+    def _size(self, node: Node, sizes: Mapping[str, float], first_leaf: int) -> None:
+        for i, leaf in enumerate(leaves_of(node), start=first_leaf):
+            if leaf.path in sizes:
+                self.leaves[i] = dataclasses.replace(self.leaves[i], nominal=sizes[leaf.path])
 
     def _leaf(self, node: Node, name: str, declaration: Declaration, path: str, stack: tuple[int, ...]) -> None:
         where = join(path, name)
@@ -217,7 +227,7 @@ class _Walker:
     def _instance(self, node: Component, path: str, stack: tuple[int, ...], first_leaf: int) -> None:
         own = self.leaves[first_leaf:]
         kind = Kind(
-            jax.tree_util.tree_structure(node),
+            jax.tree_util.tree_structure(without_sizes(node) if self.has_sizes else node),
             tuple(leaf.stack[len(stack) :] + leaf.sizes for leaf in own),
             type(node),
             tuple(leaf.declaration for leaf in own),

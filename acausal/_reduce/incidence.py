@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from .aliases import ZERO, Family, Merged
 from .flatten import FlatModel
+from .nominal import nominal_sizes
 
 
 @dataclasses.dataclass(eq=False)
@@ -28,6 +29,11 @@ class Incidence:
     number: Float[np.ndarray, " entries"]
     strength: Int[np.ndarray, " entries"]
     steady: Bool[np.ndarray, " entries"]
+
+    @ft.cached_property
+    def sizes(self) -> np.ndarray:
+        """The nominal size of each variable."""
+        return nominal_sizes(self.flat, self.merged, self.variables)
 
     @property
     def families(self) -> list[Family]:

@@ -1,4 +1,13 @@
-"""Typical sizes of variables, by unit, where none is declared."""
+"""Typical sizes of variables: given, declared, or by unit."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .flatten import FlatLeaf, FlatModel
+
+if TYPE_CHECKING:
+    from .aliases import Merged
 
 # Machinery between the size of a hand and of a person: an engineer's guess, to a factor of ten. Error tolerances are
 # relative to the larger of a variable and this size.
@@ -22,6 +31,28 @@ BY_UNIT = {
 }
 
 
-def nominal_size(unit: str, declared: float | None) -> float:
-    """The declared nominal size, else that of the unit, else 1."""
-    return BY_UNIT.get(unit, 1.0) if declared is None else declared
+def nominal_size(leaf: FlatLeaf) -> float:
+    """The nominal size that the model gives, else the declared one, else that of the unit, else 1."""
+    if leaf.nominal is not None:
+        return leaf.nominal
+    declaration = leaf.declaration
+    return BY_UNIT.get(declaration.unit, 1.0) if declaration.nominal is None else declaration.nominal
+
+
+def nominal_sizes(flat: FlatModel, merged: "Merged", variables: np.ndarray) -> np.ndarray:
+    """The nominal size of each variable, known by its representative node.
+
+    What the model says of one of its aliases comes before what a class declares of one, and that before the size of the
+    unit; among several, the smallest given one, or what the class of the representative itself declares.
+    """
+    leaves = [flat.leaves[i] for i in flat.variable_leaves]
+    counts = [leaf.count for leaf in leaves]
+    size = np.repeat([nominal_size(leaf) for leaf in leaves], counts)
+    said = [2 if leaf.nominal is not None else leaf.declaration.nominal is not None for leaf in leaves]
+    said = np.repeat(np.array(said, int), counts)
+    is_own = merged.representative == np.arange(flat.n_nodes)
+    order = np.lexsort((np.where(said == 2, -size, is_own), said))
+    known = np.ones(flat.n_nodes)
+    order = order[merged.representative[order] >= 0]
+    known[merged.representative[order]] = size[order]
+    return known[variables]

@@ -8,7 +8,6 @@ from .._declare.annotations import never
 from .._errors import StructureError
 from .incidence import Incidence
 from .index import Reduced
-from .nominal import nominal_size
 from .pivots import Elimination, Entries, connected
 
 SAFE = 0.05  # a pivot of this relative size is taken from the better-liked candidates before any larger one elsewhere
@@ -66,7 +65,7 @@ def _entries(reduced: Reduced, values: np.ndarray | None) -> Entries:
     table = reduced.incidence
     known = (table.strength == 3) | (values is not None)
     stand_ins = np.where(table.strength == 3, table.number, _GENERIC[table.strength])
-    numbers = stand_ins if values is None else values * nominals(table)[table.variable]
+    numbers = stand_ins if values is None else values * table.sizes[table.variable]
     # With a number for a coefficient, such as 1, no parameter is divided by.
     liking = np.where((table.strength == 3) | (values is None), 1.0, SAFE)
     top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
@@ -143,16 +142,10 @@ def _told_apart(entries: Entries) -> Entries:
     return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))
 
 
-def nominals(table: Incidence) -> np.ndarray:
-    """The nominal size of each variable: the one declared, else that of its unit."""
-    return np.array([nominal_of(table, (variable, 0)) for variable in range(table.n_variables)])
-
-
 def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
     """The nominal size of a variable, or of a derivative of it: as large over a typical time of a millisecond."""
     variable, order = pair
-    declaration = table.flat.leaves[table.flat.leaf_of_node[table.variables[variable]]].declaration
-    return nominal_size(declaration.unit, declaration.nominal) * 1e3**order
+    return float(table.sizes[variable]) * 1e3**order
 
 
 def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: bool) -> tuple[list[int], list[int]]:
