@@ -70,18 +70,29 @@ def clamped(x: Scalar, knots: Vector) -> Scalar:
     return jnp.where(x < knots[0], knots[0], jnp.where(x > knots[-1], knots[-1], x))
 
 
-def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
+def located(x: Scalar, knots: Vector, piece: Scalar | None) -> tuple[Scalar, Array]:
+    """x, or the end of the table that it is beyond, and the interval that it lies in.
+
+    With the number of knots below x, the `piece`, a curve goes on smoothly beyond the knots at its ends.
+    """
+    if piece is None:
+        inside = clamped(x, knots)
+        return inside, interval(inside, knots)
+    n, number = len(knots), jnp.asarray(piece, float)
+    inside = jnp.where(number < 0.5, knots[0], jnp.where(number > n - 0.5, knots[-1], x))
+    return inside, jnp.clip(number.astype(int) - 1, 0, n - 2)
+
+
+def monotone_cubic(x: Scalar, knots: Vector, values: Vector, piece: Scalar | None = None) -> Scalar:
     """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
-    inside = clamped(x, knots)
-    i = interval(inside, knots)
+    inside, i = located(x, knots, piece)
     coefficients, u = _monotone_cubics(knots, values, i), inside - knots[i]
     return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
 
 
-def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
+def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector, piece: Scalar | None = None) -> Scalar:
     """The integral of `monotone_cubic` from the first knot to x."""
-    inside = clamped(x, knots)
-    i = interval(inside, knots)
+    inside, i = located(x, knots, piece)
     intervals = jnp.arange(len(knots) - 1)
     coefficients = _monotone_cubics(knots, values, intervals)
     whole = jnp.sum(jnp.where(intervals < i, _area(coefficients, jnp.diff(knots)), 0.0))
@@ -95,28 +106,27 @@ def _weight_last(weights: Array, values: Array) -> Array:
     return jnp.reshape(weights, weights.shape + (1,) * (values.ndim - 1))
 
 
-def linear(x: Scalar, knots: Vector, values: Array) -> Array:
+def linear(x: Scalar, knots: Vector, values: Array, piece: Scalar | None = None) -> Array:
     """Straight lines through values along their first axis; the outermost ones go on beyond the table."""
-    i = interval(x, knots)
+    i = located(x, knots, piece)[1]
     share = (x - knots[i]) / (knots[i + 1] - knots[i])
     return values[i] + share * (values[i + 1] - values[i])
 
 
-def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Scalar:
+def cubic_in_samples(x: Scalar, knots: Vector, values: Array, piece: Scalar | None = None) -> Array:
     """A curve with continuous slope through values along their first axis, linear in the values; a line beyond them.
 
     The slope at a knot is that of the parabola through it and its neighbours, and at an end of the table that of the
     outermost chord. Linear in the values, it makes a surface with continuous slope when applied axis by axis.
     """
-    inside = clamped(x, knots)
-    i, h = interval(inside, knots), jnp.diff(knots)
+    (inside, i), h = located(x, knots, piece), jnp.diff(knots)
     chords = jnp.diff(values, axis=0) / _weight_last(h, values)
     left, right = _weight_last(h[:-1], values), _weight_last(h[1:], values)
     inner = (right * chords[:-1] + left * chords[1:]) / (left + right)
     slopes = jnp.concatenate([chords[:1], inner, chords[-1:]])
     coefficients = hermite(values[i], values[i + 1], slopes[i], slopes[i + 1], h[i])
     u = inside - knots[i]
-    return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
+    return jnp.asarray(cubic(coefficients, u) + _slope(coefficients, u) * (x - inside))
 
 
 def periodic_spline(knots: Vector, values: Vector) -> Array:

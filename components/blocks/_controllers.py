@@ -2,10 +2,23 @@
 
 from typing import Any, Self
 
-from acausal import Component, Equations, Param, Scalar, Var, eq, nonnegative, nonzero, positive, prefer
+from acausal import (
+    Component,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    nonzero,
+    positive,
+    prefer,
+)
 
+from .. import _pieces as pieces
 from .._checks import check_order
-from .._limit import limited
 from ._interfaces import SISO, Input, Output
 
 
@@ -46,8 +59,8 @@ class LimitedController(Component, partial=True):
     """Control by u_s - u_m, within y_min <= y <= y_max, whose integral part does not wind up.
 
     Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`): what the limits cut off is fed back
-    into the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, with
-    kinks where it reaches and leaves them, where the integrator shortens its steps.
+    into the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, and
+    that it reaches or leaves them is an event.
     """
 
     k: Param[Scalar, "", nonzero]  # gain
@@ -58,6 +71,7 @@ class LimitedController(Component, partial=True):
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
     x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
     y_unlimited: Var[Scalar, ""] = 0.0  # what y would be without limits
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the lower limit, 1 within, 2 at the upper one
     u_s: Input = Input()  # set point
     u_m: Input = Input()  # measured value
     y: Output = Output()
@@ -69,8 +83,11 @@ class LimitedController(Component, partial=True):
         error, excess = self.u_s.value - self.u_m.value, self.y.value - self.y_unlimited
         return dict(
             integral=eq(self.Ti * d.x, error + excess / (self.k * self.Ni)),
-            limit=eq(self.y.value, limited(self.y_unlimited, self.y_min, self.y_max)),
+            limit=eq(self.y.value, pieces.limited(self.y_unlimited, self.piece, self.y_min, self.y_max)),
         )
+
+    def events(self) -> Events:
+        return pieces.passes(self.y_unlimited, self.piece, self.y_min, self.y_max)
 
     def _proportional_integral(self) -> Scalar:
         return self.wp * self.u_s.value - self.u_m.value + self.x

@@ -5,8 +5,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Equations, Param, Scalar, Vector, eq
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Vector, eq
 
+from .. import _pieces as pieces
 from ._interfaces import SI2SO, SISO, Input, Output
 
 
@@ -62,26 +63,36 @@ class Division(SI2SO):
         return dict(quotient=eq(self.y.value, self.u1.value / self.u2.value))
 
 
-class Minimum(SI2SO):
-    """y = min(u1, u2), with a kink where they cross (MSL `Min`)."""
+class Comparing(SI2SO, partial=True):
+    """A block for which it matters which input is larger; that they cross is an event."""
+
+    piece: Discrete[Scalar, "1"] = 0.0  # 1 while u1 is the larger one
+
+    def events(self) -> Events:
+        return pieces.passes(self.u1.value - self.u2.value, self.piece, 0.0)
+
+
+class Minimum(Comparing):
+    """y = min(u1, u2) (MSL `Min`)."""
 
     def equations(self, d: Self) -> Equations:
-        return dict(minimum=eq(self.y.value, jnp.minimum(self.u1.value, self.u2.value)))
+        return dict(minimum=eq(self.y.value, jnp.where(self.piece > 0.5, self.u2.value, self.u1.value)))
 
 
-class Maximum(SI2SO):
-    """y = max(u1, u2), with a kink where they cross (MSL `Max`)."""
+class Maximum(Comparing):
+    """y = max(u1, u2) (MSL `Max`)."""
 
     def equations(self, d: Self) -> Equations:
-        return dict(maximum=eq(self.y.value, jnp.maximum(self.u1.value, self.u2.value)))
+        return dict(maximum=eq(self.y.value, jnp.where(self.piece > 0.5, self.u1.value, self.u2.value)))
 
 
 class Function(SISO):
     """y = function(u), for a function written with `jax.numpy`: `Function(function=jnp.abs)`.
 
     The function is part of the model's structure, so a new function object means a new compilation: define it once, at
-    module level. What is to be varied or differentiated belongs into a component of its own with parameters. Kinks cost
-    the integrator steps; jumps cost more; an infinite slope, as of a square root at zero, can end the run.
+    module level. What is to be varied or differentiated belongs into a component of its own with parameters. Kinks and
+    jumps of the function are no events: they cost steps, and derivatives lose accuracy there, unlike with `Limiter`,
+    `Maximum` or `Table1D`. An infinite slope, as of a square root at zero, can end the run.
     """
 
     function: Callable[[Scalar], Scalar]

@@ -1,19 +1,27 @@
-"""Limits and switches (as in MSL `Modelica.Blocks.Nonlinear` and `Logical`).
-
-None of them is an event: where one has a kink or a jump, the integrator meets it as an error estimate that is suddenly
-large, and shortens its steps. A kink costs a few steps, a jump some twenty; a jump that feeds back on its own condition
-chatters, and the run fails.
-"""
+"""Limits and switches (as in MSL `Modelica.Blocks.Nonlinear` and `Logical`); where one bends or jumps is an event."""
 
 from typing import Self
 
 import jax
 import jax.numpy as jnp
 
-from acausal import Component, Equations, Param, Scalar, Var, eq, positive, prefer
+from acausal import (
+    Component,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+    when,
+)
 
+from .. import _pieces as pieces
 from .._checks import check_order
-from .._limit import limited
 from ._interfaces import SISO, Input, Output
 
 
@@ -22,24 +30,28 @@ class Range(SISO, partial=True):
 
     u_max: Param[Scalar, ""]  # upper bound
     u_min: Param[Scalar, ""]  # lower bound
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 below the bounds, 1 within, 2 above
 
     def __check_init__(self) -> None:
         check_order(self, "u_min", "u_max")
 
     def within(self) -> Scalar:
         """The input, or the bound that it is beyond."""
-        return limited(self.u.value, self.u_min, self.u_max)
+        return pieces.limited(self.u.value, self.piece, self.u_min, self.u_max)
+
+    def events(self) -> Events:
+        return pieces.passes(self.u.value, self.piece, self.u_min, self.u_max)
 
 
 class Limiter(Range):
-    """y = u within u_min and u_max, and the bound beyond them; it has kinks there."""
+    """y = u within u_min and u_max, and the bound beyond them."""
 
     def equations(self, d: Self) -> Equations:
         return dict(limit=eq(self.y.value, self.within()))
 
 
 class DeadZone(Range):
-    """y = 0 between u_min and u_max, and the distance to the bound beyond them; it has kinks there."""
+    """y = 0 between u_min and u_max, and the distance to the bound beyond them."""
 
     def equations(self, d: Self) -> Equations:
         return dict(zone=eq(self.y.value, self.u.value - self.within()))
@@ -48,38 +60,53 @@ class DeadZone(Range):
 class SlewRateLimiter(SISO):
     """y follows u, but changes by no more than `rising` and `falling` a second.
 
-    dy/dt = (u - y) / Td within these bounds: below them, y is u behind a lag of Td, the price of having no events. A
-    smaller Td follows closer and makes the equations stiffer. y starts at x.
+    dy/dt = (u - y) / Td within these bounds: below them, y is u behind a lag of Td. A smaller Td follows closer and
+    makes the equations stiffer. y starts at x.
     """
 
     rising: Param[Scalar, "", positive]  # steepest rise
     falling: Param[Scalar, "", positive]  # steepest fall, a positive number
     Td: Param[Scalar, "s", positive] = 1e-3  # time constant
     x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 while it falls as fast as it can, 2 while it rises so
+
+    def _rate(self) -> Scalar:
+        return (self.u.value - self.x) / self.Td
 
     def equations(self, d: Self) -> Equations:
-        rate = (self.u.value - self.x) / self.Td
         return dict(
-            slew=eq(d.x, limited(rate, -self.falling, self.rising)),
+            slew=eq(d.x, pieces.limited(self._rate(), self.piece, -self.falling, self.rising)),
             output=eq(self.y.value, self.x),
         )
 
+    def events(self) -> Events:
+        return pieces.passes(self._rate(), self.piece, -self.falling, self.rising)
+
 
 class Switch(Component):
-    """y = u1 where control >= threshold, else u2. It jumps, and is not an event: see `SmoothSwitch`.
+    """y = u1 while control >= threshold, else u2 (MSL `Switch`); both changes are events.
 
-    The derivative with respect to the threshold is zero.
+    With a `band`, it changes over to u1 at threshold + band / 2, and back at threshold - band / 2. It needs one where
+    what it passes drives the control back over the threshold; else the run ends with an error.
     """
 
     threshold: Param[Scalar, ""] = 0.5  # value of control from which on u1 is passed
+    band: Param[Scalar, "", nonnegative] = 0.0  # of control, between changing over and back
+    high: Discrete[Scalar, "1"] = 0.0  # 1 while u1 is passed
     control: Input = Input()
     u1: Input = Input()
     u2: Input = Input()
     y: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        passed = jnp.where(self.control.value >= self.threshold, self.u1.value, self.u2.value)
-        return dict(switch=eq(self.y.value, passed))
+        return dict(switch=eq(self.y.value, jnp.where(self.high > 0.5, self.u1.value, self.u2.value)))
+
+    def events(self) -> Events:
+        above, is_high = self.control.value - self.threshold, self.high > 0.5
+        return dict(
+            rise=when(~is_high & (above >= 0.5 * self.band), high=1.0),
+            fall=when(is_high & (above < -0.5 * self.band), high=0.0),
+        )
 
 
 class SmoothSwitch(Component):

@@ -2,19 +2,19 @@
 
 from typing import Literal, Self
 
-import jax.numpy as jnp
+from acausal import Component, Discrete, Equations, Events, Param, ParameterError, Scalar, Vector, eq
 
-from acausal import Component, Equations, Param, ParameterError, Scalar, Vector, eq
-
+from .. import _pieces as pieces
 from .._checks import check_samples
-from .._tables import clamped, cubic_in_samples, linear, monotone_cubic
+from .._tables import cubic_in_samples, linear, located, monotone_cubic
 from ._interfaces import SI2SO, SISO
 
 Extrapolation = Literal["hold", "linear"]
 
 
-def _argument(u: Scalar, knots: Vector, extrapolation: Extrapolation) -> Scalar:
-    return clamped(u, knots) if extrapolation == "hold" else u
+def _argument(u: Scalar, points: Vector, piece: Scalar, extrapolation: Extrapolation) -> Scalar:
+    """u, or beyond the table its end where the outermost value is held."""
+    return located(u, points, piece)[0] if extrapolation == "hold" else u
 
 
 def _check_extrapolation(owner: Component, extrapolation: str) -> None:
@@ -26,12 +26,13 @@ class Table1D(SISO):
     """y(u) through samples, differentiable with respect to all of them (MSL `CombiTable1Ds`).
 
     With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
-    straight lines, whose kinks cost the integrator steps. Beyond the samples, the outermost value is held, with a kink
-    there, or the curve goes on as a line.
+    straight lines. Beyond the samples, the outermost value is held, or the curve goes on as a line. That u passes
+    a sample is an event.
     """
 
     points: Param[Vector, ""]  # increasing values of u
     values: Param[Vector, ""]  # y at these points
+    piece: Discrete[Scalar, "1"] = 0.0  # number of points below u
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
@@ -40,22 +41,27 @@ class Table1D(SISO):
         _check_extrapolation(self, self.extrapolation)
 
     def equations(self, d: Self) -> Equations:
-        u = _argument(self.u.value, self.points, self.extrapolation)
+        u = _argument(self.u.value, self.points, self.piece, self.extrapolation)
         curve = monotone_cubic if self.smooth else linear
-        return dict(table=eq(self.y.value, curve(u, self.points, self.values)))
+        return dict(table=eq(self.y.value, curve(u, self.points, self.values, self.piece)))
+
+    def events(self) -> Events:
+        return pieces.passes_through(self.u.value, self.piece, self.points)
 
 
 class Table2D(SI2SO):
     """y(u1, u2) through samples on a grid, differentiable with respect to all of them (MSL `CombiTable2Ds`).
 
     With `smooth`, piecewise bicubic with continuous slopes: at each knot that of the parabola through the neighbours,
-    so that the surface can overshoot steep steps of the samples; else bilinear, whose kinks cost the integrator steps.
-    Beyond the samples, the outermost values are held, with a kink there, or go on linearly.
+    so that the surface can overshoot steep steps of the samples; else bilinear. Beyond the samples, the outermost
+    values are held, or go on linearly. That an input passes a sample is an event.
     """
 
     points1: Param[Vector, ""]  # increasing values of u1
     points2: Param[Vector, ""]  # increasing values of u2
     values: Param[Vector, ""]  # y; a row for each point of u1, a column for each of u2
+    piece1: Discrete[Scalar, "1"] = 0.0  # number of points below u1
+    piece2: Discrete[Scalar, "1"] = 0.0  # number of points below u2
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
@@ -64,8 +70,12 @@ class Table2D(SI2SO):
         _check_extrapolation(self, self.extrapolation)
 
     def equations(self, d: Self) -> Equations:
-        u1 = _argument(self.u1.value, self.points1, self.extrapolation)
-        u2 = _argument(self.u2.value, self.points2, self.extrapolation)
+        u1 = _argument(self.u1.value, self.points1, self.piece1, self.extrapolation)
+        u2 = _argument(self.u2.value, self.points2, self.piece2, self.extrapolation)
         curve = cubic_in_samples if self.smooth else linear
-        row = jnp.asarray(curve(u1, self.points1, self.values))
-        return dict(table=eq(self.y.value, curve(u2, self.points2, row)))
+        row = curve(u1, self.points1, self.values, self.piece1)
+        return dict(table=eq(self.y.value, curve(u2, self.points2, row, self.piece2)))
+
+    def events(self) -> Events:
+        first = pieces.passes_through(self.u1.value, self.piece1, self.points1, name="piece1")
+        return first | pieces.passes_through(self.u2.value, self.piece2, self.points2, name="piece2")

@@ -2,9 +2,22 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+)
 
-from .._limit import limited
+from .. import _pieces as pieces
 from ..blocks import Input
 from ..thermal import HeatPort
 from ._interfaces import Pin, TwoPin
@@ -71,13 +84,17 @@ class Potentiometer(Component):
     """
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance from p to n
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the end n, 1 between the ends, 2 at the end p
     p: Pin = Pin()
     n: Pin = Pin()
     contact: Pin = Pin()
     u: Input = Input()
 
     def _share(self) -> Scalar:
-        return limited(self.u.value, 0.0, 1.0)
+        return pieces.limited(self.u.value, self.piece, 0.0, 1.0)
+
+    def events(self) -> Events:
+        return pieces.passes(self.u.value, self.piece, 0.0, 1.0)
 
     def equations(self, d: Self) -> Equations:
         share = self._share()

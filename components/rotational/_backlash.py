@@ -4,9 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative
 
-from .._limit import limited
+from .. import _pieces as pieces
 from ._interfaces import Compliant
 
 
@@ -14,9 +14,8 @@ class ElastoBacklash(Compliant):
     """A play between elastic stops with damping (MSL `ElastoBacklash`).
 
     With the deflection x = phi_rel - phi_rel0 -+ play/2 beyond the play, else 0: tau = c x + d w_rel, where the damping
-    is limited to the size of c x, so that the torque is continuous at contact and the stops do not pull. It has kinks
-    at contact and where that limit is met, and no event: the integrator shortens its steps there, and a gradient
-    through them is less accurate than the solution.
+    is limited to the size of c x, so that the torque is continuous at contact and the stops do not pull. Contact, and
+    that this limit is met, are events.
     """
 
     c: Param[Scalar, "N.m/rad", nonnegative]  # stiffness
@@ -24,22 +23,33 @@ class ElastoBacklash(Compliant):
     play: Param[Scalar, "rad", nonnegative]  # total play
     phi_rel0: Param[Scalar, "rad"] = 0.0  # relative angle in the middle of the play
     w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
+    contact: Discrete[Scalar, "1"] = 1.0  # 0 at the lower stop, 1 within the play, 2 at the upper stop
+    damped: Discrete[Scalar, "1"] = 1.0  # 0 or 2 where the damping is limited
 
-    def _elastic(self) -> Scalar:
-        x = self.phi_rel - self.phi_rel0
-        return self.c * (x - limited(x, -0.5 * self.play, 0.5 * self.play))
+    def _beyond(self) -> Scalar:
+        x, half = self.phi_rel - self.phi_rel0, 0.5 * self.play
+        return x - pieces.limited(x, self.contact, -half, half)
+
+    def _most(self) -> Scalar:
+        return pieces.size(self.c * self._beyond(), self.contact)
 
     def _damping(self) -> Scalar:
-        size = jnp.abs(self._elastic())
-        return limited(self.d * self.w_rel, -size, size)
+        most = self._most()
+        damping = pieces.limited(self.d * self.w_rel, self.damped, -most, most)
+        return jnp.where(self.contact == 1.0, 0.0, damping)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
             relative_speed=eq(self.w_rel, d.phi_rel),
-            law=eq(self.tau, self._elastic() + self._damping()),
+            law=eq(self.tau, self.c * self._beyond() + self._damping()),
         )
 
     def energy(self) -> Energy:
-        x = self.phi_rel - self.phi_rel0
-        x = x - limited(x, -0.5 * self.play, 0.5 * self.play)
-        return Energy(stored=0.5 * self.c * x**2, dissipated=self._damping() * self.w_rel)
+        return Energy(stored=0.5 * self.c * self._beyond() ** 2, dissipated=self._damping() * self.w_rel)
+
+    def events(self) -> Events:
+        half, most = 0.5 * self.play, self._most()
+        touches = self.contact != 1.0
+        return pieces.passes(self.phi_rel - self.phi_rel0, self.contact, -half, half, name="contact") | pieces.passes(
+            self.d * self.w_rel, self.damped, -most, most, name="damped", only=touches
+        )

@@ -4,8 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
+from .. import _pieces as pieces
 from .._checks import check_order
 from ._interfaces import ToGround
 
@@ -14,8 +15,9 @@ class LuGreFriction(ToGround):
     """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
 
     dz/dt = w - stiffness |w| z / g(w) with g(w) = Tc + (Ts - Tc) exp(-(w/ws)^2), and
-    tau = stiffness z + damping dz/dt + C w. It has no events: below break-away it is a stiff spring, with presliding
-    and hysteresis, and sliding it tends to g(w) sign(w) + C w. A large damping may make it give energy at high speeds.
+    tau = stiffness z + damping dz/dt + C w. Below break-away it is a stiff spring, with presliding and hysteresis, and
+    sliding it tends to g(w) sign(w) + C w. Its only event is that it reverses. A large damping may make it give
+    energy at high speeds.
     """
 
     Tc: Param[Scalar, "N.m", positive]  # Coulomb (sliding) torque
@@ -26,6 +28,7 @@ class LuGreFriction(ToGround):
     C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "rad", prefer] = 0.0  # deflection of the bristles
     slip: Var[Scalar, "rad/s"] = 0.0  # speed at which they slide
+    forward: Discrete[Scalar, "1"] = 0.0  # 1 while it moves forward
 
     def __check_init__(self) -> None:
         check_order(self, "Tc", "Ts", equal=True)
@@ -35,10 +38,13 @@ class LuGreFriction(ToGround):
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
-            slip=eq(self.slip, self.stiffness * jnp.abs(self.w) * self.z / self._level()),
+            slip=eq(self.slip, self.stiffness * pieces.size(self.w, self.forward) * self.z / self._level()),
             bristles=eq(d.z, self.w - self.slip),
             friction=eq(self.flange.tau, self._torque()),
         )
+
+    def events(self) -> Events:
+        return pieces.passes(self.w, self.forward, 0.0, name="forward")
 
     def _torque(self) -> Scalar:
         return self.stiffness * self.z + self.damping * (self.w - self.slip) + self.C * self.w

@@ -4,20 +4,21 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive
 
+from .. import _pieces as pieces
 from .._checks import check
-from .._limit import limited
 from ._interfaces import Compliant
+
+TINY = 1e-100  # in place of zero, where powers have no derivatives
 
 
 class ElastoGap(Compliant):
     """A spring and damper that only push: no force while s_rel > s_rel0 (MSL `ElastoGap`).
 
     In contact, with the indentation x = s_rel0 - s_rel in lengths of s_ref: f = -c s_ref x^n + d v_rel, where the
-    damping is limited to the size of the first term, so that the force is continuous at contact and never pulls. It has
-    kinks at contact and where that limit is met, and no event: the integrator shortens its steps there, and a gradient
-    through them is less accurate than the solution.
+    damping is limited to the size of the first term, so that the force is continuous at contact and never pulls.
+    Contact, and that this limit is met, are events.
     """
 
     c: Param[Scalar, "N/m", nonnegative]  # stiffness, as a secant at an indentation of s_ref
@@ -26,21 +27,23 @@ class ElastoGap(Compliant):
     n: Param[Scalar, "1", positive] = 1.0  # exponent, at least 1; 1.5 for a Hertzian point contact
     s_ref: Param[Scalar, "m", positive] = 1.0  # with 1 m, c has the number that it has in N/m^n
     v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
+    apart: Discrete[Scalar, "1"] = 1.0  # 1 while there is no contact
+    damped: Discrete[Scalar, "1"] = 1.0  # 0 or 2 where the damping is limited
 
     def __check_init__(self) -> None:
         check(self, "n", lambda value: value >= 1.0, "at least 1")
 
     def _power(self, exponent: Scalar) -> Scalar:
-        """x to a power, 0 where there is no contact; guarded, as the derivative of 0^n has log(0)."""
+        """x to a power, 0 where there is no contact. As |x|^(n-1) x, it goes on smoothly where contact ends."""
         x = (self.s_rel0 - self.s_rel) / self.s_ref
-        return jnp.where(x > 0.0, jnp.where(x > 0.0, x, 1.0) ** exponent, 0.0)
+        return jnp.where(self.apart > 0.5, 0.0, jnp.maximum(jnp.abs(x), TINY) ** (exponent - 1.0) * x)
 
     def _elastic(self) -> Scalar:
         return self.c * self.s_ref * self._power(self.n)
 
     def _damping(self) -> Scalar:
         size = self._elastic()
-        return limited(self.d * self.v_rel, -size, size)
+        return jnp.where(self.apart > 0.5, 0.0, pieces.limited(self.d * self.v_rel, self.damped, -size, size))
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -51,3 +54,9 @@ class ElastoGap(Compliant):
     def energy(self) -> Energy:
         stored = self.c * self.s_ref**2 / (self.n + 1.0) * self._power(self.n + 1.0)
         return Energy(stored=stored, dissipated=self._damping() * self.v_rel)
+
+    def events(self) -> Events:
+        size = self._elastic()
+        return pieces.passes(self.s_rel, self.apart, self.s_rel0, name="apart") | pieces.passes(
+            self.d * self.v_rel, self.damped, -size, size, name="damped", only=self.apart < 0.5
+        )

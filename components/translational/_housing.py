@@ -2,8 +2,9 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Vector, eq, nonnegative
+from acausal import Component, Discrete, Energy, Equations, Events, Param, Scalar, Vector, eq, nonnegative
 
+from .. import _pieces as pieces
 from .._checks import check_samples
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ._interfaces import Flange, ToGround
@@ -32,16 +33,21 @@ class TabulatedSpring(Component):
 
     positions: Param[Vector, "m"]  # increasing
     forces: Param[Vector, "N"]  # at these positions
+    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below s
     flange: Flange = Flange()
 
     def __check_init__(self) -> None:
         check_samples(self, "forces", "positions")
 
     def equations(self, d: Self) -> Equations:
-        return dict(characteristic=eq(self.flange.f, monotone_cubic(self.flange.s, self.positions, self.forces)))
+        force = monotone_cubic(self.flange.s, self.positions, self.forces, self.piece)
+        return dict(characteristic=eq(self.flange.f, force))
+
+    def events(self) -> Events:
+        return pieces.passes_through(self.flange.s, self.piece, self.positions)
 
     def energy(self) -> Energy:
-        return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces))
+        return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces, self.piece))
 
 
 class ViscousFriction(ToGround):

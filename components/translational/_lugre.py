@@ -4,8 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
+from .. import _pieces as pieces
 from .._checks import check_order
 from ._interfaces import ToGround
 
@@ -14,8 +15,9 @@ class LuGreFriction(ToGround):
     """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
 
     dz/dt = v - stiffness |v| z / g(v) with g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2), and
-    f = stiffness z + damping dz/dt + C v. It has no events: below break-away it is a stiff spring, with presliding
-    and hysteresis, and sliding it tends to g(v) sign(v) + C v. A large damping may make it give energy at high speeds.
+    f = stiffness z + damping dz/dt + C v. Below break-away it is a stiff spring, with presliding and hysteresis, and
+    sliding it tends to g(v) sign(v) + C v. Its only event is that it reverses. A large damping may make it give
+    energy at high speeds.
     """
 
     Fc: Param[Scalar, "N", positive]  # Coulomb (sliding) force
@@ -26,6 +28,7 @@ class LuGreFriction(ToGround):
     C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "m", prefer] = 0.0  # deflection of the bristles
     slip: Var[Scalar, "m/s"] = 0.0  # speed at which they slide
+    forward: Discrete[Scalar, "1"] = 0.0  # 1 while it moves forward
 
     def __check_init__(self) -> None:
         check_order(self, "Fc", "Fs", equal=True)
@@ -35,10 +38,13 @@ class LuGreFriction(ToGround):
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
-            slip=eq(self.slip, self.stiffness * jnp.abs(self.v) * self.z / self._level()),
+            slip=eq(self.slip, self.stiffness * pieces.size(self.v, self.forward) * self.z / self._level()),
             bristles=eq(d.z, self.v - self.slip),
             friction=eq(self.flange.f, self._force()),
         )
+
+    def events(self) -> Events:
+        return pieces.passes(self.v, self.forward, 0.0, name="forward")
 
     def _force(self) -> Scalar:
         return self.stiffness * self.z + self.damping * (self.v - self.slip) + self.C * self.v

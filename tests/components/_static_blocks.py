@@ -1,19 +1,46 @@
-"""Evaluation of blocks that are one explicit equation, y - f(...) = 0."""
+"""Components in the pieces of their laws that belong to given values."""
 
+import dataclasses
+from collections.abc import Iterator
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 from acausal import Component, replace
+from acausal._declare.component import When
+from acausal._declare.layout import complete
+
+
+def _events(model: Component, path: str = "") -> Iterator[tuple[str, Component, str, When]]:
+    for name, event in model.events().items():
+        if isinstance(event, When):
+            yield path, model, name, event
+    for field in dataclasses.fields(model):
+        part = getattr(model, field.name)
+        if isinstance(part, Component):
+            yield from _events(part, f"{path}{field.name}.")
+
+
+def settled(model: Any, *, every: bool = True, rounds: int = 4) -> Any:
+    """A model after the events that its values make happen, and what follows; `every` one or those of pieces."""
+    for _ in range(rounds):
+        new: dict[str, Any] = {}
+        for path, part, name, event in _events(model):
+            if every or name.endswith(("_up", "_down")):
+                for target, value in event.changes.items():
+                    before = new.get(path + target, getattr(part, target))
+                    new[path + target] = jnp.where(event.condition, value, before)
+        model = replace(model, new)
+    return model
 
 
 def output(block: Component, *inputs: Any, names: tuple[str, ...] = ("u",)) -> jax.Array:
-    """y for arrays of inputs, in the order of their names."""
+    """y of a block that is one explicit equation, y - f(...) = 0, for arrays of inputs, in the order of their names."""
 
     def at(*values: Any) -> Any:
         given = {f"{name}.value": value for name, value in zip(names, values, strict=True)}
-        here = replace(block, {**given, "y.value": 0.0})
+        here = settled(complete(replace(block, {**given, "y.value": 0.0})))
         (equation,) = here.equations(here).values()
         return -equation.residual
 

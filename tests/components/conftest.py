@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from _static_blocks import settled
 from jax import Array
 from jax.flatten_util import ravel_pytree
 
@@ -90,7 +91,12 @@ class _Account:
         self.start: list[int] = np.concatenate([[0], np.cumsum(sizes)]).tolist()
 
     def fill(self, x: Array) -> Any:
-        """The model with the variables' values in place; parameters and discrete variables stay."""
+        """The model with the variables' values in place; parameters and modes stay, but pieces of laws are those of
+        the values.
+        """
+        return settled(self._filled(x), every=False)
+
+    def _filled(self, x: Array) -> Any:
         filled = [
             self._value(x, leaf) if leaf.declaration.is_variable else leaf.declaration.start if value is None else value
             for leaf, value in zip(self.flat.leaves, self.leaves, strict=True)
@@ -101,7 +107,7 @@ class _Account:
         return jnp.reshape(x[self.start[leaf.first] : self.start[leaf.first + 1]], leaf.sizes)
 
     def equations(self, x: Array, dx: Array) -> Array:
-        here, slope = self.fill(x), self.fill(dx)
+        here, slope = self.fill(x), self._filled(dx)
         terms: list[Any] = []
         for part, d in zip(components(here), components(slope), strict=True):
             terms.extend(equation.residual for equation in part.equations(d).values())
@@ -120,7 +126,7 @@ class _Account:
             terms = [part.energy() or Energy() for part in components(self.fill(x))]
             return Energy(*(jnp.asarray(sum(column)) for column in zip(*terms, strict=True)))
 
-        here, slope = self.fill(point.x), self.fill(point.dx)
+        here, slope = self.fill(point.x), self._filled(point.dx)
         pairs = zip(parts(here), parts(slope), strict=True)
         power = sum(power_into(p, d) for p, d in pairs if isinstance(p, Port))
         now, rate = jax.jvp(accounts, (point.x,), (point.dx,))
