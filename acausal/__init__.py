@@ -35,12 +35,16 @@ from ._declare.component import refuse as refuse
 from ._declare.component import when as when
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record
+from ._declare.requirements import Requirements as Requirements
+from ._declare.requirements import require as require
 from ._declare.sizes import sized as sized
+from ._errors import ArgumentError as ArgumentError
 from ._errors import ModelError as ModelError
 from ._errors import ParameterError as ParameterError
 from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
 from ._errors import UnitError as UnitError
+from ._errors import UnknownNameError as UnknownNameError
 from ._evaluate.compiling import compile as compile
 from ._evaluate.starts import Inputs as Inputs
 from ._evaluate.system import System as System
@@ -48,7 +52,6 @@ from ._integrate.initialise import initialise as initialise
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate
 from ._integrate.solution import Solution as Solution
-from ._integrate.solution import UnknownNameError as UnknownNameError
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
 from ._jax_settings import compile_loops_whole, enable_double_precision, keep_compiled_programs

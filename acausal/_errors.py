@@ -18,6 +18,17 @@ class ParameterError(ModelError, ValueError):
     """A parameter outside its admissible range."""
 
 
+class ArgumentError(ModelError, TypeError):
+    """An argument that a component does not take, or one that it lacks."""
+
+
+class UnknownNameError(ModelError, KeyError, AttributeError):
+    """A name that the model does not have."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class UnitError(ModelError):
     """Equations or connections whose units do not agree; the message lists all that were found."""
 

@@ -1,35 +1,41 @@
-"""Range checks beyond the sign that a declaration can state."""
+"""Requirements that several components have in common."""
 
-from collections.abc import Callable
+from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
+from jax import Array
 
-from acausal import Component, ParameterError, Record
-
-
-def check(
-    owner: Component | Record, name: str, admits: Callable[[np.ndarray], np.ndarray | bool], expected: str
-) -> None:
-    """Raise `ParameterError` unless the parameter's value is known and admissible."""
-    value = getattr(owner, name)
-    if not isinstance(value, Tracer) and not np.all(admits(np.asarray(value))):
-        raise ParameterError(f"{type(owner).__name__}.{name} must be {expected}, got {value}.")
+from acausal import Component, ParameterError, Record, Requirements, require
 
 
-def increasing(knots: np.ndarray) -> bool:
-    return bool(np.all(np.diff(knots) > 0.0))
+def increasing(knots: Any) -> Any:
+    """Whether each number is above the one before."""
+    return knots[1:] > knots[:-1]
 
 
-def check_order(owner: Component | Record, low: str, high: str, *, equal: bool = False) -> None:
-    """Raise `ParameterError` unless the parameter `low` is smaller than `high`, or `equal`, where both are known."""
-    above = getattr(owner, high)
-    if isinstance(above, Tracer):
-        return
-    if equal:
-        check(owner, low, lambda value: value <= np.asarray(above), f"at most {high} = {above}")
-    else:
-        check(owner, low, lambda value: value < np.asarray(above), f"smaller than {high} = {above}")
+def sampled(owner: Component | Record, values: str, *knots: str) -> Requirements:
+    """That the knots increase, two or more on each axis, and that there is a value for each."""
+    shapes = {name: jnp.shape(getattr(owner, name)) for name in knots}
+    for name, shape in shapes.items():
+        if len(shape) != 1 or shape[0] < 2:
+            return (require(False, f"{name} must be two or more increasing numbers"),)
+    wanted, found = tuple(shape[0] for shape in shapes.values()), jnp.shape(getattr(owner, values))
+    if found != wanted:
+        return (require(False, f"{values} must have shape {wanted}"),)
+    return tuple(
+        require(increasing(getattr(owner, name)), f"{name} must be two or more increasing numbers") for name in knots
+    )
+
+
+def numbers(owner: Component | Record, name: str, value: Any) -> Array:
+    """An array of floats; raises `ParameterError` for what is none."""
+    try:
+        return jnp.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(
+            f"{type(owner).__name__}.{name} must be a real number or an array of them, got {value!r}."
+        ) from error
 
 
 def check_shape(owner: Component | Record, name: str, shape: tuple[int, ...]) -> None:
@@ -37,10 +43,3 @@ def check_shape(owner: Component | Record, name: str, shape: tuple[int, ...]) ->
     found = np.shape(getattr(owner, name))
     if found != shape:
         raise ParameterError(f"{type(owner).__name__}.{name} must have shape {shape}, got {found}.")
-
-
-def check_samples(owner: Component | Record, values: str, *knots: str) -> None:
-    """Raise `ParameterError` unless the knots increase, two or more on each axis, and there is a value for each."""
-    for name in knots:
-        check(owner, name, lambda given: given.size > 1 and increasing(given), "two or more increasing numbers")
-    check_shape(owner, values, tuple(len(getattr(owner, name)) for name in knots))

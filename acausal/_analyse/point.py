@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves, layout_of
-from .._errors import ModelError, ParameterError, SimulationError
+from .._errors import ModelError, SimulationError
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
@@ -58,7 +58,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
     params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
-    _check_parameters(system, params)
+    params = system.enforced(params)
     starts = jnp.asarray(system.starts.pack(leaves))
     if isinstance(at, Component):
         check_structure(at, system, "The operating point")
@@ -106,14 +106,6 @@ def _check_one_instant(system: System, view: Any) -> None:
                 f"The operating point is not one instant: {leaf.path} has shape {np.shape(value)}. Give sol.final or "
                 "sol.at(t) with one time, and use jax.vmap for several."
             )
-
-
-def _check_parameters(system: System, params: list[Any]) -> None:
-    for leaf in system.signed_leaves:
-        declaration, path = system.flat.leaves[leaf].declaration, system.flat.leaves[leaf].path
-        assert declaration.sign is not None
-        if not is_traced(params[leaf]) and not np.all(declaration.sign.admits(np.asarray(params[leaf]))):
-            raise ParameterError(f"{path} must be {declaration.sign.name}, got {params[leaf]} {declaration.unit}.")
 
 
 def _start(point: Point) -> Any:

@@ -6,8 +6,9 @@ from typing import Any, TypeVar
 from .._errors import ModelError, suggestion
 from .annotations import Declaration
 from .component import Component
+from .converters import CONVERTERS
 from .layout import rebuilt
-from .node import as_parameter, as_start, leaves_of
+from .node import leaves_of
 
 M = TypeVar("M", bound=Component)
 
@@ -32,7 +33,6 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
     def new(path: str, declaration: Declaration, value: Any) -> Any:
         if path not in values:
             return value
-        convert = as_parameter if declaration.role == "param" else as_start
-        return convert(values[path], unit=declaration.unit, where=path)
+        return CONVERTERS[declaration.role](values[path], unit=declaration.unit, where=path)
 
     return rebuilt(model, new)

@@ -6,35 +6,18 @@ import sys
 import types
 import typing
 from collections.abc import Iterator
-from typing import Any, ClassVar, NamedTuple, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, dataclass_transform
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from .._errors import ModelError, ParameterError
-from .._tracing import is_traced
-from .._units.quantity import magnitude
+from .._errors import ModelError, ParameterError, UnknownNameError, suggestion
 from .annotations import Declaration, declared
-
-
-def as_parameter(value: Any, *, unit: str, where: str) -> Any:
-    """A float array, in `unit`; an integer would break differentiation."""
-    if isinstance(value, jax.Array) and jnp.issubdtype(value.dtype, jnp.floating):
-        return value
-    return jnp.asarray(magnitude(value, unit, where), dtype=float)
-
-
-def as_start(value: Any, *, unit: str, where: str) -> Any:
-    """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
-    if value is None:
-        return None
-    value = magnitude(value, unit, where)
-    return float(value) if isinstance(value, bool | int | float) else as_parameter(value, unit=unit, where=where)
-
-
-_CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start, "discrete": as_start}
+from .arguments import check_arguments
+from .converters import CONVERTERS
+from .fields import dynamic_fields, join
+from .requirements import Requirements, broken
 
 
 def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:
@@ -79,6 +62,12 @@ class NodeMeta(type(eqx.Module)):
 
     _partial: bool
 
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        if cls._partial:
+            raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
+        check_arguments(cls, args, kwargs)
+        return super().__call__(*args, **kwargs)
+
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], *, partial: bool = False):
         if namespace.get("__module__") != __name__:
             _check_bases(name, bases)
@@ -92,11 +81,6 @@ class NodeMeta(type(eqx.Module)):
         cls = super().__new__(mcs, name, bases, namespace)
         cls._partial = partial
         return cls
-
-    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        if cls._partial:
-            raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
-        return super().__call__(*args, **kwargs)
 
 
 def _check_bases(name: str, bases: tuple[type, ...]) -> None:
@@ -152,7 +136,7 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
             )
         declaration, default = dataclasses.replace(declaration, start=float(start)), None
     metadata = {"declaration": declaration}
-    converter = ft.partial(_CONVERTERS[declaration.role], unit=declaration.unit, where=where)
+    converter = ft.partial(CONVERTERS[declaration.role], unit=declaration.unit, where=where)
     return eqx.field(converter=converter, kw_only=True, default=default, metadata=metadata)
 
 
@@ -160,18 +144,34 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
     """Anything a model is built from. Fields are declared with `Param`, `Var`, `Flow`, as parts, or are static."""
 
     def __check_init__(self) -> None:
-        for name, declaration in dynamic_fields(type(self)):
-            sign, value = declaration and declaration.sign, getattr(self, name)
-            if sign is None or value is None or is_traced(value):
-                continue
-            if not np.all(sign.admits(np.asarray(value))):
-                assert declaration is not None
-                raise ParameterError(
-                    f"{type(self).__name__}.{name} must be {sign.name}, got {value} {declaration.unit}."
-                )
+        for sentence in broken(self):
+            raise ParameterError(f"{type(self).__name__}.{sentence}")
         for field in dataclasses.fields(self):
             if field.metadata.get("static"):
                 _check_static(f"{type(self).__name__}.{field.name}", getattr(self, field.name))
+
+    def requirements(self) -> Requirements:
+        """What parameters must meet beyond their declared ranges: a tuple of `require(...)`.
+
+        It is checked where numbers are known: when a component is built, by `simulate`, `initialise`, `linearise` and
+        `check`; under `jit` a run that does not meet it has the result `bad_parameter`.
+        """
+        return ()
+
+    @classmethod
+    def states_requirements(cls) -> bool:
+        """Whether the class states requirements of its own."""
+        return cls.requirements is not Node.requirements
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            raise UnknownNameError(
+                f"{type(self).__name__} has no port, part, parameter or variable {name!r}."
+                f"{suggestion(name, [field.name for field in dataclasses.fields(self)])}"
+            )
 
 
 def _check_static(where: str, value: Any) -> None:
@@ -196,17 +196,6 @@ class Record(Node, partial=True):
     """A set of parameters with methods on them, such as a cam profile; it holds no variables."""
 
 
-def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
-    """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
-    return _dynamic_fields(cls)
-
-
-@ft.cache
-def _dynamic_fields(cls: Any) -> tuple[tuple[str, Declaration | None], ...]:
-    fields = [field for field in dataclasses.fields(cls) if not field.metadata.get("static")]
-    return tuple((field.name, field.metadata.get("declaration")) for field in fields)
-
-
 def parts_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """The nodes held by a field: the value itself, or the members of its tuples, each with its path."""
     if isinstance(value, tuple | list):
@@ -216,8 +205,13 @@ def parts_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def join(path: str, name: str) -> str:
-    return f"{path}.{name}" if path else name
+def nodes_of(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
+    """A node and all that is below it, each with its path."""
+    yield path, node
+    for name, declaration in dynamic_fields(type(node)):
+        for part_path, part in parts_of(getattr(node, name), join(path, name)) if declaration is None else ():
+            if isinstance(part, Node):
+                yield from nodes_of(part, part_path)
 
 
 class Leaf(NamedTuple):

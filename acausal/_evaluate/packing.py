@@ -20,7 +20,7 @@ def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
 
 
 def packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
-    instances = flat.instances[kind]
+    instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
     values = [leaves[first + slot] for first in instances.first_leaf]
     if instances.total > UNROLLED:

@@ -24,8 +24,9 @@ from .constraints import Constraints, constraints_of, placed
 from .events import EventSet, events_of
 from .instants import EquationInstants, equation_instants
 from .packing import discrete_start, packed
-from .plan import UNROLLED, Group, Packed, Pair, Plan, Store, group_residuals
+from .plan import Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
+from .requirements import Requirements
 from .starts import Inputs, Starts
 
 
@@ -142,56 +143,54 @@ class System:
         sizes = [np.full(self.plan.size(pair[0]), nominal_of(self.ordered.table, pair)) for pair in pairs]
         return np.concatenate([np.zeros(0), *sizes])
 
-    @ft.cached_property
-    def signed_leaves(self) -> list[int]:
-        """Parameters that are declared with a range, those first that are checked many at once."""
-        stacked = [leaf for _, leaves in self._signed_slots for leaf in leaves]
-        return stacked + self.signed_singles
-
-    @ft.cached_property
-    def signed_singles(self) -> list[int]:
-        """Those that are checked one by one."""
-        stacked = {leaf for _, leaves in self._signed_slots for leaf in leaves}
-        signed = [i for i, leaf in enumerate(self.flat.leaves) if leaf.declaration.sign is not None]
-        return [leaf for leaf in signed if leaf not in stacked and leaf not in self.variable_leaves]
-
     def ranged_starts(self, given: frozenset[int]) -> list[int]:
         """Variables that are declared with a range and have a start value in the model."""
         return sorted(leaf for leaf in given if self.flat.leaves[leaf].declaration.sign is not None)
 
-    @ft.cached_property
-    def _signed_slots(self) -> list[tuple[tuple[int, int], list[int]]]:
-        """Slots of many components whose parameters have a range, with the leaf of each member."""
-        slots = []
-        for kind, slot in self._used_params:
-            instances = self.flat.instances[kind]
-            if instances.total > UNROLLED and instances.kind.declarations[slot].sign is not None:
-                leaves = np.repeat(np.array(instances.first_leaf) + slot, instances.counts)
-                slots.append(((kind, slot), leaves.tolist()))
-        return slots
-
-    def bad_values(self, leaves: Sequence[Any], inputs: Inputs) -> Any:
-        """For each of `signed_leaves` and `ranged_starts`, whether its value is outside its range."""
-        params = inputs.params
-        checks = [jnp.zeros(0, bool)]
-        for key, members in self._signed_slots:
-            sign = self.flat.leaves[members[0]].declaration.sign
-            assert sign is not None
-            checks.append(~jnp.all(sign.admits(params[key].reshape(len(members), -1)), axis=1))
-        for index in self.signed_singles:
-            sign = self.flat.leaves[index].declaration.sign
-            assert sign is not None
-            checks.append(~jnp.all(sign.admits(leaves[index]))[None])
+    def bad_values(self, inputs: Inputs) -> Any:
+        """For each of the requirements, and of `ranged_starts`, whether it is not met."""
+        checks = [self.requirements.broken(inputs.params)]
         for index in self.ranged_starts(inputs.given):
             sign = self.flat.leaves[index].declaration.sign
             assert sign is not None
             checks.append(~jnp.all(sign.admits(self.starts.of_leaf(inputs, index)))[None])
         return jnp.concatenate(checks)
 
+    def required(self, given: frozenset[int]) -> list[str]:
+        """What each of `bad_values` is short of, as sentences."""
+        ranged = [
+            (leaf.path, leaf.declaration.sign) for leaf in map(self.flat.leaves.__getitem__, self.ranged_starts(given))
+        ]
+        starts = [f"{path} must be {sign.name}" for path, sign in ranged if sign is not None]
+        return self.requirements.sentences + starts
+
+    def bad_value(self, index: int, inputs: Inputs) -> str:
+        """What one of `bad_values` is short of, with the numbers."""
+        count = len(self.requirements.sentences)
+        if index < count:
+            return self.requirements.told(index, inputs.params)
+        leaf = self.ranged_starts(inputs.given)[index - count]
+        start, unit = np.asarray(self.starts.of_leaf(inputs, leaf)), self.flat.leaves[leaf].declaration.unit
+        return f"{self.required(inputs.given)[index]}, but starts from {start if start.size > 1 else start[0]} {unit}."
+
+    @ft.cached_property
+    def requirements(self) -> Requirements:
+        """What parameters have to meet."""
+        return Requirements(self.flat)
+
+    def enforced(self, params: list[Any]) -> list[Any]:
+        """Parameters that meet all requirements, from the leaves of a model, None where they are variables.
+
+        Raises `ParameterError` where they do not; where they are not known, they become NaN.
+        """
+        return self.requirements.enforced(params, self.pack_params(params))
+
     @ft.cached_property
     def _used_params(self) -> list[tuple[int, int]]:
         groups = self.plan.groups + self.residuals + self.constraints.groups
-        return sorted({key for group in groups for key in group.program.params} | self.instants.keys)
+        return sorted(
+            {key for group in groups for key in group.program.params} | self.instants.keys | self.requirements.keys
+        )
 
     def pack_params(self, leaves: Sequence[Any]) -> Packed:
         """Parameters, from the leaves of a model in pytree order, by component kind and slot."""
@@ -272,7 +271,7 @@ class System:
 
     def _is_discrete(self, key: tuple[int, int]) -> bool:
         kind, slot = key
-        return self.flat.instances[kind].kind.declarations[slot].role == "discrete"
+        return self.flat.holders[kind].kind.declarations[slot].role == "discrete"
 
     def collected(self, t: Any, y: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
         """The values of pairs as one flat vector."""

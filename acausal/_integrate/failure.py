@@ -13,7 +13,7 @@ from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._reduce.ranges import requirements
-from .._tracing import is_traced
+from .._tracing import known
 from .result import Result, sentence
 from .run_events import tick
 from .solution import Solution
@@ -25,10 +25,11 @@ def report_failure(solution: Solution) -> Solution:
     """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
     result = solution.result
     fine = (result == Result.reached_end) | (result == Result.stopped)
-    if is_traced(fine):
+    are_fine = known(fine)
+    if are_fine is None:
         return _checked_at_run_time(solution, ~fine)
-    if not np.all(fine):
-        raise _error(solution)
+    if not np.all(are_fine):
+        raise _error(jax.tree_util.tree_map(jax.lax.stop_gradient, solution))
     return solution
 
 
@@ -37,21 +38,9 @@ def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter
     leaves, structure = jax.tree_util.tree_flatten(solution)
-    if checked := _checked_leaves(solution):
-        texts = [_requirement(system, leaf) for leaf in checked]
+    if texts := [f"{sentence}." for sentence in system.required(solution._inputs.given)]:
         leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
     return structure.unflatten(result.error_if(leaves, failed & ~bad))
-
-
-def _checked_leaves(solution: Solution) -> list[int]:
-    system = solution.system
-    return system.signed_leaves + system.ranged_starts(solution._inputs.given)
-
-
-def _requirement(system: System, leaf: int) -> str:
-    flat_leaf = system.flat.leaves[leaf]
-    assert flat_leaf.declaration.sign is not None
-    return f"{flat_leaf.path} must be {flat_leaf.declaration.sign.name} (unit {flat_leaf.declaration.unit})."
 
 
 def _error(solution: Solution) -> Exception:
@@ -59,11 +48,7 @@ def _error(solution: Solution) -> Exception:
     if solution.is_batched:
         return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
     if result == Result.bad_parameter:
-        leaf = _checked_leaves(solution)[int(solution._culprit)]
-        if leaf not in system.variable_leaves:
-            return ParameterError(f"{_requirement(system, leaf)} It is {solution._params[leaf]}.")
-        start = np.asarray(system.starts.of_leaf(solution._inputs, leaf))
-        return ParameterError(f"{_requirement(system, leaf)} It starts from {start if start.size > 1 else start[0]}.")
+        return ParameterError(system.bad_value(int(solution._culprit), solution._inputs))
     if result == Result.bad_start:
         name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(

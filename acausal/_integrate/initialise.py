@@ -72,8 +72,8 @@ def initialise(
     system = system_of(model)
     leaves, _ = complete_leaves(model)
     problem, constants = _problem(system, leaves, conditions, steady, free)
-    params = system.parameters(leaves)
-    easy = params if easier is None else system.parameters(complete_leaves(easier)[0])
+    params = system.enforced(system.parameters(leaves))
+    easy = params if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
     starts = system.starts.pack(leaves)
     found, values = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
     if not is_traced(found.violation):

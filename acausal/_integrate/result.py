@@ -35,7 +35,7 @@ class Result(eqx.Enumeration):
     refused = "A component cannot do what is asked of it."
     undetermined = "Equations are singular but for errors of rounding, so that any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
-    bad_parameter = "A parameter or a start value is outside the range it is declared with."
+    bad_parameter = "A parameter or start value is outside its range, or contradicts another parameter."
     bad_start = "The start values contradict the equations."
 
 

@@ -134,7 +134,7 @@ def _outcome(
 ) -> tuple[Any, Any]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    bad_values = system.bad_values(given.numbers.params, inputs)
+    bad_values = system.bad_values(inputs)
     everything = system.evaluate_all(t, y[layout.point], inputs)
     singular = singular_blocks(system, everything, inputs)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)

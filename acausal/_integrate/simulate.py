@@ -145,7 +145,7 @@ def _as_number(value: Any) -> Any:
     """Numbers of every kind as one kind, so that an integer or a python float does not compile anew."""
     if isinstance(value, float):
         return value
-    if isinstance(value, jax.Array | np.ndarray) and jnp.issubdtype(value.dtype, jnp.floating):
+    if isinstance(value, jax.Array | np.ndarray) and value.dtype == jax.dtypes.canonicalize_dtype(float):
         return value
     if has_unit(value):
         raise ParameterError(f"A number of the model was changed to {value}: use replace(...), which converts units.")
@@ -171,7 +171,7 @@ def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[An
 def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
     """The parameters that a run reads by themselves; thousands of arguments would take XLA long."""
     system = settings.system
-    wanted = {*system.signed_singles, *system.discrete_places}
+    wanted = {*system.discrete_places}
     for quantity in (settings.stop, settings.integrand, settings.stored):
         wanted.update(quantity.leaves if quantity else ())
     if system.events:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import deepened
-from .._errors import ModelError, suggestion
+from .._errors import ModelError, UnknownNameError, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -20,13 +20,6 @@ from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .result import sentence
 from .state_vector import StateVector
-
-
-class UnknownNameError(ModelError, KeyError, AttributeError):
-    """A name that the model does not have."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class Solution(eqx.Module):

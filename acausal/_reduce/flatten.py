@@ -16,8 +16,9 @@ from .._declare.component import Component
 from .._declare.layout import complete
 from .._declare.node import Node, Port, dynamic_fields, join, leaves_of, parts_of
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
-from .._errors import ModelError, complain
+from .._errors import ModelError, ParameterError, complain
 from .connections import Joints
+from .required import is_held_to, own_records, required
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,10 +108,16 @@ class FlatModel:
     leaves: list[FlatLeaf]
     n_nodes: int
     instances: list[Instances]
+    composites: list[Instances]  # those without equations that parameters have to meet requirements in
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
     name: str  # the class of the model
     split: bool = False  # whether the elements of array variables are nodes of their own
+
+    @ft.cached_property
+    def holders(self) -> list[Instances]:
+        """All whose parameters are read: the instances first."""
+        return self.instances + self.composites
 
     @ft.cached_property
     def variable_leaves(self) -> list[int]:
@@ -167,8 +174,13 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     joined = Joints(walker.node_path, split=split)
     joined.visit(view, "", is_root=True)
     across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
-    instances, name = list(walker.instances.values()), type(model).__name__
-    return FlatModel(structure, walker.leaves, walker.n_nodes, instances, across, flow_sets, name, split)
+    instances, composites = list(walker.instances.values()), list(walker.composites.values())
+    for holder in instances + composites:
+        for path in holder.paths:
+            for sentence in required(holder.kind).never:
+                complain(ParameterError(f"{join(path, sentence)}."))
+    name = type(model).__name__
+    return FlatModel(structure, walker.leaves, walker.n_nodes, instances, composites, across, flow_sets, name, split)
 
 
 class _Walker:
@@ -179,6 +191,7 @@ class _Walker:
         self.has_sizes = has_sizes
         self.leaves: list[FlatLeaf] = []
         self.instances: dict[Kind, Instances] = {}
+        self.composites: dict[Kind, Instances] = {}
         self.n_nodes: int = 0
 
     def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
@@ -196,7 +209,9 @@ class _Walker:
             for part_path, part in parts_of(vars(node)[name], here):
                 self.visit(part, part_path, below)
         if isinstance(node, Component) and type(node).equations is not Component.equations:
-            self._instance(node, path, stack, first_leaf)
+            self._note(self.instances, node, path, stack, first_leaf)
+        elif isinstance(node, Component) and any(is_held_to(part) for _, part in own_records(node)):
+            self._note(self.composites, node, path, stack, first_leaf)
         if sizes := sizes_of(node):
             self._size(node, sizes, first_leaf)
 
@@ -224,7 +239,9 @@ class _Walker:
         if declaration.is_variable:
             self.n_nodes += self.leaves[-1].count
 
-    def _instance(self, node: Component, path: str, stack: tuple[int, ...], first_leaf: int) -> None:
+    def _note(
+        self, among: dict[Kind, Instances], node: Component, path: str, stack: tuple[int, ...], first_leaf: int
+    ) -> None:
         own = self.leaves[first_leaf:]
         kind = Kind(
             jax.tree_util.tree_structure(without_sizes(node) if self.has_sizes else node),
@@ -234,7 +251,7 @@ class _Walker:
             tuple(leaf.path.removeprefix(f"{path}.") for leaf in own),
             len(stack) if any(len(leaf.stack) > len(stack) for leaf in own) else 0,
         )
-        found = self.instances.setdefault(kind, Instances(kind, [], [], []))
+        found = among.setdefault(kind, Instances(kind, [], [], []))
         found.paths.append(path)
         found.stacks.append(stack)
         found.first_leaf.append(first_leaf)

@@ -8,7 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
-from .._declare.node import leaves_of
+from .._declare.fields import join
+from .._declare.node import nodes_of
+from .._declare.requirements import broken
 from .._errors import ModelError, collecting
 from .._evaluate.building import build
 from .._evaluate.initial import checked_names, initial_state
@@ -75,13 +77,8 @@ def _declared(model: Component) -> list[str]:
 
 
 def _parameters(model: Component) -> list[str]:
-    """Numbers outside the ranges that are declared, which `eqx.tree_at` and arithmetic on models do not check."""
-    problems = []
-    for leaf in leaves_of(model):
-        sign, unit = leaf.declaration.sign, leaf.declaration.unit
-        if sign is not None and leaf.value is not None and not np.all(sign.admits(np.asarray(leaf.value))):
-            problems.append(f"{leaf.path} must be {sign.name} (unit {unit}). It is {leaf.value}.")
-    return problems
+    """Requirements and ranges that are not met, which `eqx.tree_at` and arithmetic on models do not check."""
+    return [join(path, sentence) for path, node in nodes_of(model) for sentence in broken(node)]
 
 
 def _start(system: System, model: Component) -> list[str]:

@@ -8,6 +8,7 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     Var,
     eq,
@@ -15,10 +16,10 @@ from acausal import (
     nonzero,
     positive,
     prefer,
+    require,
 )
 
 from .. import _pieces as pieces
-from .._checks import check_order
 from ._interfaces import SISO, Input, Output
 
 
@@ -76,8 +77,8 @@ class LimitedController(Component, partial=True):
     u_m: Input = Input()  # measured value
     y: Output = Output()
 
-    def __check_init__(self) -> None:
-        check_order(self, "y_min", "y_max")
+    def requirements(self) -> Requirements:
+        return (require(self.y_min < self.y_max, "y_min must be smaller than y_max"),)
 
     def equations(self, d: Any) -> Equations:
         error, excess = self.u_s.value - self.u_m.value, self.y.value - self.y_unlimited

@@ -4,9 +4,20 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Equations, Param, ParameterError, Var, Vector, eq, shape
+from acausal import (
+    Component,
+    Equations,
+    Param,
+    ParameterError,
+    Requirements,
+    Var,
+    Vector,
+    eq,
+    require,
+    shape,
+)
 
-from .._checks import check, check_shape
+from .._checks import check_shape, numbers
 from ._interfaces import SISO, Input, Output
 
 
@@ -33,11 +44,10 @@ class TransferFunction(SISO):
     x: Var[Vector, "", shape("order")]  # state
 
     def __init__(self, *, b: Vector | list[float], a: Vector | list[float], x: Vector | None = None) -> None:
-        self.a, self.b = jnp.asarray(a, dtype=float), jnp.asarray(b, dtype=float)
+        self.a, self.b = numbers(self, "a", a), numbers(self, "b", b)
         self.order = len(self.a) - 1
         self.x = _start(x)
         self.u, self.y = Input(), Output()
-        check(self, "a", lambda a: a[0] != 0.0, "led by a coefficient that is not zero")
         if not 1 <= len(self.b) <= len(self.a) or self.order < 1:
             raise ParameterError(
                 f"TransferFunction needs a denominator of order 1 or more and a numerator of at most its order, got "
@@ -45,6 +55,9 @@ class TransferFunction(SISO):
             )
         if x is not None:
             check_shape(self, "x", (self.order,))
+
+    def requirements(self) -> Requirements:
+        return (require(self.a[0] != 0.0, "a must be led by a coefficient that is not zero"),)
 
     def equations(self, d: Self) -> Equations:
         a, u = self.a, self.u.value
@@ -74,11 +87,11 @@ class StateSpace(Component):
     y: tuple[Output, ...]
 
     def __init__(self, *, A: Vector, B: Vector, C: Vector, D: Vector | None = None, x: Vector | None = None) -> None:
-        self.A, self.B, self.C = (jnp.asarray(matrix, dtype=float) for matrix in (A, B, C))
+        self.A, self.B, self.C = numbers(self, "A", A), numbers(self, "B", B), numbers(self, "C", C)
         if not all(matrix.ndim == 2 for matrix in (self.A, self.B, self.C)):
             raise ParameterError("StateSpace needs matrices, arrays with two axes: reshape B to (order, inputs).")
         self.order, inputs, outputs = len(self.A), self.B.shape[1], len(self.C)
-        self.D = jnp.zeros((outputs, inputs)) if D is None else jnp.asarray(D, dtype=float)
+        self.D = jnp.zeros((outputs, inputs)) if D is None else numbers(self, "D", D)
         self.x = _start(x)
         self.u, self.y = tuple(Input() for _ in range(inputs)), tuple(Output() for _ in range(outputs))
         n = self.order

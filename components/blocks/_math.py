@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Vector, eq
 
 from .. import _pieces as pieces
+from .._checks import numbers
 from ._interfaces import SI2SO, SISO, Input, Output
 
 
@@ -41,7 +42,7 @@ class WeightedSum(Component):
     y: Output
 
     def __init__(self, *, k: Vector | list[float]) -> None:
-        self.k = jnp.asarray(k, dtype=float)
+        self.k = numbers(self, "k", k)
         self.u = tuple(Input() for _ in range(len(self.k)))
         self.y = Output()
 

@@ -11,17 +11,18 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     Var,
     eq,
     nonnegative,
     positive,
     prefer,
+    require,
     when,
 )
 
 from .. import _pieces as pieces
-from .._checks import check_order
 from ._interfaces import SISO, Input, Output
 
 
@@ -32,8 +33,8 @@ class Range(SISO, partial=True):
     u_min: Param[Scalar, ""]  # lower bound
     piece: Discrete[Scalar, "1"] = 1.0  # 0 below the bounds, 1 within, 2 above
 
-    def __check_init__(self) -> None:
-        check_order(self, "u_min", "u_max")
+    def requirements(self) -> Requirements:
+        return (require(self.u_min < self.u_max, "u_min must be smaller than u_max"),)
 
     def within(self) -> Scalar:
         """The input, or the bound that it is beyond."""

@@ -4,9 +4,22 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, at, eq, nonzero, positive
+from acausal import (
+    Component,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Time,
+    at,
+    eq,
+    nonzero,
+    positive,
+    require,
+)
 
-from .._checks import check_order
 from .._limit import limited
 from . import _intervals as intervals
 from ._interfaces import SISO, Input, Output
@@ -49,8 +62,8 @@ class SampledPI(Sampled):
     u_m: Input = Input()  # measured value
     y: Output = Output()
 
-    def __check_init__(self) -> None:
-        check_order(self, "y_min", "y_max")
+    def requirements(self) -> Requirements:
+        return (require(self.y_min < self.y_max, "y_min must be smaller than y_max"),)
 
     def equations(self, d: Self) -> Equations:
         return dict(hold=eq(self.y.value, self.held))

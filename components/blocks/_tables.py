@@ -2,10 +2,20 @@
 
 from typing import Literal, Self
 
-from acausal import Component, Discrete, Equations, Events, Param, ParameterError, Scalar, Vector, eq
+from acausal import (
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Vector,
+    eq,
+    require,
+)
 
 from .. import _pieces as pieces
-from .._checks import check_samples
+from .._checks import sampled
 from .._tables import cubic_in_samples, linear, located, monotone_cubic
 from ._interfaces import SI2SO, SISO
 
@@ -17,9 +27,9 @@ def _argument(u: Scalar, points: Vector, piece: Scalar, extrapolation: Extrapola
     return located(u, points, piece)[0] if extrapolation == "hold" else u
 
 
-def _check_extrapolation(owner: Component, extrapolation: str) -> None:
-    if extrapolation not in ("hold", "linear"):
-        raise ParameterError(f"{type(owner).__name__}.extrapolation must be 'hold' or 'linear', got {extrapolation!r}.")
+def _known(extrapolation: str) -> Requirements:
+    is_known = extrapolation in ("hold", "linear")
+    return (require(is_known, f"extrapolation must be 'hold' or 'linear', got {extrapolation!r}"),)
 
 
 class Table1D(SISO):
@@ -36,9 +46,8 @@ class Table1D(SISO):
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
-    def __check_init__(self) -> None:
-        check_samples(self, "values", "points")
-        _check_extrapolation(self, self.extrapolation)
+    def requirements(self) -> Requirements:
+        return _known(self.extrapolation) + sampled(self, "values", "points")
 
     def equations(self, d: Self) -> Equations:
         u = _argument(self.u.value, self.points, self.piece, self.extrapolation)
@@ -65,9 +74,8 @@ class Table2D(SI2SO):
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
-    def __check_init__(self) -> None:
-        check_samples(self, "values", "points1", "points2")
-        _check_extrapolation(self, self.extrapolation)
+    def requirements(self) -> Requirements:
+        return _known(self.extrapolation) + sampled(self, "values", "points1", "points2")
 
     def equations(self, d: Self) -> Equations:
         u1 = _argument(self.u1.value, self.points1, self.piece1, self.extrapolation)

@@ -2,9 +2,15 @@
 
 from typing import Self
 
-from acausal import Equations, Param, Vector, eq
+from acausal import (
+    Equations,
+    Param,
+    Requirements,
+    Vector,
+    eq,
+)
 
-from .._checks import check_samples
+from .._checks import sampled
 from .._tables import clamped, linear, monotone_cubic
 from ._interfaces import SignalSource
 
@@ -20,8 +26,8 @@ class TimeSeries(SignalSource):
     values: Param[Vector, ""]  # y at these times
     smooth: bool = True
 
-    def __check_init__(self) -> None:
-        check_samples(self, "values", "times")
+    def requirements(self) -> Requirements:
+        return sampled(self, "values", "times")
 
     def equations(self, d: Self) -> Equations:
         t = clamped(self.t, self.times)

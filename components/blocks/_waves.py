@@ -6,12 +6,21 @@ Steps of the integrator end at all jumps and corners, and the derivatives with r
 from typing import Self
 
 import jax.numpy as jnp
-import numpy as np
-from jax.core import Tracer
 
-from acausal import Discrete, Equations, Events, Param, Scalar, at, eq, nonnegative, positive
+from acausal import (
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    at,
+    eq,
+    nonnegative,
+    positive,
+    require,
+)
 
-from .._checks import check
 from .._limit import limited
 from . import _intervals as intervals
 from ._interfaces import SignalSource
@@ -32,8 +41,8 @@ class Pulse(Periodic):
     width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
     on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
 
-    def __check_init__(self) -> None:
-        check(self, "width", lambda value: value <= 1.0, "at most 1")
+    def requirements(self) -> Requirements:
+        return (require(self.width <= 1.0, "width must be at most 1"),)
 
     def equations(self, d: Self) -> Equations:
         return dict(pulse=eq(self.y.value, self.offset + self.amplitude * self.on))
@@ -68,11 +77,9 @@ class Trapezoid(Periodic):
     width: Param[Scalar, "s", nonnegative]  # duration of the plateau
     falling: Param[Scalar, "s", positive]  # duration of the fall
 
-    def __check_init__(self) -> None:
-        parts = (self.rising, self.width, self.falling)
-        if not any(isinstance(part, Tracer) for part in parts):
-            total = sum(np.asarray(part) for part in parts)
-            check(self, "period", lambda value: value >= total, f"at least rising + width + falling = {total} s")
+    def requirements(self) -> Requirements:
+        total = self.rising + self.width + self.falling
+        return (require(self.period >= total, "period must be at least rising + width + falling"),)
 
     def equations(self, d: Self) -> Equations:
         elapsed = self.t - self.start_time

@@ -4,9 +4,20 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, positive, prefer
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    positive,
+    prefer,
+    require,
+)
 
-from .._checks import check_order
 from ._interfaces import Pin, TwoPin
 
 
@@ -58,9 +69,11 @@ class SaturatingInductor(TwoPin):
     i: Var[Scalar, "A", prefer] = 0.0  # current from p to n
     Psi: Var[Scalar, "Wb"] = 0.0  # flux linkage
 
-    def __check_init__(self) -> None:
-        check_order(self, "Linf", "Lnom")
-        check_order(self, "Lnom", "Lzer")
+    def requirements(self) -> Requirements:
+        return (
+            require(self.Linf < self.Lnom, "Linf must be smaller than Lnom"),
+            require(self.Lnom < self.Lzer, "Lnom must be smaller than Lzer"),
+        )
 
     def knee(self) -> Scalar:
         """The current Ipar in A about which the coil saturates."""

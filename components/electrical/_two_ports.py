@@ -2,14 +2,12 @@
 
 from typing import Any, Self
 
-import numpy as np
-from jax.core import Tracer
-
 from acausal import (
     Connections,
     Energy,
     Equations,
     Param,
+    Requirements,
     Scalar,
     Var,
     connect,
@@ -18,9 +16,9 @@ from acausal import (
     nonzero,
     positive,
     prefer,
+    require,
 )
 
-from .._checks import check
 from ..blocks import PWM, Input
 from ._interfaces import Pin, TwoPort
 
@@ -38,10 +36,8 @@ class Transformer(TwoPort):
     i1: Var[Scalar, "A", prefer] = 0.0  # current from p1 to n1
     i2: Var[Scalar, "A", prefer] = 0.0  # current from p2 to n2
 
-    def __check_init__(self) -> None:
-        if not (isinstance(self.L1, Tracer) or isinstance(self.L2, Tracer)):
-            bound = np.sqrt(np.asarray(self.L1) * np.asarray(self.L2))
-            check(self, "M", lambda value: np.abs(value) < bound, f"smaller in size than sqrt(L1 L2) = {bound}")
+    def requirements(self) -> Requirements:
+        return (require(self.M**2 < self.L1 * self.L2, "M must be smaller in size than sqrt(L1 L2)"),)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(

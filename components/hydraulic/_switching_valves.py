@@ -4,9 +4,21 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, when
+from acausal import (
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    require,
+    when,
+)
 
-from .._checks import check_order
 from ._valves import Resistance
 
 
@@ -51,8 +63,12 @@ class SnapReliefValve(Resistance):
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
     is_open: Discrete[Scalar, "1"] = 0.0  # 1 while it is open
 
-    def __check_init__(self) -> None:
-        check_order(self, "reseat_pressure", "cracking_pressure")
+    def requirements(self) -> Requirements:
+        return (
+            require(
+                self.reseat_pressure < self.cracking_pressure, "reseat_pressure must be smaller than cracking_pressure"
+            ),
+        )
 
     def equations(self, d: Self) -> Equations:
         slope = jnp.where(self.is_open > 0.5, self.conductance, self.leakage)

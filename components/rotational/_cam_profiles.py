@@ -4,12 +4,19 @@ import abc
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jax.core import Tracer
 
-from acausal import Param, ParameterError, Record, Scalar, Vector, magnitude, positive
+from acausal import (
+    Param,
+    Record,
+    Requirements,
+    Scalar,
+    Vector,
+    magnitude,
+    positive,
+    require,
+)
 
-from .._checks import check, increasing
+from .._checks import increasing, numbers
 from .._tables import cubic, interval, periodic_spline
 
 
@@ -45,10 +52,8 @@ class EccentricDisc(CamProfile):
     eccentricity: Param[Scalar, "m", positive]  # e, smaller than the radius
     radius: Param[Scalar, "m", positive]  # R, of the disc, plus that of the follower's roller
 
-    def __check_init__(self) -> None:
-        if not isinstance(self.radius, Tracer):
-            radius = np.asarray(self.radius)
-            check(self, "eccentricity", lambda value: value < radius, f"smaller than the radius {radius}")
+    def requirements(self) -> Requirements:
+        return (require(self.eccentricity < self.radius, "eccentricity must be smaller than radius"),)
 
     def lift(self, angle: Scalar) -> Scalar:
         e, radius = self.eccentricity, self.radius
@@ -66,14 +71,17 @@ class TabulatedLift(CamProfile):
     coefficients: Param[Vector, "m"]  # of the powers 0 to 3 (rows) of the angle on each interval (columns)
 
     def __init__(self, *, angles: Vector, lifts: Vector) -> None:
-        self.angles = jnp.asarray(magnitude(angles, "rad", "TabulatedLift.angles"), dtype=float)
-        lifts = jnp.asarray(magnitude(lifts, "m", "TabulatedLift.lifts"), dtype=float)
-        check(self, "angles", increasing, "increasing")
-        if not isinstance(lifts, Tracer):
-            first, last = np.asarray(lifts)[[0, -1]]
-            if not np.isclose(first, last, rtol=0.0, atol=1e-9):
-                raise ParameterError(f"TabulatedLift needs equal lifts at both ends, got {first} and {last} m.")
+        self.angles = numbers(self, "angles", magnitude(angles, "rad", "TabulatedLift.angles"))
+        lifts = numbers(self, "lifts", magnitude(lifts, "m", "TabulatedLift.lifts"))
         self.coefficients = periodic_spline(self.angles, lifts)
+
+    def requirements(self) -> Requirements:
+        angles, coefficients = self.angles, self.coefficients
+        end = cubic(coefficients[:, -1], angles[-1] - angles[-2])
+        return (
+            require(increasing(angles), "angles must be increasing"),
+            require(abs(end - coefficients[0, 0]) < 1e-9, "lifts must be equal at both ends"),
+        )
 
     def lift(self, angle: Scalar) -> Scalar:
         first, last = self.angles[0], self.angles[-1]

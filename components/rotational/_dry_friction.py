@@ -11,6 +11,7 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     Var,
     Vector,
@@ -19,10 +20,11 @@ from acausal import (
     positive,
     prefer,
     refuse,
+    require,
 )
 
 from .. import _stick_slip as stick_slip
-from .._checks import check, check_order, check_samples
+from .._checks import sampled
 from .._tables import linear
 from ..blocks import Input
 from ._interfaces import Flange
@@ -111,11 +113,13 @@ class BearingFriction(ShaftFriction):
     torques: Param[Vector, "N.m"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
 
-    def __check_init__(self) -> None:
-        check_samples(self, "torques", "speeds")
-        check(self, "speeds", lambda speeds: speeds[0] == 0.0, "led by zero")
-        check(self, "torques", lambda torques: torques >= 0.0, "nonnegative")
-        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+    def requirements(self) -> Requirements:
+        return (
+            *sampled(self, "torques", "speeds"),
+            require(self.speeds[0] == 0.0, "speeds must be led by zero"),
+            require(self.torques >= 0.0, "torques must be nonnegative"),
+            require(self.peak >= 1.0, "peak must be at least 1"),
+        )
 
     def level(self) -> Scalar:
         return linear(jnp.abs(self.w), self.speeds, self.torques)
@@ -138,8 +142,8 @@ class StribeckBearing(ShaftFriction):
     ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
     C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
 
-    def __check_init__(self) -> None:
-        check_order(self, "Tc", "Ts", equal=True)
+    def requirements(self) -> Requirements:
+        return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
     def level(self) -> Scalar:
         return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2)) + self.C * jnp.abs(self.w)
@@ -176,8 +180,8 @@ class Pressed(DryFriction, partial=True):
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
     u: Input = Input()
 
-    def __check_init__(self) -> None:
-        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+    def requirements(self) -> Requirements:
+        return (require(self.peak >= 1.0, "peak must be at least 1"),)
 
     def pressed(self) -> Any:
         return self.u.value > 0.0

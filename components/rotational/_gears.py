@@ -4,9 +4,23 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, nonzero, positive, prefer
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Param,
+    Record,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    nonzero,
+    positive,
+    prefer,
+    require,
+)
 
-from .._checks import check
 from ._interfaces import Flange
 
 
@@ -66,8 +80,8 @@ class MeshLoss(Record):
     efficiency: Param[Scalar, "1", positive]  # share of the power that passes forward, at most 1
     transition_power: Param[Scalar, "W", positive] = 0.1  # P_t
 
-    def __check_init__(self) -> None:
-        check(self, "efficiency", lambda value: value <= 1.0, "at most 1")
+    def requirements(self) -> Requirements:
+        return (require(self.efficiency <= 1.0, "efficiency must be at most 1"),)
 
     def factor(self, delivered: Scalar) -> Scalar:
         """Driving torque over ideal driving torque when the mesh delivers the given power in W."""
@@ -100,8 +114,8 @@ class PlanetaryGearbox(Component):
     ring: Flange = Flange()
     carrier: Flange = Flange()
 
-    def __check_init__(self) -> None:
-        check(self, "ratio", lambda value: value > 1.0, "greater than 1")
+    def requirements(self) -> Requirements:
+        return (require(self.ratio > 1.0, "ratio must be greater than 1"),)
 
     @classmethod
     def from_teeth(

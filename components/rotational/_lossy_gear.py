@@ -3,8 +3,6 @@
 from typing import Any, Self
 
 import jax.numpy as jnp
-import numpy as np
-from jax.core import Tracer
 
 from acausal import (
     Component,
@@ -13,7 +11,7 @@ from acausal import (
     Equations,
     Events,
     Param,
-    ParameterError,
+    Requirements,
     Scalar,
     Var,
     Vector,
@@ -21,11 +19,12 @@ from acausal import (
     nonnegative,
     nonzero,
     prefer,
+    require,
     when,
 )
 
 from .. import _stick_slip as stick_slip
-from .._checks import check, increasing
+from .._checks import increasing
 from .._tables import linear
 from ._interfaces import Flange
 
@@ -64,23 +63,17 @@ class LossyGear(Component):
     a: Flange = Flange()
     b: Flange = Flange()
 
-    def __check_init__(self) -> None:
-        if isinstance(self.losses, Tracer):
-            return
-        rows = np.asarray(self.losses)
-        if rows.ndim != 2 or rows.shape[1] != 5:
-            raise ParameterError(
-                f"LossyGear.losses must have rows [w, eta1, eta2, bearing1, bearing2], got shape {rows.shape}."
-            )
-        speeds, eta1 = rows[:, 0], rows[:, 1]
-        rules = {
-            "led by speeds that increase from 0": speeds[0] == 0.0 and increasing(speeds),
-            "with eta1 above 0 and at most 1": np.all((eta1 > 0.0) & (eta1 <= 1.0)),
-            "with eta2 at most 1": np.all(rows[:, 2] <= 1.0),
-            "with bearing friction >= 0": np.all(rows[:, 3:] >= 0.0),
-        }
-        for expected, is_met in rules.items():
-            check(self, "losses", lambda _, is_met=is_met: bool(is_met), expected)
+    def requirements(self) -> Requirements:
+        if self.losses.ndim != 2 or self.losses.shape[1] != 5:
+            return (require(False, "losses must have rows [w, eta1, eta2, bearing1, bearing2]"),)
+        speeds, eta1, eta2 = self.losses[:, 0], self.losses[:, 1], self.losses[:, 2]
+        return (
+            require(speeds[0] == 0.0, "losses must be led by a speed of 0"),
+            require(increasing(speeds), "losses must have increasing speeds"),
+            require((eta1 > 0.0) & (eta1 <= 1.0), "losses must have eta1 above 0 and at most 1"),
+            require(eta2 <= 1.0, "losses must have eta2 at most 1"),
+            require(self.losses[:, 3:] >= 0.0, "losses must have bearing friction >= 0"),
+        )
 
     @classmethod
     def worm(cls, *, ratio: Scalar, efficiency: Scalar) -> "LossyGear":

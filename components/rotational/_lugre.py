@@ -4,10 +4,23 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import (
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+    require,
+)
 
 from .. import _pieces as pieces
-from .._checks import check_order
 from ._interfaces import ToGround
 
 
@@ -30,8 +43,8 @@ class LuGreFriction(ToGround):
     slip: Var[Scalar, "rad/s"] = 0.0  # speed at which they slide
     forward: Discrete[Scalar, "1"] = 0.0  # 1 while it moves forward
 
-    def __check_init__(self) -> None:
-        check_order(self, "Tc", "Ts", equal=True)
+    def requirements(self) -> Requirements:
+        return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
     def _level(self) -> Scalar:
         return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2))

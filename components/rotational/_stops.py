@@ -10,15 +10,16 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     Var,
     eq,
     nonnegative,
     prefer,
+    require,
 )
 
 from .. import _impact
-from .._checks import check, check_order
 from ._interfaces import Flange
 
 
@@ -47,9 +48,11 @@ class HardStop(Component):
     mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
     flange: Flange = Flange()
 
-    def __check_init__(self) -> None:
-        check_order(self, "phi_min", "phi_max")
-        check(self, "restitution", lambda e: e <= 1.0, "at most 1")
+    def requirements(self) -> Requirements:
+        return (
+            require(self.phi_min < self.phi_max, "phi_min must be smaller than phi_max"),
+            require(self.restitution <= 1.0, "restitution must be at most 1"),
+        )
 
     def equations(self, d: Self) -> Equations:
         return dict(

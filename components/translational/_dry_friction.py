@@ -11,6 +11,7 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     Var,
     Vector,
@@ -18,10 +19,11 @@ from acausal import (
     nonnegative,
     positive,
     prefer,
+    require,
 )
 
 from .. import _stick_slip as stick_slip
-from .._checks import check, check_order, check_samples
+from .._checks import sampled
 from .._tables import linear
 from ..blocks import Input
 from ._interfaces import Flange
@@ -99,11 +101,13 @@ class SupportFriction(DryFriction):
     forces: Param[Vector, "N"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
 
-    def __check_init__(self) -> None:
-        check_samples(self, "forces", "speeds")
-        check(self, "speeds", lambda speeds: speeds[0] == 0.0, "led by zero")
-        check(self, "forces", lambda forces: forces >= 0.0, "nonnegative")
-        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+    def requirements(self) -> Requirements:
+        return (
+            *sampled(self, "forces", "speeds"),
+            require(self.speeds[0] == 0.0, "speeds must be led by zero"),
+            require(self.forces >= 0.0, "forces must be nonnegative"),
+            require(self.peak >= 1.0, "peak must be at least 1"),
+        )
 
     def level(self) -> Scalar:
         return linear(jnp.abs(self.v), self.speeds, self.forces)
@@ -126,8 +130,8 @@ class StribeckFriction(DryFriction):
     vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
     C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
 
-    def __check_init__(self) -> None:
-        check_order(self, "Fc", "Fs", equal=True)
+    def requirements(self) -> Requirements:
+        return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)
 
     def level(self) -> Scalar:
         return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((self.v / self.vs) ** 2)) + self.C * jnp.abs(self.v)
@@ -151,8 +155,8 @@ class Brake(DryFriction):
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
     u: Input = Input()
 
-    def __check_init__(self) -> None:
-        check(self, "peak", lambda peak: peak >= 1.0, "at least 1")
+    def requirements(self) -> Requirements:
+        return (require(self.peak >= 1.0, "peak must be at least 1"),)
 
     def pressed(self) -> Any:
         return self.u.value > 0.0

@@ -4,10 +4,22 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive
+from acausal import (
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    require,
+)
 
 from .. import _pieces as pieces
-from .._checks import check
 from ._interfaces import Compliant
 
 TINY = 1e-100  # in place of zero, where powers have no derivatives
@@ -30,8 +42,8 @@ class ElastoGap(Compliant):
     apart: Discrete[Scalar, "1"] = 1.0  # 1 while there is no contact
     damped: Discrete[Scalar, "1"] = 1.0  # 0 or 2 where the damping is limited
 
-    def __check_init__(self) -> None:
-        check(self, "n", lambda value: value >= 1.0, "at least 1")
+    def requirements(self) -> Requirements:
+        return (require(self.n >= 1.0, "n must be at least 1"),)
 
     def _power(self, exponent: Scalar) -> Scalar:
         """x to a power, 0 where there is no contact. As |x|^(n-1) x, it goes on smoothly where contact ends."""

@@ -2,10 +2,22 @@
 
 from typing import Self
 
-from acausal import Component, Discrete, Energy, Equations, Events, Param, Scalar, Vector, eq, nonnegative
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Vector,
+    eq,
+    nonnegative,
+)
 
 from .. import _pieces as pieces
-from .._checks import check_samples
+from .._checks import sampled
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ._interfaces import Flange, ToGround
 
@@ -36,8 +48,8 @@ class TabulatedSpring(Component):
     piece: Discrete[Scalar, "1"] = 0.0  # number of samples below s
     flange: Flange = Flange()
 
-    def __check_init__(self) -> None:
-        check_samples(self, "forces", "positions")
+    def requirements(self) -> Requirements:
+        return sampled(self, "forces", "positions")
 
     def equations(self, d: Self) -> Equations:
         force = monotone_cubic(self.flange.s, self.positions, self.forces, self.piece)

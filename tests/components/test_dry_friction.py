@@ -242,10 +242,10 @@ TABLE = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.5, 1.0]))
         (lambda: rotational.StribeckBearing(Tc=2.0, Ts=1.0, ws=1.0), "StribeckBearing.Tc must be at most Ts"),
         (lambda: translational.StribeckFriction(Fc=2.0, Fs=1.0, vs=1.0), "StribeckFriction.Fc must be at most Fs"),
         (lambda: translational.Brake(mu=0.5, fn_max=1.0, peak=0.9), "Brake.peak must be at least 1"),
-        (lambda: rotational.LossyGear(ratio=2.0, losses=jnp.ones((1, 4))), "rows .* got shape"),
+        (lambda: rotational.LossyGear(ratio=2.0, losses=jnp.ones((1, 4))), "LossyGear.losses must have rows"),
         (
             lambda: rotational.LossyGear(ratio=2.0, losses=jnp.array([[0.0, 1.5, 0.5, 0.0, 0.0]])),
-            "LossyGear.losses must be with eta1 above 0",
+            "LossyGear.losses must have eta1 above 0",
         ),
         (
             lambda: rotational.LuGreFriction(Tc=2.0, Ts=1.0, ws=1.0, stiffness=1.0),

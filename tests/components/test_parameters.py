@@ -20,7 +20,7 @@ BAD: dict[str, Callable[[], Component | Record]] = {
     "PlanetaryGearbox.ratio": lambda: rotational.PlanetaryGearbox(ratio=1.0),
     "EccentricDisc.eccentricity": lambda: rotational.EccentricDisc(eccentricity=2.0, radius=1.0),
     "TabulatedLift.angles": lambda: rotational.TabulatedLift(angles=jnp.array([0.0, 2.0, 1.0]), lifts=jnp.zeros(3)),
-    "TabulatedLift needs equal lifts": lambda: rotational.TabulatedLift(
+    "TabulatedLift.lifts must be equal": lambda: rotational.TabulatedLift(
         angles=jnp.arange(3.0), lifts=jnp.array([0.0, 1.0, 2.0])
     ),
     "TabulatedSpring.positions": lambda: translational.TabulatedSpring(positions=jnp.zeros(2), forces=jnp.zeros(2)),

@@ -213,7 +213,7 @@ def test_start_values_outside_their_range_are_refused() -> None:
         HeatCapacitor(C=1.0, T=-5.0)
     fine = Drained(body=HeatCapacitor(C=1.0, T=300.0), drain=ConstantHeatFlow(heat_flow=-100.0))
     model = eqx.tree_at(lambda m: m.body.T, fine, -5.0)
-    with pytest.raises(ParameterError, match=r"body.T must be nonnegative \(unit K\). It starts from -5.0"):
+    with pytest.raises(ParameterError, match=r"body.T must be nonnegative, but starts from -5.0 K"):
         simulate(model, 1.0)
     assert "body.T must be nonnegative" in str(check(model))
 

@@ -1,0 +1,38 @@
+"""The arguments of constructors."""
+
+import functools as ft
+import inspect
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from .._errors import ArgumentError, suggestion
+
+
+def check_arguments(cls: type, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+    """Raise `ArgumentError` for what a constructor does not take, or lacks."""
+    takes = _parameters(cls)
+    if takes is None:
+        return
+    if args:
+        raise ArgumentError(f"{cls.__name__} takes its arguments by name only: {_listed(takes)}.")
+    for name in kwargs:
+        if name not in takes:
+            raise ArgumentError(
+                f"{cls.__name__} takes no argument {name!r}.{suggestion(name, takes)} It takes {_listed(takes)}."
+            )
+    missing = [name for name, is_needed in takes.items() if is_needed and name not in kwargs]
+    if missing:
+        raise ArgumentError(f"{cls.__name__} lacks {', '.join(missing)}. It takes {_listed(takes)}.")
+
+
+def _listed(takes: Mapping[str, bool]) -> str:
+    return ", ".join(name if is_needed else f"[{name}]" for name, is_needed in takes.items()) or "none"
+
+
+@ft.cache
+def _parameters(cls: type) -> dict[str, bool] | None:
+    """The names of the arguments and whether each is needed; None where they can be given in other ways."""
+    found = list(inspect.signature(cls.__init__).parameters.values())[1:]
+    if any(parameter.kind is not inspect.Parameter.KEYWORD_ONLY for parameter in found):
+        return None
+    return {parameter.name: parameter.default is inspect.Parameter.empty for parameter in found}

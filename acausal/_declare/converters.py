@@ -1,0 +1,43 @@
+"""What constructors make of the values they are given."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from .._errors import ParameterError
+from .._units.quantity import magnitude
+
+
+def as_parameter(value: Any, *, unit: str, where: str) -> Any:
+    """An array of floats in double precision, in `unit`; an integer would break differentiation.
+
+    Raises `ParameterError` for what is no real number, nor an array of them.
+    """
+    value = magnitude(value, unit, where)
+    if isinstance(value, float | int):
+        return jnp.asarray(value, dtype=float)
+    if value is None or any(isinstance(item, str) for item in jax.tree_util.tree_leaves(value)):
+        raise _not_a_number(value, where)
+    try:
+        array = jnp.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise _not_a_number(value, where) from error
+    if jnp.iscomplexobj(array):
+        raise _not_a_number(value, where)
+    return array.astype(float)
+
+
+def _not_a_number(value: Any, where: str) -> ParameterError:
+    return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.")
+
+
+def as_start(value: Any, *, unit: str, where: str) -> Any:
+    """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
+    if value is None:
+        return None
+    value = magnitude(value, unit, where)
+    return float(value) if isinstance(value, bool | int | float) else as_parameter(value, unit=unit, where=where)
+
+
+CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start, "discrete": as_start}

@@ -1,0 +1,22 @@
+"""The fields of a class of nodes."""
+
+import dataclasses
+import functools as ft
+from typing import Any
+
+from .annotations import Declaration
+
+
+def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
+    """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
+    return _dynamic_fields(cls)
+
+
+@ft.cache
+def _dynamic_fields(cls: Any) -> tuple[tuple[str, Declaration | None], ...]:
+    fields = [field for field in dataclasses.fields(cls) if not field.metadata.get("static")]
+    return tuple((field.name, field.metadata.get("declaration")) for field in fields)
+
+
+def join(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name

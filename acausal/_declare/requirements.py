@@ -1,0 +1,97 @@
+"""What must hold of the parameters of a component: ranges that are declared, and relations that its class states."""
+
+import functools as ft
+import re
+from collections.abc import Container, Iterable, Iterator
+from typing import Any, NamedTuple, TypeAlias
+
+import jax
+import numpy as np
+
+from .._tracing import is_traced
+from .annotations import Declaration
+from .fields import dynamic_fields
+
+
+class Requirement(NamedTuple):
+    """A condition that parameters have to meet, and the sentence that says so."""
+
+    holds: Any
+    text: str
+
+
+Requirements: TypeAlias = tuple[Requirement, ...]
+
+
+def require(holds: Any, text: str) -> Requirement:
+    """State what parameters must meet, as in `require(self.s_min < self.s_max, "s_max must be above s_min")`.
+
+    `holds` is a truth value, or an array of them that must all be true, computed from parameters alone. `text` begins
+    with the name of a parameter; the values of all parameters that it names are told with it.
+    """
+    return Requirement(holds, text)
+
+
+@ft.cache
+def parameters_of(cls: Any) -> dict[str, Declaration]:
+    """The parameters of a class by name, those of its parts aside."""
+    return {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None and leaf.role == "param"}
+
+
+@ft.cache
+def ranged_variables_of(cls: Any) -> dict[str, Declaration]:
+    """The variables of a class that are declared with a range, by name."""
+    leaves = {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None}
+    return {name: leaf for name, leaf in leaves.items() if leaf.is_variable and leaf.sign is not None}
+
+
+def stated(node: Any) -> Iterator[Requirement]:
+    """The requirements of a node itself, its parts aside: those of its declarations, then those of its class."""
+    for name, declaration in parameters_of(type(node)).items():
+        yield _declared(name, declaration, getattr(node, name))
+    yield from node.requirements()
+
+
+def _declared(name: str, declaration: Declaration, value: Any) -> Requirement:
+    if declaration.sign is None:
+        return Requirement(value == value, f"{name} must be a number")
+    return Requirement(declaration.sign.admits(value), f"{name} must be {declaration.sign.name}")
+
+
+def broken(node: Any) -> Iterator[str]:
+    """What is not met of the requirements of a node itself, as far as its parameters are known, with their values."""
+    fields, values = parameters_of(type(node)), vars(node)
+    known = {name: np.asarray(values[name]) for name in fields if not is_traced(values[name])}
+    checks = [_declared(name, fields[name], value) for name, value in known.items()]
+    for name, declaration in ranged_variables_of(type(node)).items():
+        if values[name] is not None and not is_traced(values[name]):
+            checks.append(_declared(name, declaration, np.asarray(values[name])))
+    if type(node).states_requirements():
+        # Also while a function is traced, known numbers can be compared.
+        with jax.ensure_compile_time_eval():
+            checks += _with_fields(node, known).requirements()
+    for holds, text in checks:
+        if not is_traced(holds) and not np.all(holds):
+            about = fields | ranged_variables_of(type(node))
+            yield told(text, [(name, values[name], about[name].unit) for name in named(text, about)])
+
+
+def _with_fields(node: Any, values: dict[str, Any]) -> Any:
+    copy = object.__new__(type(node))
+    for name, value in (vars(node) | values).items():
+        object.__setattr__(copy, name, value)
+    return copy
+
+
+def named(text: str, known: Container[str]) -> list[str]:
+    """The names in a sentence that are known, in their order."""
+    words = (word.rstrip(".") for word in re.findall(r"[^\W\d][\w.\[\]]*", text))
+    return [word for word in dict.fromkeys(words) if word in known]
+
+
+def told(text: str, values: Iterable[tuple[str, Any, str]]) -> str:
+    """A sentence with the parameters that it is about: the value of a single one, several by name."""
+    found = [(name, f"{value} {'' if unit == '1' else unit}".rstrip()) for name, value, unit in values]
+    if not found:
+        return f"{text}."
+    return f"{text}, got {found[0][1] if len(found) == 1 else ', '.join(f'{name} = {value}' for name, value in found)}."

@@ -1,0 +1,95 @@
+"""Whether the parameters of a model meet what its components require of them."""
+
+import dataclasses
+import functools as ft
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.node import join
+from .._declare.requirements import told
+from .._errors import ParameterError
+from .._reduce.flatten import FlatModel
+from .._reduce.required import required
+from .._tracing import known
+from .plan import Packed
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Requirements:
+    """All requirements of a model, those of like components together."""
+
+    flat: FlatModel
+
+    @ft.cached_property
+    def _groups(self) -> list[tuple[int, Any]]:
+        found = [(number, required(holder.kind)) for number, holder in enumerate(self.flat.holders)]
+        return [(number, needed) for number, needed in found if needed.texts]
+
+    @ft.cached_property
+    def keys(self) -> frozenset[tuple[int, int]]:
+        """The parameters that are read, by kind and slot."""
+        return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
+
+    def broken(self, params: Packed) -> Any:
+        """For each requirement, whether it is not met."""
+        parts = [jnp.zeros(0, bool)]
+        for number, needed in self._groups:
+            values = [_stacked(params[number, slot]) for slot in needed.slots]
+            parts.append(~jnp.ravel(jax.vmap(needed, axis_size=self.flat.holders[number].total)(*values)))
+        return jnp.concatenate(parts)
+
+    def enforced(self, params: list[Any], packed: Packed) -> list[Any]:
+        """The parameters, or NaN in their place where some requirement is not met and they are not known.
+
+        Raises `ParameterError` where they are known.
+        """
+        mask = _broken(self, packed)
+        numbers = known(mask)
+        if numbers is None:
+            spoilt = jnp.any(mask)
+            return [None if value is None else jnp.where(spoilt, jnp.nan, value) for value in params]
+        if numbers.any():
+            raise ParameterError(
+                self.told(int(np.argmax(numbers)), jax.tree_util.tree_map(jax.lax.stop_gradient, packed))
+            )
+        return params
+
+    @ft.cached_property
+    def sentences(self) -> list[str]:
+        """What each requirement says, with the path of its component."""
+        holders = [(self.flat.holders[number], needed) for number, needed in self._groups]
+        return [
+            join(holder.name(member), text)
+            for holder, needed in holders
+            for member in range(holder.total)
+            for text in needed.texts
+        ]
+
+    def told(self, index: int, params: Packed) -> str:
+        """What a requirement that is not met says, with the values of the parameters that it is about."""
+        sentence = self.sentences[index]
+        for number, needed in self._groups:
+            holder = self.flat.holders[number]
+            if index < holder.total * len(needed.texts):
+                member, which = divmod(index, len(needed.texts))
+                names, units = holder.kind.names, [declaration.unit for declaration in holder.kind.declarations]
+                values = [
+                    (names[slot], np.asarray(_stacked(params[number, slot]))[member], units[slot])
+                    for slot in needed.told[which]
+                    if (number, slot) in params
+                ]
+                return told(sentence, values)
+            index -= holder.total * len(needed.texts)
+        raise IndexError(index)
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def _broken(requirements: Requirements, packed: Packed) -> Any:
+    return requirements.broken(packed)
+
+
+def _stacked(values: Any) -> Any:
+    return jnp.stack([jnp.asarray(value) for value in values]) if isinstance(values, tuple) else values

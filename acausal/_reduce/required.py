@@ -1,0 +1,115 @@
+"""The requirements of a component class on its parameters, traced once and shared by every component of that class."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.extend.core import ClosedJaxpr, Literal, jaxpr_as_fun
+
+from .._declare.component import Component
+from .._declare.fields import dynamic_fields, join
+from .._declare.node import Node, parts_of
+from .._declare.requirements import named, parameters_of, stated
+from .._errors import ModelError
+from .._tracing import is_traced
+from .jaxpr import assembled, structs
+
+if TYPE_CHECKING:
+    from .flatten import Kind
+
+
+def own_records(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
+    """A node and its parts that are no components, each with its path."""
+    yield path, node
+    for name, declaration in dynamic_fields(type(node)):
+        for part_path, part in parts_of(getattr(node, name), join(path, name)) if declaration is None else ():
+            if isinstance(part, Node) and not isinstance(part, Component):
+                yield from own_records(part, part_path)
+
+
+def is_held_to(node: Node) -> bool:
+    """Whether there is anything that parameters of a node have to meet."""
+    cls: Any = type(node)
+    return bool(parameters_of(cls)) or cls.states_requirements()
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Required:
+    """The requirements of a component kind: a call with the values of `slots` tells which of `texts` hold."""
+
+    texts: tuple[str, ...]
+    slots: tuple[int, ...]
+    jaxpr: ClosedJaxpr
+    told: tuple[tuple[int, ...], ...]  # the slots whose values each text is about
+    never: tuple[str, ...]  # those that cannot hold, whatever the numbers
+
+    def __call__(self, *values: Any) -> Any:
+        return jnp.stack(jaxpr_as_fun(self.jaxpr)(*values))
+
+
+@ft.cache
+def required(kind: "Kind") -> Required:
+    """What the parameters of a component kind have to meet.
+
+    Raises `ModelError` where requirements read variables, or cannot be computed for numbers that are not known.
+    """
+    params = [slot for slot, declaration in enumerate(kind.declarations) if declaration.role == "param"]
+    texts: list[str] = []
+    never: list[str] = []
+    read: list[tuple[int, ...]] = []
+
+    def holds(*values: Any) -> list[Any]:
+        leaves: list[Any] = [_NoParameter(kind.cls.__name__, name) for name in kind.names]
+        for slot, value in zip(params, values, strict=True):
+            leaves[slot] = value
+        results = []
+        for path, part in own_records(kind.component(leaves)):
+            for requirement in stated(part):
+                text = join(path, requirement.text)
+                if not is_traced(requirement.holds) and not np.all(requirement.holds):
+                    never.append(text)
+                texts.append(text)
+                paths = {join(path, name) for name in named(requirement.text, _Any())}
+                read.append(tuple(slot for slot in params if kind.names[slot] in paths))
+                results.append(jnp.all(jnp.asarray(requirement.holds)))
+        return results
+
+    try:
+        closed = jax.make_jaxpr(holds)(*structs([kind.sizes[slot] for slot in params]))
+    except (TypeError, ValueError, IndexError, AttributeError) as error:
+        raise ModelError(f"{kind.cls.__name__}.requirements: {error}") from error
+    jaxpr = closed.jaxpr
+    atoms = [atom for eqn in jaxpr.eqns for atom in eqn.invars] + list(jaxpr.outvars)
+    used = {atom for atom in atoms if not isinstance(atom, Literal)}
+    kept = [i for i, var in enumerate(jaxpr.invars) if var in used]
+    slim = assembled([jaxpr.invars[i] for i in kept], jaxpr.outvars, jaxpr.eqns, jaxpr.constvars)
+    slots = tuple(params[i] for i in kept)
+    return Required(tuple(texts), slots, ClosedJaxpr(slim, closed.consts), tuple(read), tuple(never))
+
+
+class _Any:
+    """Contains everything."""
+
+    def __contains__(self, item: object) -> bool:
+        return True
+
+
+class _NoParameter:
+    """Stands where a component has a variable; a requirement that uses it is an error that says so."""
+
+    def __init__(self, owner: str, name: str) -> None:
+        self._text = (
+            f"{owner}.requirements uses {name}, which is no parameter: only of parameters can be required what holds "
+            "at every time. Use refuse(...) in events for variables."
+        )
+
+    def _raise(self, *args: Any) -> Any:
+        raise ModelError(self._text)
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
+    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
+    __lt__ = __le__ = __gt__ = __ge__ = __abs__ = _raise

@@ -1,0 +1,111 @@
+"""What holds of every component of the library: which values it takes, what it says of others, copies."""
+
+import copy
+import dataclasses
+import inspect
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _library import LIBRARY
+
+from acausal import ArgumentError, Component, ParameterError, UnknownNameError, check, parameters, replace
+from acausal._declare.layout import complete_leaves
+from acausal._declare.node import leaves_of, nodes_of
+from acausal._declare.requirements import broken
+from acausal._evaluate.packing import packed
+from acausal._evaluate.requirements import Requirements
+from acausal._reduce.flatten import flatten
+
+NO_NUMBERS = (None, "a", 1j, {}, [1.0, "a"])
+every_component = pytest.mark.parametrize("component", LIBRARY, ids=lambda component: type(component).__name__)
+
+
+@every_component
+def test_what_is_no_number_is_refused(component: Component) -> None:
+    for path in parameters(component):
+        for value in NO_NUMBERS:
+            with pytest.raises(ParameterError) as caught:
+                replace(component, {path: value})
+            assert str(caught.value) == f"{path} must be a real number or an array of them, got {value!r}."
+
+
+@every_component
+def test_constructors_refuse_what_is_no_number(component: Component) -> None:
+    """Those of partial instances too, whose parameters are arguments of the constructor."""
+    for _, node in nodes_of(component):
+        for name in [name for name in _own_parameters(node) if name in _arguments(node)]:
+            declared = "|".join(cls.__name__ for cls in type(node).__mro__)
+            with pytest.raises(ParameterError, match=rf"^({declared})\.{name} must be a real number"):
+                type(node)(**(_arguments(node) | {name: "a"}))
+
+
+def _own_parameters(node: Any) -> list[str]:
+    return [leaf.path for leaf in leaves_of(node) if leaf.declaration.role == "param" and "." not in leaf.path]
+
+
+def _arguments(node: Any) -> dict[str, Any]:
+    """What a node could be built from again; nothing where its constructor takes other things than its fields."""
+    taken = list(inspect.signature(type(node).__init__).parameters)[1:]
+    fields = {field.name: getattr(node, field.name) for field in dataclasses.fields(node)}
+    return {name: fields[name] for name in taken} if set(taken) <= set(fields) else {}
+
+
+@every_component
+def test_nan_is_refused(component: Component) -> None:
+    for path, value in parameters(component).items():
+        found = check(replace(component, {path: jnp.full(jnp.shape(value), jnp.nan)}))
+        assert any(path in problem and "nan" in problem for problem in found.problems)
+
+
+@every_component
+def test_numbers_of_every_kind_become_doubles(component: Component) -> None:
+    for path, value in parameters(component).items():
+        for kind in (np.float32, np.int64, jnp.float32):
+            wanted = np.round(value).astype(kind)
+            found = parameters(replace(component, {path: jnp.asarray(wanted)}))[path]
+            assert found.dtype == np.float64
+            np.testing.assert_array_equal(found, wanted.astype(float))
+
+
+@every_component
+def test_names_that_do_not_exist(component: Component) -> None:
+    name = type(component).__name__
+    with pytest.raises(UnknownNameError, match=f"^{name} has no port, part, parameter or variable 'wrong'"):
+        _ = component.wrong  # pyright: ignore[reportAttributeAccessIssue]
+    assert not hasattr(component, "wrong")
+    with pytest.raises(ArgumentError, match=f"^{name} takes no argument 'wrong'"):
+        type(component)(wrong=1.0)
+
+
+@every_component
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
+def test_copies(component: Component, again: Callable[[Any], Any]) -> None:
+    same = again(component)
+    assert jax.tree_util.tree_structure(same) == jax.tree_util.tree_structure(component)
+    for one, other in zip(*(jax.tree_util.tree_leaves(tree) for tree in (same, component)), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@every_component
+def test_requirements_are_the_same_for_numbers_and_compiled(component: Component) -> None:
+    """For random parameters: what single components find wrong, a system finds too, and nothing else."""
+    flat = flatten(component)
+    requirements, draw = Requirements(flat), np.random.default_rng(0)
+    keys = requirements.keys
+    is_broken = jax.jit(lambda leaves: requirements.broken({key: packed(flat, leaves, *key) for key in keys}))
+    for _ in range(20):
+        values = {
+            path: value * draw.choice([-1.0, 0.0, 0.2, 1.0, 3.0, jnp.nan], p=[0.1, 0.1, 0.1, 0.5, 0.1, 0.1])
+            for path, value in parameters(component).items()
+        }
+        changed = replace(component, values)
+        mask = np.asarray(is_broken([0.0 if leaf is None else leaf for leaf in complete_leaves(changed)[0]]))
+        found = [(path, text) for path, node in nodes_of(changed) for text in broken(node)]
+        said = sorted(sentence for sentence, is_bad in zip(requirements.sentences, mask, strict=True) if is_bad)
+        alone = sorted(f"{path}.{text}".lstrip(".").split(", got ")[0].rstrip(".") for path, text in found)
+        assert said == alone
