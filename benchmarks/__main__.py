@@ -12,7 +12,7 @@ from ._rows import Row
 # In the order in which they run: start-up first, before this process takes up memory and caches. Each is a module of
 # its own, imported only when it runs, since CasADi need not be there for the others.
 BENCHMARKS = {
-    "compile": "startup",
+    "first": "first_result",
     "vector_field": "vector_field",
     "casadi": "cvodes",
     "gradient": "gradient",

@@ -60,10 +60,11 @@ def vector_field(t: Any, y: Any, p: Mapping[str, Any]) -> Any:
     return jnp.stack(rates(y, p, jnp))
 
 
-def opening_time(p: Mapping[str, Any], rtol: Any) -> Any:
-    """As `studies.opening_time`, with the same solver, tolerances, event and adjoint."""
+def opening_time(p: Mapping[str, Any], rtol: Any, solver: diffrax.AbstractSolver | None = None) -> Any:
+    """As `studies.opening_time`, with the same tolerances and event; by default with the same solver, too."""
+    solver = Rodas5P() if solver is None else solver
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(vector_field), Rodas5P(), 0.0, LONGEST, None, jnp.zeros(5), p,
+        diffrax.ODETerm(vector_field), solver, 0.0, LONGEST, None, jnp.zeros(5), p,
         saveat=diffrax.SaveAt(t1=True), max_steps=4096, adjoint=diffrax.DirectAdjoint(), throw=False,
         stepsize_controller=diffrax.PIDController(
             rtol=rtol, atol=rtol * NOMINALS, dtmin=1e-14 * LONGEST, force_dtmin=False
