@@ -19,7 +19,7 @@ from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.jaxpr import assembled, structs
-from .._reduce.margins import margins
+from .._reduce.margins import Node, Pair, relations
 
 Kind = Literal["when", "at", "kink", "refuse"]
 _KINDS: dict[type, Kind] = {When: "when", At: "at", Kink: "kink", Refuse: "refuse"}
@@ -61,8 +61,8 @@ class Function:
 class EventSet:
     """The events of a model, one entry after the other, each with its members.
 
-    - `truths`: whether conditions hold; `margins`: numbers that are positive where they do. Both are of the entries
-      that are not scheduled.
+    - `truths`: whether conditions hold, those of the entries that are not scheduled; `margins` of the relations that
+      they are made of, numbers that are positive where these hold, and `logic`, how they are.
     - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
     - `actions`: the new values, one array for each target of each entry.
     - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
@@ -71,6 +71,7 @@ class EventSet:
     entries: tuple[Entry, ...]
     truths: Function
     margins: Function
+    logic: tuple[Node, ...]
     times: Function
     actions: Function
     instants: Instants | None
@@ -103,6 +104,30 @@ class EventSet:
         """Why those that are refused are, by their label."""
         return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
 
+    @property
+    def relation_sizes(self) -> list[int]:
+        return [math.prod(aval.shape) for aval in self.margins.closed.out_avals]
+
+    @ft.cached_property
+    def reads(self) -> np.ndarray:
+        """[events, relations], which conditions are made of which relations."""
+        sizes, nodes, rows = self.relation_sizes, iter(self.logic), []
+        for entry in self.entries:
+            numbers = frozenset() if entry.kind == "at" else next(nodes).numbers
+            members = [np.eye(entry.count) if size == entry.count else np.ones((entry.count, size)) for size in sizes]
+            rows.append(np.hstack([np.zeros((entry.count, 0)), *(m * (i in numbers) for i, m in enumerate(members))]))
+        return np.vstack(rows).astype(bool)
+
+    def combined(self, low: Any, high: Any) -> list[Pair]:
+        """Bounds of the margins of conditions from those of relations, given as flat vectors."""
+        shapes = [aval.shape for aval in self.margins.closed.out_avals]
+        ends = np.cumsum([0, *self.relation_sizes])
+        parts = [
+            [bound[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
+            for bound in (low, high)
+        ]
+        return [node.combined(*parts) for node in self.logic]
+
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
@@ -133,10 +158,24 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
-    real = jax.make_jaxpr(lambda *leaves: margins(closed, list(leaves)))(*structs(shapes))
+    logic: list[Node] = []
+
+    def real(*leaves: Any) -> list[Any]:
+        margins, logic[:] = relations(closed, leaves, n)
+        return [jnp.asarray(margin, float) for margin in margins]
+
+    margins = jax.make_jaxpr(real)(*structs(shapes))
     found, read = _instants(flat, truths, time_leaves)
-    pieces = (_function(truths, 0, n), _function(real, 0, n), _function(closed, n, m), _function(closed, m, end))
-    return EventSet(tuple(entries), *pieces, found, read)
+    return EventSet(
+        tuple(entries),
+        _function(truths, 0, n),
+        _function(margins, 0, len(margins.out_avals)),
+        tuple(logic),
+        _function(closed, n, m),
+        _function(closed, m, end),
+        found,
+        read,
+    )
 
 
 def _condition(event: When | Kink | Refuse) -> Any:

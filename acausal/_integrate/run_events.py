@@ -136,12 +136,13 @@ class RunEvents:
         late = (t - due)[number]
         if not self.is_searched:
             return late
-        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.margins(t, y, given)[number])
+        margins = self.margins(t, y, given)
+        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.combined(margins, margins)[0][number])
 
     # What is read at a point
 
     def margins(self, t: Any, y: Any, given: Given) -> Any:
-        """How far each condition is above zero, where it is true; -1 for what is scheduled."""
+        """How far each relation in a condition is from its limit, positive where it holds."""
         events, stop = self.system.events, self.settings.stop
         wanted = {leaf for part in (events and events.margins, stop) if part for leaf in part.leaves}
         values = self._values(
@@ -152,12 +153,40 @@ class RunEvents:
             wanted,
         )
         found = events.margins([values[leaf] for leaf in events.margins.leaves]) if events else []
-        parts = self._in_order(found, -1.0)
+        parts = [jnp.zeros(0), *(jnp.ravel(margin) for margin in found)]
         if self.n_curved:
             parts.append(self._curved(t, y, given))
         if stop:
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
+
+    @ft.cached_property
+    def n_margins(self) -> int:
+        events = self.system.events
+        return (sum(events.relation_sizes) if events else 0) + self.n_curved + (self.settings.stop is not None)
+
+    @ft.cached_property
+    def reads(self) -> np.ndarray:
+        """[events, margins], which events are decided by which margins."""
+        events, n_own = self.system.events, self.n_curved + (self.settings.stop is not None)
+        found = np.zeros((self.total, self.n_margins), bool)
+        found[self.total - n_own :, self.n_margins - n_own :] = np.eye(n_own, dtype=bool)
+        if events:
+            found[: self.n_model, : self.n_margins - n_own] = events.reads
+        return found
+
+    def combined(self, low: Any, high: Any) -> tuple[Any, Any]:
+        """Bounds of how far the condition of each event is above zero, from those of `margins`; -1 for what is
+        scheduled.
+        """
+        events = self.system.events
+        n = self.n_margins - self.n_curved - (self.settings.stop is not None)
+        pairs = events.combined(low[:n], high[:n]) if events else []
+        bounds = [
+            jnp.concatenate([*self._in_order([pair[k] for pair in pairs], -1.0), bound[n:]])
+            for k, bound in enumerate((low, high))
+        ]
+        return bounds[0], bounds[1]
 
     def here(self, t: Any, y: Any, given: Given) -> Here:
         """What holds at a point, and what events would change there."""

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from .._reduce.instants import first
+from .conditions import Conditions
 from .look import SAME, Found, Point, look
 from .record import Record
 from .run_events import Given, RunEvents, tick
@@ -200,8 +201,9 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         if events.is_searched:
             span = jnp.abs(numbers.t1 - numbers.t0)
             margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
+            conditions = Conditions(margins, events.combined, events.reads, events.either)
             start = state.point._replace(t=t0)
-            found = look(margins, start, ~state.jumped, end, state.holds, state.fresh, events.either, span, short)
+            found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, span, short)
         t = jnp.where(found.is_any, found.t, end)
         is_there = arrives & (instant <= t + short)
         # Beyond all that is due: equations have changed there.

@@ -78,8 +78,9 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     due = events.due(t0, y, given, past)
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
+    nothing = jnp.zeros(events.n_margins)
     memory = EventMemory(
-        settled.holds, settled.fresh, Point(t0, none * 0.0, none * 0.0), due, settled.record,
+        settled.holds, settled.fresh, Point(t0, nothing, nothing), due, settled.record,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return layout.with_part(y, layout.status, status), events, memory

@@ -1,7 +1,7 @@
-"""Truth values as margins: real numbers that are positive where a relation holds, so that its onset can be located."""
+"""Conditions as relations and their logic; the margin of a relation is a number that is positive where it holds."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
@@ -9,6 +9,26 @@ from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, is_floating
 
 LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
+Pair: TypeAlias = tuple[Any, Any]  # a lower and an upper bound
+
+
+class Node(NamedTuple):
+    """A truth value: that of relation `number`, or what a rule makes of those of its parts."""
+
+    number: int
+    rule: Callable[..., Pair] | None = None
+    parts: tuple["Node", ...] = ()
+
+    @property
+    def numbers(self) -> frozenset[int]:
+        """The relations that it is made of."""
+        return frozenset({self.number} - {-1}).union(*(part.numbers for part in self.parts))
+
+    def combined(self, low: Sequence[Any], high: Sequence[Any]) -> Pair:
+        """Bounds of the margin from those of the relations: of `&` it is the smaller one, of `|` the larger one."""
+        if self.rule is None:
+            return low[self.number], high[self.number]
+        return self.rule(*(part.combined(low, high) for part in self.parts))
 
 
 def _margin_of(difference: Callable[[Any, Any], Any], of_equals: float) -> Callable[[Any, Any], Any]:
@@ -22,47 +42,102 @@ _RELATIONS: dict[str, Callable[[Any, Any], Any]] = {
     "lt": _margin_of(lambda a, b: b - a, -LEAST),
     "le": _margin_of(lambda a, b: b - a, LEAST),
 }
-_LOGIC: dict[str, Callable[..., Any]] = {
-    "and": jnp.minimum,
-    "or": jnp.maximum,
-    "not": lambda a: -a,
-    "copy": lambda a: a,
-    "squeeze": lambda a: a,
+
+
+def _both(function: Callable[..., Any]) -> Callable[..., Pair]:
+    return lambda *pairs: (function(*(pair[0] for pair in pairs)), function(*(pair[1] for pair in pairs)))
+
+
+def _not(a: Pair) -> Pair:
+    return -a[1], -a[0]
+
+
+def _and(a: Pair, b: Pair) -> Pair:
+    return _both(jnp.minimum)(a, b)
+
+
+def _or(a: Pair, b: Pair) -> Pair:
+    return _both(jnp.maximum)(a, b)
+
+
+def _differ(a: Pair, b: Pair) -> Pair:
+    return _or(_and(a, _not(b)), _and(_not(a), b))
+
+
+def _choice(which: Pair, if_false: Pair, if_true: Pair) -> Pair:
+    return _or(_and(_not(which), if_false), _and(which, if_true))
+
+
+_RULES: dict[str, Callable[[JaxprEqn], Callable[..., Pair]]] = {
+    "and": lambda eqn: _and,
+    "or": lambda eqn: _or,
+    "not": lambda eqn: _not,
+    "xor": lambda eqn: _differ,
+    "ne": lambda eqn: _differ,
+    "eq": lambda eqn: lambda a, b: _not(_differ(a, b)),
+    "select_n": lambda eqn: _choice,
+    "reduce_and": lambda eqn: _both(lambda x: jnp.min(x, axis=eqn.params["axes"])),
+    "reduce_or": lambda eqn: _both(lambda x: jnp.max(x, axis=eqn.params["axes"])),
+    **dict.fromkeys(
+        ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose"),
+        lambda eqn: _both(lambda x: bind(eqn, [x])[0]),
+    ),
 }
 
 
-def margins(closed: ClosedJaxpr, inputs: list[Any]) -> list[Any]:
-    """The outputs of a jaxpr, each truth value as its margin; real outputs as they are.
+def relations(closed: ClosedJaxpr, inputs: Sequence[Any], count: int) -> tuple[list[Any], list[Node]]:
+    """The margins of the relations that the first outputs of a jaxpr are made of, and the logic of these outputs.
 
-    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign; of
-    `&` it is the smaller one, of `|` the larger one. What is neither, such as a comparison of modes, has the margin 1
-    or -1.
+    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign. What
+    is neither a relation between real numbers nor made of them, such as a comparison of modes, has the margin 1 or -1.
+    A real output is its own margin.
     """
+    margins: list[Any] = []
+    outputs = _walk(closed, [(value, None) for value in inputs], margins)[:count]
+    return margins, [_node(value, node, margins) for value, node in outputs]
+
+
+def _walk(
+    closed: ClosedJaxpr, inputs: Sequence[tuple[Any, Node | None]], margins: list[Any]
+) -> list[tuple[Any, Node | None]]:
+    """The values of the outputs with their logic, as far as it is known."""
     jaxpr = closed.jaxpr
-    values: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
-    values |= dict(zip(jaxpr.constvars, closed.consts, strict=True))
-    found: dict[Any, Any] = {}
+    found: dict[Any, tuple[Any, Node | None]] = dict(zip(jaxpr.invars, inputs, strict=True))
+    found |= {var: (value, None) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
 
-    def read(atom: Any) -> Any:
-        return jnp.asarray(atom.val) if isinstance(atom, Literal) else values[atom]
-
-    def margin(atom: Any) -> Any:
-        return found[atom] if not isinstance(atom, Literal) and atom in found else jnp.where(read(atom), 1.0, -1.0)
+    def read(atom: Any) -> tuple[Any, Node | None]:
+        return (jnp.asarray(atom.val), None) if isinstance(atom, Literal) else found[atom]
 
     for eqn in jaxpr.eqns:
         args = [read(atom) for atom in eqn.invars]
-        values |= dict(zip(eqn.outvars, bind(eqn, args), strict=True))
-        if (inner := called(eqn)) is not None:
-            found |= dict(zip(eqn.outvars, margins(inner, args), strict=True))
-        elif (value := _margin(eqn, args, margin)) is not None:
-            found[eqn.outvars[0]] = value
-    return [margin(atom) if atom.aval.dtype == bool else read(atom) for atom in jaxpr.outvars]
+        inner = called(eqn)
+        if inner is not None:
+            found |= dict(zip(eqn.outvars, _walk(inner, args, margins), strict=True))
+            continue
+        values = bind(eqn, [value for value, _ in args])
+        found |= {var: (value, None) for var, value in zip(eqn.outvars, values, strict=True)}
+        node = _logic(eqn, args, margins)
+        if node is not None:
+            found[eqn.outvars[0]] = (values[0], node)
+    return [read(atom) for atom in jaxpr.outvars]
 
 
-def _margin(eqn: JaxprEqn, args: list[Any], margin: Callable[[Any], Any]) -> Any:
+def _logic(eqn: JaxprEqn, args: Sequence[tuple[Any, Node | None]], margins: list[Any]) -> Node | None:
     name = eqn.primitive.name
     if name in _RELATIONS and is_floating(eqn.invars[0]):
-        return _RELATIONS[name](*args)
-    if name in _LOGIC and eqn.outvars[0].aval.dtype == bool:  # pyright: ignore[reportAttributeAccessIssue]
-        return _LOGIC[name](*(margin(atom) for atom in eqn.invars))
-    return None
+        return _relation(_RELATIONS[name](*(value for value, _ in args)), margins)
+    is_truth = all(value.dtype == bool for value, _ in args)
+    if name not in _RULES or not is_truth or all(node is None for _, node in args):
+        return None
+    return Node(-1, _RULES[name](eqn), tuple(_node(value, node, margins) for value, node in args))
+
+
+def _node(value: Any, node: Node | None, margins: list[Any]) -> Node:
+    if node is not None:
+        return node
+    return _relation(jnp.where(value, 1.0, -1.0) if value.dtype == bool else value, margins)
+
+
+def _relation(margin: Any, margins: list[Any]) -> Node:
+    margins.append(margin)
+    return Node(len(margins) - 1)

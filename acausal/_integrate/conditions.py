@@ -1,0 +1,46 @@
+"""What relations between numbers say of conditions and events."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+
+def sign_of(above: Any) -> Any:
+    return jnp.where(above, 1.0, -1.0)
+
+
+def signs(g: Any, above: Any) -> Any:
+    """Which relations hold; where a margin is zero, what counts is what was before."""
+    return (g > 0) | (above & ~(g < 0))
+
+
+class Conditions(NamedTuple):
+    """`margins` of relations at a time; `logic`, bounds of the margins of conditions from those of relations; which
+    relations each condition `reads`; and which are `either`: events that happen when they become false, too.
+    """
+
+    margins: Callable[[Any], Any]
+    logic: Callable[[Any, Any], tuple[Any, Any]]
+    reads: np.ndarray
+    either: np.ndarray
+
+    def true(self, above: Any) -> Any:
+        """Which conditions hold where these relations do."""
+        return self.logic(sign_of(above), sign_of(above))[0] > 0
+
+    def begin(self, above: Any, holds: Any) -> Any:
+        """Which events begin where these relations hold, after `holds`."""
+        true = self.true(above)
+        return (~holds & true) | (self.either & holds & ~true)
+
+    def may_begin(self, above: Any, changes: Any, turns: Any, holds: Any) -> Any:
+        """Which events may begin where some relations change once, and others perhaps twice.
+
+        A condition that holds must become false and true again for that.
+        """
+        unsettled = changes | turns
+        low, high = self.logic(jnp.where(unsettled, -1.0, sign_of(above)), jnp.where(unsettled, 1.0, sign_of(above)))
+        many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
+        return jnp.where(holds, (low < 0) & (self.either | many), high > 0)
