@@ -40,6 +40,10 @@ class _Found:
         elif degree == 2:
             self.curved.append(margin)
 
+    def compare_all(self, values: Any, others: Any, degree: int) -> None:
+        """Each of some values with each of others."""
+        self.compare(jnp.ravel(values)[:, None] - jnp.ravel(others), degree)
+
     def step(self, value: Any, degree: int) -> None:
         if degree == 1:
             self.stairs.append(value)
@@ -144,12 +148,31 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
     if len(known) < len(args):
         return [None] * len(eqn.outvars)
     values, degrees = [arg.value for arg in known], [arg.degree for arg in known]
-    results = bind(eqn, values)
-    degree = 0
-    if any(degrees):
-        _note(eqn, values, degrees, found)
-        degree = _DEGREES.get(eqn.primitive.name, _any_other)(eqn, degrees)
+    results, name = bind(eqn, values), eqn.primitive.name
+    if not any(degrees):
+        return [_Value(result, 0) for result in results]
+    if name == "stop_gradient":
+        return args
+    if name == "cond":
+        branches = [_walk(branch, args[1:], found) for branch in eqn.params["branches"]]
+        inside = [max(2 if item is None else item.degree for item in items) for items in zip(*branches, strict=True)]
+        return [_Value(result, d if degrees[0] == 0 else 2) for result, d in zip(results, inside, strict=True)]
+    if name in ("while", "scan"):
+        _note_loop(values, degrees, found)
+        # Numbers that count what was compared do not change between instants.
+        return [_Value(x, 2 if is_floating(var) else 0) for x, var in zip(results, eqn.outvars, strict=True)]
+    _note(eqn, values, degrees, found)
+    degree = _DEGREES.get(name, _any_other)(eqn, degrees)
     return [_Value(result, degree) for result in results]
+
+
+def _note_loop(values: list[Any], degrees: list[int], found: _Found) -> None:
+    """A loop may compare what moves with all numbers that it is given, as a search in a sorted list does."""
+    real = [(x, degree) for x, degree in zip(values, degrees, strict=True) if jnp.issubdtype(x.dtype, jnp.floating)]
+    for x, degree in real:
+        for other, fixed in real:
+            if degree and not fixed:
+                found.compare_all(x, other, degree)
 
 
 def _note(eqn: JaxprEqn, values: list[Any], degrees: list[int], found: _Found) -> None:
@@ -159,6 +182,9 @@ def _note(eqn: JaxprEqn, values: list[Any], degrees: list[int], found: _Found) -
         found.compare(values[0] - values[1], max(degrees))
     elif name in ("abs", "sign"):
         found.compare(values[0], degrees[0])
+    elif name in ("sort", "argmax", "argmin", "reduce_max", "reduce_min", "cummax", "cummin"):
+        for value, degree in zip(values, degrees, strict=True):
+            found.compare_all(value, value, degree)
     elif name == "clamp":
         low, x, high = values
         found.compare(x - low, max(degrees[:2]))
@@ -209,12 +235,13 @@ def _of_conversion(eqn: JaxprEqn, degrees: list[int]) -> int:
 _DEGREES: dict[str, Callable[[JaxprEqn, list[int]], int]] = {
     **dict.fromkeys(
         ("add", "add_any", "sub", "neg", "max", "min", "abs", "clamp", "reshape", "broadcast_in_dim", "squeeze",
-         "transpose", "slice", "rev", "concatenate", "copy", "copy_p", "reduce_sum", "cumsum", "pad", "expand_dims"),
+         "transpose", "slice", "rev", "concatenate", "copy", "copy_p", "reduce_sum", "cumsum", "pad", "expand_dims",
+         "sort", "reduce_max", "reduce_min", "cummax", "cummin"),
         _largest,
     ),
     **dict.fromkeys(
         ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor", "sign", "floor", "ceil", "round", "argmax",
-         "argmin", "is_finite", "stop_gradient"),
+         "argmin", "is_finite"),
         _constant,
     ),
     "mul": _of_product,
