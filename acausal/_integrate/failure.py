@@ -95,30 +95,45 @@ def _about_steps(solution: Solution) -> str:
             lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
     else:
         lines.append("The last step led to numbers that are infinite or not a number.")
-    if system.events is not None and len(solution.events):
+    if _last(solution):
         lines.append(f"The last events were {_last_events(solution)}.")
     return "".join(f" {line}" for line in lines)
 
 
+def _last(solution: Solution) -> list[tuple[float, int]]:
+    """When what happened last, in order, however much happened before."""
+    record = solution._record
+    if record is None:
+        return []
+    pairs = zip(np.asarray(record.last_times).tolist(), np.asarray(record.last_numbers).tolist(), strict=True)
+    return [(time, number) for time, number in pairs if number >= 0]
+
+
 def _last_events(solution: Solution) -> str:
-    """The different ones among the last events of a run."""
-    return ", ".join(dict.fromkeys(solution.events.names[-8:])) or "those at the start"
+    """The different ones among the last events of a run, those that are listed if there are any."""
+    events = solution.system.events
+    numbers = [number for _, number in _last(solution)]
+    if events is None or not numbers:
+        return "those at the start"
+    listed = [number for number in numbers if not events.is_internal[number]] or numbers
+    return ", ".join(dict.fromkeys(events.labels[number] for number in listed))
 
 
 def _refusal(solution: Solution) -> str:
-    """What a component says that cannot do what is asked of it."""
+    """What components say that cannot do what is asked of them."""
     events = solution.system.events
     assert events is not None
-    said = [f"{name}: {events.reasons[name]}" for name in solution.events.names if events.reasons[name]]
-    return said[-1] if said else sentence(Result.refused)
+    names = [events.labels[number] for _, number in _last(solution)]
+    said = [f"{name}: {events.reasons[name]}" for name in dict.fromkeys(names) if events.reasons[name]]
+    return " ".join(said) or sentence(Result.refused)
 
 
 def _events_at(solution: Solution, t: float) -> str:
     """The events at one instant, empty if there were none."""
     if solution.system.events is None:
         return ""
-    log, near = solution.events, tick(t, solution._start[0])
-    names = [name for time, name in zip(np.asarray(log.times), log.names, strict=False) if abs(time - t) <= near]
+    labels, near = solution.system.events.labels, tick(t, solution._start[0])
+    names = [labels[number] for time, number in _last(solution) if abs(time - t) <= near]
     return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
 
 

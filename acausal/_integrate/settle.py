@@ -106,7 +106,7 @@ def settle(
             jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
             stored,
             jnp.where(is_own, r.lost, stored - here.stored),
-            r.record.noted(t, ys[0], (fired & events.is_listed)[: events.n_model]),
+            r.record.noted(t, ys[0], fired[: events.n_model], events.is_listed[: events.n_model]),
             r.is_bad | (is_bad & any_fired),
             is_own | jnp.any(fired),
             r.count + 1,

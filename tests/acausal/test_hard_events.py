@@ -1,5 +1,6 @@
 """Events close together, in either order, and modes in which a system has no solution."""
 
+import re
 from typing import Self
 
 import jax
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from acausal import (
+    Array,
     Component,
     Connections,
     Discrete,
@@ -19,8 +21,11 @@ from acausal import (
     SimulationError,
     Time,
     Var,
+    at,
     connect,
     eq,
+    refuse,
+    repeat,
     simulate,
     when,
 )
@@ -105,3 +110,41 @@ def test_a_mode_without_a_solution_is_named() -> None:
     with pytest.raises(SimulationError, match=said):
         simulate(model, 1.0)
     assert simulate(model, 1.0, throw=False).result == Result.not_finite
+
+
+class Counter(Component):
+    """Counts the ticks of a clock, up to a limit."""
+
+    every: Param[Scalar, "s"]
+    limit: Param[Scalar, "1"]
+    ticks: Discrete[Scalar, "1"] = 0.0
+    x: Var[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rise=eq(d.x, 1.0))
+
+    def events(self) -> Events:
+        return dict(
+            tick=at(self.every, every=self.every, ticks=self.ticks + 1.0),
+            _limit=refuse(self.ticks > self.limit, "Its display is full."),
+        )
+
+
+class Counters(Component):
+    items: Array[Counter]
+
+
+def counters(limits: tuple[float, float]) -> Counters:
+    return Counters(items=repeat(Counter(every=0.01, limit=jnp.array(limits)), 2))
+
+
+def test_what_happened_last_is_named_however_long_the_run() -> None:
+    """Which members of an array refused and why, though the record of events was full long before."""
+    full = "At t = 0.61 s: items[1]._limit: Its display is full."
+    with pytest.raises(SimulationError, match=f"^{re.escape(full)}$"):
+        simulate(counters((1e9, 60.5)), 1.0, max_events=3)
+    both = "At t = 0.21 s: items[0]._limit: Its display is full. items[1]._limit: Its display is full."
+    with pytest.raises(SimulationError, match=f"^{re.escape(both)}$"):
+        simulate(counters((20.5, 20.5)), 1.0, max_events=3)
+    with pytest.raises(SimulationError, match=r"steps was reached.*The last events were items\[0\]\.tick"):
+        simulate(counters((1e9, 1e9)), 1.0, max_events=3, max_steps=50)
