@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._errors import ParameterError, SimulationError
+from .._errors import ModelError, ParameterError, SimulationError
 from .._evaluate.initial import checked_names
 from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
@@ -40,13 +40,17 @@ def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
     leaves, structure = jax.tree_util.tree_flatten(solution)
     if texts := [f"{sentence}." for sentence in system.required(solution._inputs.given)]:
         leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
-    return structure.unflatten(result.error_if(leaves, failed & ~bad))
+    bad_option = result == Result.bad_option
+    leaves = eqx.branched_error_if(leaves, bad_option, solution._culprit, list(solution._demands))
+    return structure.unflatten(result.error_if(leaves, failed & ~bad & ~bad_option))
 
 
 def _error(solution: Solution) -> Exception:
     system, result = solution.system, solution.result
     if solution.is_batched:
         return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
+    if result == Result.bad_option:
+        return ModelError(solution._demands[int(solution._culprit)])
     if result == Result.bad_parameter:
         return ParameterError(system.bad_value(int(solution._culprit), solution._inputs))
     if result == Result.bad_start:

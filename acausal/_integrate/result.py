@@ -36,6 +36,7 @@ class Result(eqx.Enumeration):
     undetermined = "Equations are singular but for errors of rounding, so that any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter or start value is outside its range, or contradicts another parameter."
+    bad_option = "A time, a step or a tolerance that the run was asked for is not one that it can have."
     bad_start = "The start values contradict the equations."
 
 

@@ -1,5 +1,6 @@
 """The compiled part of a simulation."""
 
+import dataclasses
 import functools as ft
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -16,6 +17,8 @@ from .._evaluate.starts import Inputs
 from .adjoint import BothModes
 from .derivative import differentiable
 from .field import Given
+from .options import harmless, unmet
+from .options import sentences as demanded
 from .result import Result
 from .settings import Numbers, Settings
 from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
@@ -27,6 +30,15 @@ from .stepping import begin, controller_of, solver_of, term_of
 @ft.partial(jax.jit, static_argnums=0)
 def run(settings: Settings, numbers: Numbers) -> Solution:
     """Integrate; compiled once for each `settings`."""
+    wrong, sentences = unmet(settings.system, numbers), demanded(settings.system, numbers)
+    solution = _run(settings, harmless(numbers, jnp.any(wrong)))
+    result = Result.where(jnp.any(wrong), Result.bad_option, solution.result)
+    culprit = jnp.where(jnp.any(wrong), jnp.argmax(wrong), solution._culprit)
+    t1 = solution.t1 if settings.stop is None else jnp.where(jnp.any(wrong), jnp.inf, solution.t1)
+    return dataclasses.replace(solution, t1=t1, result=result, _culprit=culprit, _demands=sentences)
+
+
+def _run(settings: Settings, numbers: Numbers) -> Solution:
     if settings.adjoint is not None:
         return _solution(settings, numbers, _integrated(settings, settings.adjoint, numbers))
     leaves, structure = jax.tree.flatten(numbers)
@@ -125,6 +137,7 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _record=None if system.events is None else raw.solver_state.events.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _layout=layout,
+        _demands=(),
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )
 

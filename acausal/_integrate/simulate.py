@@ -16,10 +16,10 @@ from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_for
 from .._evaluate.system import System
-from .._tracing import is_traced
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
+from .options import check_known, count, number, one_of, times_of
 from .quantity import Quantity, trace
 from .run import run
 from .settings import Numbers, Settings
@@ -79,6 +79,8 @@ def simulate(
     what goes wrong in the run.
     """
     model = model if nominal is None else sized(model, nominal)
+    if not isinstance(model, Component):
+        raise ModelError(f"{model!r} is no component: simulate a model.")
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
     system = _system_of(structure, given) if system is None else system
@@ -88,23 +90,17 @@ def simulate(
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     stored_energy, stored_constants = _traced(_total_stored if energy and system.events else None, system, "energy")
-    if not is_traced(rtol) and np.any(np.asarray(rtol) <= 0):
-        raise ModelError(f"rtol={rtol} is not a tolerance: give a positive number such as 1e-6.")
-    if isinstance(save, str) and save not in ("steps", "end", "dense"):
-        raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
-    if direction not in _DIRECTIONS:
-        raise ModelError(f'direction={direction!r} is not known: use "up", "down" or None for either.')
     settings = Settings(
         system=system,
         stop=stop,
         integrand=integrand,
         stored=stored_energy,
-        direction=_DIRECTIONS[direction],
+        direction=one_of(direction, "direction", _DIRECTIONS),
         save=save if isinstance(save, str) else "times",
         solver=_solver_for(system, solver),
         adjoint=adjoint,
-        max_steps=max_steps,
-        max_events=max_events,
+        max_steps=count(max_steps, "max_steps"),
+        max_events=count(max_events, "max_events"),
         given=system.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
     )
@@ -114,31 +110,21 @@ def simulate(
         params=_read_singly(settings, params) if is_large else params,
         packed=system.pack_params(params) if is_large else None,
         starts=system.starts.pack(leaves),
-        t0=_strong(_as_number(t0)),
-        t1=_strong(_as_number(t1)),
-        dt0=None if dt0 is None else _strong(_as_number(dt0)),
-        dtmin=None if dtmin is None else _strong(_as_number(dtmin)),
-        rtol=_strong(_as_number(rtol)),
-        times=None if isinstance(save, str) else jnp.asarray(save, float),
+        t0=number(t0, "t0"),
+        t1=number(t1, "t1"),
+        dt0=None if dt0 is None else number(dt0, "dt0"),
+        dtmin=None if dtmin is None else number(dtmin, "dtmin"),
+        rtol=number(rtol, "rtol", "1"),
+        times=times_of(save),
         stop=stop_constants,
         rates=rate_constants,
         stored=stored_constants,
     )
-    _check_times(numbers)
+    check_known(system, numbers)
     solution = run(settings, numbers)
     if is_large:
         solution = dataclasses.replace(solution, _params=params)
     return report_failure(solution) if throw else solution
-
-
-def _check_times(numbers: Numbers) -> None:
-    """Save times lie within the run; where they are traced, that is left to the integrator."""
-    times, t0, t1 = numbers.times, numbers.t0, numbers.t1
-    if times is None or any(is_traced(value) for value in (times, t0, t1)) or jnp.ndim(t0) or jnp.ndim(t1):
-        return
-    low, high = min(float(t0), float(t1)), max(float(t0), float(t1))
-    if not np.all((np.asarray(times) >= low) & (np.asarray(times) <= high)):
-        raise ModelError(f"The times to save at must lie between t0 = {low:g} s and t1 = {high:g} s.")
 
 
 def _as_number(value: Any) -> Any:

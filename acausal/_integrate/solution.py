@@ -49,6 +49,7 @@ class Solution(eqx.Module):
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
+    _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
     _integrals_tree: Any = eqx.field(static=True)
 
     @property

@@ -36,5 +36,5 @@ def test_a_gear_has_no_ratio_of_zero() -> None:
 
 @pytest.mark.parametrize("rtol", [0.0, -1e-6])
 def test_tolerance_must_be_positive(rtol: float) -> None:
-    with pytest.raises(ModelError, match="is not a tolerance"):
+    with pytest.raises(ModelError, match="rtol must be a positive number"):
         simulate(rc(v0=1.0), 1.0, rtol=rtol)

@@ -187,5 +187,5 @@ def test_unknown_name_in_a_condition() -> None:
 
 
 def test_times_outside_the_run() -> None:
-    with pytest.raises(ModelError, match=r"between t0 = 0 s and t1 = 1 s"):
+    with pytest.raises(ModelError, match=r"between t0 and t1, got times=\[0\.5 1\.5\]"):
         simulate(rc(), 1.0, save=jnp.array([0.5, 1.5]))

@@ -184,6 +184,12 @@ RUNS: dict[str, Run] = {
         ParameterError,
         r"r\.R must be nonnegative, got -100\.0 ohm",
     ),
+    "bad_option": Run(
+        Result.bad_option,
+        lambda **k: eqx.filter_jit(lambda t1: simulate(rc(), t1, save="end", **k))(jnp.asarray(jnp.nan)),
+        RuntimeError,
+        r"t1 must be a finite time in s",
+    ),
     "bad_start": Run(
         Result.bad_start,
         lambda **k: simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1, save="end", **k),

@@ -1,0 +1,137 @@
+"""The numbers a run is asked for: refused where they are known, and a result of the run where they are not."""
+
+import dataclasses
+import operator
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.converters import as_parameter
+from .._errors import ModelError, suggestion
+from .._evaluate.system import System
+from .._tracing import known
+from .settings import Numbers
+
+SAVES = ("steps", "end", "dense")
+HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # a run of no length
+
+
+class Demand(NamedTuple):
+    """What an option has to meet, the sentence that says so, and the option's name."""
+
+    holds: Any
+    text: str
+    name: str
+
+
+def number(value: Any, name: str, unit: str = "s") -> Any:
+    """An option that is one number; raises `ParameterError` or `ModelError` for anything else."""
+    if isinstance(value, float | int):
+        return np.asarray(float(value))
+    value = as_parameter(value, unit=unit, where=name)
+    if jnp.ndim(value):
+        raise ModelError(f"{name} must be one number, got an array of shape {jnp.shape(value)}: use jax.vmap for many.")
+    return value
+
+
+def count(value: Any, name: str) -> int:
+    """An option that counts: an integer of at least 1."""
+    try:
+        found = operator.index(value)
+    except (TypeError, jax.errors.ConcretizationTypeError):
+        found = 0
+    if found < 1:
+        raise ModelError(f"{name} must be an integer of at least 1, known before the run, got {value!r}.")
+    return found
+
+
+def times_of(save: Any) -> Any:
+    """The times to save at; None where steps are saved, or the end."""
+    if isinstance(save, str):
+        if save not in SAVES:
+            raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
+        return None
+    times = as_parameter(save, unit="s", where="save")
+    if jnp.ndim(times) != 1:
+        raise ModelError(f"save must be an array of times with one axis, got one of shape {jnp.shape(times)}.")
+    return times
+
+
+def one_of(value: Any, name: str, known_ones: Mapping[Any, Any]) -> Any:
+    """What a name stands for."""
+    if not isinstance(value, str | None) or value not in known_ones:
+        names = [repr(one) for one in known_ones]
+        raise ModelError(f"{name}={value!r} is not known: use {' or '.join(names)}.{suggestion(str(value), names)}")
+    return known_ones[value]
+
+
+def demands(system: System, numbers: Numbers) -> list[Demand]:
+    """What the numbers of a run have to meet."""
+    t0, t1 = numbers.t0, numbers.t1
+    found = [
+        Demand(abs(t0) < np.inf, "t0 must be a finite time in s", "t0"),
+        Demand(abs(t1) < np.inf, "t1 must be a finite time in s", "t1"),
+        Demand(_is_positive(numbers.rtol), "rtol must be a positive number, such as 1e-6", "rtol"),
+    ]
+    if numbers.dt0 is not None:
+        found.append(Demand(_is_positive(numbers.dt0), "dt0, the size of the first step in s, must be positive", "dt0"))
+    if numbers.dtmin is not None:
+        found.append(Demand(_is_positive(numbers.dtmin), "dtmin, a step in s, must be positive", "dtmin"))
+    if (times := numbers.times) is not None:
+        low, high = (t0 <= t1) * t0 + (t1 < t0) * t1, (t0 <= t1) * t1 + (t1 < t0) * t0
+        inside, ahead = (times >= low) & (times <= high), (times[1:] - times[:-1]) * (t1 - t0) >= 0.0
+        found.append(Demand(inside, "The times to save at must lie between t0 and t1", "times"))
+        found.append(Demand(ahead, "The times to save at must be in the order in which the run meets them", "times"))
+    if (event := _lasting(system)) is not None:
+        text = f"A run cannot go back in time, to t1 before t0, as it cannot undo the event {event}"
+        found.append(Demand(t1 >= t0, text, "t1"))
+    return found
+
+
+def _is_positive(value: Any) -> Any:
+    return (value > 0.0) & (value < np.inf)
+
+
+def _lasting(system: System) -> str | None:
+    """The first event that changes something."""
+    entries = () if system.events is None else system.events.entries
+    return next((entry.label(0) for entry in entries if entry.targets), None)
+
+
+def check_known(system: System, numbers: Numbers) -> None:
+    """Raise `ModelError` for numbers that are known and wrong."""
+    names = [field.name for field in dataclasses.fields(numbers) if field.name in HARMLESS]
+    values = {name: None if getattr(numbers, name) is None else known(getattr(numbers, name)) for name in names}
+    for name in names:
+        if values[name] is None and getattr(numbers, name) is not None:
+            values[name] = getattr(numbers, name)
+    for holds, text, name in demands(system, dataclasses.replace(numbers, **values)):
+        met = known(holds)
+        if met is not None and not np.all(met):
+            raise ModelError(f"{text}, got {name}={_shown(values[name])}.")
+
+
+def _shown(value: Any) -> str:
+    return f"{float(value):g}" if np.ndim(value) == 0 else str(np.asarray(value))
+
+
+def unmet(system: System, numbers: Numbers) -> Any:
+    """For each of the demands, whether it is not met."""
+    return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
+
+
+def sentences(system: System, numbers: Numbers) -> tuple[str, ...]:
+    """What the demands say."""
+    return tuple(f"{text}." for _, text, _ in demands(system, numbers))
+
+
+def harmless(numbers: Numbers, wrong: Any) -> Numbers:
+    """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
+    given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
+    safe: dict[str, Any] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
+    if "dt0" in safe:
+        safe["dt0"] = jnp.where(safe["t1"] < safe["t0"], -safe["dt0"], safe["dt0"])
+    return dataclasses.replace(numbers, **safe)
