@@ -114,6 +114,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         rates = self.solver.func(terms, t0, self.layout.core(y0), (args, carried))
         return self.layout.joined(rates, jnp.zeros_like(carried))
 
+    @eqx.filter_jit  # diffrax traces a step several times
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: Memory, made_jump: Any
     ) -> tuple[Vector, Vector, dict[str, Any], Memory, diffrax.RESULTS]:
@@ -283,7 +284,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         width = ends[1] - ends[0]
         theta = (t - ends[0]) / jnp.where(width == 0, 1, width)
         moved = t + (1 - theta) * (inner.t0 - ends[0]) + theta * (inner.t1 - ends[1])
-        held = dataclasses.replace(self, inner=dataclasses.replace(inner, t0=ends[0], t1=ends[1]))
+        held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
         return moved, held.evaluate(t)
 
 

@@ -44,6 +44,16 @@ def test_other_solvers_agree(solver: diffrax.AbstractSolver) -> None:
     np.testing.assert_allclose(sol["c.v"], CHARGE, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.parametrize("solver", [diffrax.Tsit5(), diffrax.Kvaerno5()], ids=["Tsit5", "Kvaerno5"])
+def test_other_solvers_stop_at_the_same_time(solver: diffrax.AbstractSolver) -> None:
+    def time(resistance: Any) -> Any:
+        return simulate(rc(R=resistance), 1.0, until=lambda s: s.c.v - 2.0, save="end", rtol=1e-9, solver=solver).t1
+
+    expected = -1e-3 * np.log(0.6)  # times the resistance
+    for mode in (jax.jvp(time, (100.0,), (1.0,)), jax.value_and_grad(time)(100.0)):
+        np.testing.assert_allclose(mode, (100.0 * expected, expected), rtol=1e-6)  # Kvaerno5 iterates
+
+
 def damped(t: Any, m: float, c: float, d: float, s0: float, v0: float) -> np.ndarray:
     """Position of an underdamped oscillator."""
     decay, omega = d / (2 * m), np.sqrt(c / m - (d / (2 * m)) ** 2)
