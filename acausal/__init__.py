@@ -54,6 +54,7 @@ from ._integrate.simulate import simulate as simulate
 from ._integrate.solution import Solution as Solution
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
+from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
 from ._jax_settings import compile_loops_whole, enable_double_precision, keep_compiled_programs
 from ._show.check import Check as Check
 from ._show.check import check as check

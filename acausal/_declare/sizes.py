@@ -66,8 +66,10 @@ def _named(name: str, known: dict[str, Leaf]) -> Leaf:
 
 
 def _is_member(name: str, path: str) -> bool:
-    """Whether a name such as `chain[3].w` is of a member of the array of components whose leaf is `chain.item.w`."""
-    pattern = "(?:\\.item|\\[\\d*\\])".join(re.escape(piece) for piece in path.split(".item"))
+    """Whether a name is that of a part of a leaf: `chain[3].w` of `chain.item.w` in an array of components, or `T[2]`
+    of an array `T`.
+    """
+    pattern = r"(?:\.item|\[\d*\])".join(re.escape(piece) for piece in path.split(".item")) + r"(?:\[\d*\])*"
     return re.fullmatch(pattern, name) is not None
 
 

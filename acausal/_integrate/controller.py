@@ -15,12 +15,15 @@ PER_OCTAVE = 4
 
 class Control(NamedTuple):
     """What is carried from step to step: `wish`, how long the next step would be but for what happens before its end,
-    and the error of the last step, in tolerances, part by part.
+    the error of the last step, in tolerances, part by part; and of all steps together the largest absolute value of
+    each part, and the sum of its errors.
     """
 
     inner: Any
     wish: Any
     error: Any
+    largest: Any
+    total: Any
 
 
 class Steps(diffrax.PIDController):
@@ -37,7 +40,9 @@ class Steps(diffrax.PIDController):
     def init(self, terms: Any, t0: Any, t1: Any, y0: Any, *others: Any, **named: Any) -> Any:
         first, state = super().init(terms, t0, t1, y0, *others, **named)
         wish = on_grid(first - t0)
-        return self._up_to_instant(t0, t0 + wish, y0), Control(state, wish, jnp.zeros_like(y0))
+        return self._up_to_instant(t0, t0 + wish, y0), Control(
+            state, wish, jnp.zeros_like(y0), jax.lax.stop_gradient(jnp.abs(y0)), jnp.zeros_like(y0)
+        )
 
     def adapt_step_size(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, t0: Any, t1: Any, y0: Any, y1_candidate: Any, args: Any, y_error: Any, error_order: Any,
@@ -56,7 +61,10 @@ class Steps(diffrax.PIDController):
         wish = jax.lax.stop_gradient(wish)
         result = diffrax.RESULTS.where(wish < self.shortest, diffrax.RESULTS.dt_min_reached, result)
         scale = jnp.abs(y0) * self.rtol + self.atol
-        control = Control(inner, wish, jax.lax.stop_gradient(error / scale))
+        held = jax.lax.stop_gradient
+        largest = jnp.maximum(controller_state.largest, jnp.where(keep, jnp.abs(y1), 0.0))
+        total = controller_state.total + jnp.where(keep, error, 0.0)
+        control = Control(inner, wish, held(error / scale), held(largest), held(total))
         if not self.layout.has_status:
             return keep, next_t0, next_t0 + wish, jump, control, result
         cut = y1_candidate[self.layout.cut]

@@ -25,6 +25,7 @@ from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
 from .stepper import ACCUMULATED
 from .stepping import begin, controller_of, solver_of, term_of
+from .unresolved import are_unresolved
 
 
 @ft.partial(jax.jit, static_argnums=0)
@@ -116,6 +117,8 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
     y0, bad_starts, raw = integrated
     assert raw.ts is not None
     assert raw.ys is not None
+    assert raw.controller_state is not None
+    control, largest = raw.controller_state, raw.controller_state.largest[layout.states]
     path = "path" if "path" in raw.ts else "end"
     t_end, y_end = raw.ts["end"][0], raw.ys["end"][0]
     result, culprit = _outcome(settings, given, raw, t_end, y_end, bad_starts)
@@ -133,7 +136,9 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _inputs=given.inputs,
         _dense=raw.interpolation,
         _losses=y_end[layout.losses],
-        _errors=raw.controller_state.error[layout.states],  # pyright: ignore[reportOptionalMemberAccess]
+        _errors=control.error[layout.states],
+        _largest=largest,
+        _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[layout.states]),
         _record=None if system.events is None else raw.solver_state.events.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _layout=layout,

@@ -25,6 +25,7 @@ from .run import run
 from .settings import Numbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
+from .unresolved import warn_of_unresolved
 
 MAX_STEPS = 4096
 LARGE = 300  # leaves: from here on parameters are packed before they are handed to the compiled run
@@ -76,7 +77,8 @@ def simulate(
     - `system`: the outcome of `compile`, whose choice of states is then used.
 
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
-    what goes wrong in the run.
+    what goes wrong in the run. Outside of `jit` and `vmap`, warns with `UnresolvedWarning` of variables that are so
+    small that the error tolerance means little for them; `sol.unresolved` lists these.
     """
     model = model if nominal is None else sized(model, nominal)
     if not isinstance(model, Component):
@@ -124,7 +126,9 @@ def simulate(
     solution = run(settings, numbers)
     if is_large:
         solution = dataclasses.replace(solution, _params=params)
-    return report_failure(solution) if throw else solution
+    solution = report_failure(solution) if throw else solution
+    warn_of_unresolved(solution)
+    return solution
 
 
 def _as_number(value: Any) -> Any:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import deepened
-from .._errors import ModelError, UnknownNameError, suggestion
+from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -20,6 +20,7 @@ from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .result import sentence
 from .state_vector import StateVector
+from .unresolved import unresolved
 
 
 class Solution(eqx.Module):
@@ -46,6 +47,8 @@ class Solution(eqx.Module):
     _dense: diffrax.DenseInterpolation | None
     _losses: Any  # energies lost at events
     _errors: Any  # of the states in the last step, in tolerances
+    _largest: Any  # absolute values of the states in the run
+    _unresolved: Any  # which states are so small that the tolerance means little for them
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
@@ -145,6 +148,15 @@ class Solution(eqx.Module):
         return EventLog.of(self._record, events.labels)
 
     @property
+    def unresolved(self) -> dict[str, float]:
+        """Variables that are so small that the error tolerance means little for them, with their largest values.
+
+        They stay below a hundredth of their nominal sizes, and the errors of all steps add up to more than a hundredth
+        of them. With these as `nominal` sizes they are as accurate as the others.
+        """
+        return unresolved(self)
+
+    @property
     def integrals(self) -> Any:
         """Trajectories of the `integrals` asked for."""
         return self._integrals(self._both_sides(self._path_integrals, self._layout.integrals))["user"]
@@ -202,7 +214,9 @@ class Solution(eqx.Module):
         if self.is_batched or is_traced(self.t1):
             return f"<Solution of {self.system.name}: t1 of shape {jnp.shape(self.t1)}>"
         ends = f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
-        return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}>"
+        small = {} if known(self._unresolved) is None else self.unresolved
+        said = f" Not resolved: {listed(list(small))}." if small else ""
+        return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}{said}>"
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.system.root_fields]

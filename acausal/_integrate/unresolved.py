@@ -1,0 +1,73 @@
+"""States so small that their errors are held by their nominal sizes, and add up to a good part of them."""
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import ModelError, listed
+from .._evaluate.system import System
+from .._tracing import known
+from .result import Result
+
+if TYPE_CHECKING:
+    from .solution import Solution
+
+SMALL = 0.01  # of its nominal size: what stays below is held to an error that is large for it
+NOISE = 1e-10  # of its nominal size: what stays below counts as zero but for rounding
+DOUBT = 0.01  # of its largest value, by which the errors of all steps may add up
+STEPS = 100  # as many errors of the relative tolerance may add up, where these are larger
+
+
+class UnresolvedWarning(UserWarning):
+    """Variables of a run are so small that the error tolerance means little for them."""
+
+
+def are_unresolved(sizes: np.ndarray, rtol: Any, largest: Any, total: Any) -> Any:
+    """Which states are unresolved, from their nominal sizes, their largest absolute values in a run, and the sums of
+    the errors of all steps.
+    """
+    is_small = (largest < SMALL * sizes) & (largest > NOISE * sizes)
+    return is_small & (total > jnp.maximum(DOUBT, STEPS * rtol) * largest)
+
+
+def unresolved(solution: "Solution") -> dict[str, float]:
+    """The variables, with their largest absolute values; of a batch, those of any member.
+
+    Raises `ModelError` within `jit` and `vmap`, where they are not known yet.
+    """
+    system = solution.system
+    flags, largest = known(solution._unresolved), known(solution._largest)
+    if flags is None or largest is None:
+        raise ModelError(
+            "Within jit and vmap, sol.unresolved is not known yet: return the solution, and look at it there."
+        )
+    found: dict[str, float] = {}
+    for i, name in enumerate(_names(system)):
+        if np.any(flags[..., i]):
+            found[name] = max(found.get(name, 0.0), float(np.max(largest[..., i][flags[..., i]])))
+    return found
+
+
+def _names(system: System) -> list[str]:
+    """The variable behind each element of the state vector, a derivative being that of a variable."""
+    table = system.ordered.table
+    pairs = [*system.states, *system.algebraic]
+    return [table.variable_name(variable) for variable, _ in pairs for _ in range(system.plan.size(variable))]
+
+
+def warn_of_unresolved(solution: "Solution") -> None:
+    """Tell of unresolved variables, where numbers are known."""
+    flags = known(solution._unresolved)
+    fine = known((solution.result == Result.reached_end) | (solution.result == Result.stopped))
+    if flags is None or fine is None or not np.any(flags) or not np.any(fine):
+        return
+    found = unresolved(solution)
+    said = listed([f"{name} (at most {size:.3g})" for name, size in found.items()])
+    sizes = ", ".join(f"{name!r}: {size:.0e}" for name, size in list(found.items())[:12])
+    message = (
+        f"The error tolerance means little for {said}: they stay far below their nominal sizes, which their errors are "
+        f"held to. Remedy: give theirs, as in simulate(..., nominal={{{sizes}}}), or reduce rtol."
+    )
+    warnings.warn(message, UnresolvedWarning, stacklevel=3)
