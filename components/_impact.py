@@ -1,7 +1,9 @@
 """Rigid stops as a variable structure: free, or resting at the lower or upper one.
 
 The modes are -1 (resting at the lower stop), 0 (free) and 1 (at the upper one). One structure serves all of them by a
-path parameter s: while resting it is the contact effort into the component, else the acceleration.
+path parameter s: while resting it is the contact effort into the component, else the acceleration. What rests is drawn
+to the stop itself within a few LAG, so that its place is determined (Baumgarte 1972); what is left to draw it by is an
+error of rounding, or what a search for a state of rest has still to find.
 """
 
 from typing import Any
@@ -10,9 +12,14 @@ import jax.numpy as jnp
 
 from acausal import Events, Scalar, when
 
+LAG = 1e-3  # s
 
-def acceleration(mode: Scalar, s: Scalar, creep: Scalar) -> Scalar:
-    return jnp.where(mode == 0.0, s, creep * s)
+
+def acceleration(
+    mode: Scalar, s: Scalar, creep: Scalar, *, place: Scalar, speed: Scalar, low: Scalar, high: Scalar
+) -> Scalar:
+    beyond = jnp.where(mode > 0.0, place - high, jnp.where(mode < 0.0, place - low, 0.0))
+    return jnp.where(mode == 0.0, s, creep * s - 2.0 * speed / LAG - beyond / LAG**2)
 
 
 def effort(mode: Scalar, s: Scalar) -> Scalar:
@@ -40,15 +47,16 @@ def stops(
         changes = {"mode": jnp.where(stays, side, 0.0), name: jnp.where(stays, 0.0, rebound)}
         return when(free & beyond, **changes)
 
-    def rests(touches: Any, side: float) -> Any:
-        """A body that is pressed against a stop without a speed rests there."""
-        return when(free & touches & (jnp.abs(speed) <= slow) & (side * s > 0.0), **{"mode": side, name: 0.0})
+    def rests(beyond: Scalar, side: float) -> Any:
+        """A body that is pressed against a stop without a speed rests there, and one that is within the stop."""
+        presses = (beyond >= 0.0) & (side * s > 0.0) | (beyond > slow * LAG)
+        return when(free & (jnp.abs(speed) <= slow) & presses, **{"mode": side, name: 0.0})
 
     return dict(
         impact_low=impact((place < low) & (speed < 0.0), -1.0),
         impact_high=impact((place > high) & (speed > 0.0), 1.0),
-        rest_low=rests(place <= low, -1.0),
-        rest_high=rests(place >= high, 1.0),
+        rest_low=rests(low - place, -1.0),
+        rest_high=rests(place - high, 1.0),
         lift_low=when((mode == -1.0) & (s > 0.0), mode=0.0),
         lift_high=when((mode == 1.0) & (s < 0.0), mode=0.0),
     )

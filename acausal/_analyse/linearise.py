@@ -42,10 +42,11 @@ def linearise(
     The derivatives are exact (automatic differentiation of the reduced equations). `jit`, `vmap` and `grad` work over
     the model and the operating point.
 
-    - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which the states are read; or a state vector in
-      the order of `system.state_names`; or None for the model's own start values, made consistent. Parameters are those
-      of `model`. The point need not be an equilibrium, but only about one do the poles say what is stable, and not
-      depend on the choice of states; `rates` holds the derivatives of the states there.
+    - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which states and modes are read; or a state
+      vector in the order of `system.state_names`, in the modes that it implies; or None for the model's own start
+      values, made consistent, after the events at the start. Parameters are those of `model`. The point need not be an
+      equilibrium, but only about one do the poles say what is stable, and not depend on the choice of states; `rates`
+      holds the derivatives of the states there.
     - `t`: the time in s for models with a clock, by default that of the view, else 0.
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
@@ -54,7 +55,7 @@ def linearise(
 
     Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
-    `SimulationError` for start values that contradict each other.
+    `SimulationError` for start values that contradict each other, or that a component refuses.
     """
     system = system_of(model) if system is None else system
     system = system if system.solved is None else system.solved

@@ -80,8 +80,13 @@ def poles_of(A: Any) -> Any:
     """Eigenvalues in rising order of size; of a conjugate pair the one above the real axis comes first."""
     if A.shape[-1] == 0:
         return jnp.zeros(A.shape[:-1], complex)
-    values = jnp.linalg.eigvals(A)
+    values = _eigenvalues(A)
     return jnp.take_along_axis(values, _order(values), axis=-1)
+
+
+def _eigenvalues(A: Any) -> Any:
+    """With eigenvectors, by whose derivatives second ones of the eigenvalues are found."""
+    return jax.lax.linalg.eig(A, compute_left_eigenvectors=False, enable_eigvec_derivs=True)[0]
 
 
 def modes_of(A: Any, sizes: np.ndarray, names: tuple[str, ...]) -> Modes:

@@ -17,6 +17,7 @@ from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._integrate.starting import start_of, why_ended
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
 
@@ -64,10 +65,31 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-    point = Point(
-        jnp.asarray(0.0 if t is None else t, float), jnp.zeros(0), params, starts, system.given(leaves), system
-    )
-    return eqx.tree_at(lambda p: p.y, point, _state(point, at))
+        seen = jax.tree_util.tree_leaves(at)
+        params = [jnp.asarray(seen[i], float) if i in system.discrete_places else p for i, p in enumerate(params)]
+    t, given = jnp.asarray(0.0 if t is None else t, float), system.given(leaves)
+    point = Point(t, jnp.zeros(0), params, starts, given, system)
+    point = Point(t, _state(point, at), params, starts, given, system)
+    return point if system.events is None or isinstance(at, Component) else _after_events(point, at)
+
+
+def _after_events(point: Point, at: Any) -> Point:
+    """The point in the modes that it implies; where it is that of the start values, after what happens at the start."""
+    y, params, outcome, holds = _started(point)
+    if not is_traced(outcome) and outcome != 0:
+        raise SimulationError(f"There is no start. {why_ended(point.system, float(outcome), holds)}")
+    y = jnp.where(outcome == 0, y if at is None else point.y, jnp.nan)
+    return Point(point.t, y, params, point.starts, point.given, point.system)
+
+
+@jax.jit
+def _started(point: Point) -> tuple[Any, list[Any], Any, Any]:
+    """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
+    system, inputs = point.system, point.inputs()
+    start = start_of(system, point.t, point.y, inputs, point.params)
+    held = system.discrete_values(start.y[start.events.layout.point], inputs)
+    params = [held.get(i, leaf) for i, leaf in enumerate(point.params)]
+    return start.states, params, start.outcome, start.holds
 
 
 def _state(point: Point, at: Any) -> Any:

@@ -3,11 +3,10 @@
 import dataclasses
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .constraints import TOLERANCE, find, loose_basis
+from .constraints import TOLERANCE, find, loose_inverse, projected
 from .plan import Pair
 from .starts import Inputs
 from .system import System
@@ -40,30 +39,27 @@ class Apart:
         Where no such point is found, x stays as it is.
         """
         constraints = self.system.constraints
-        sizes, before = constraints.sizes, self._lack(x, self.inputs)
+        sizes, before = constraints.sizes, self._lack(x, self.t0, self.inputs)
         start = x
         if len(x):
-            weight = constraints.weights(self.given)
-            z = jax.lax.stop_gradient(x / sizes)
-            held = jax.lax.stop_gradient(self.inputs)
-            residual = lambda z: self._residual(sizes * z, held)  # noqa: E731
-            end, basis, rows = jax.lax.stop_gradient(find(residual, z, weight, loose_basis))
-            found = jnp.all(jnp.isfinite(end)) & jnp.all(jnp.isfinite(basis))
-            x = x + sizes * jnp.where(found, end - z, 0.0)
-            x = x - sizes * (jnp.where(found, basis, 0.0) @ (self._residual(x, self.inputs) / rows))
+            weight, args = constraints.weights(self.given), (self.t0, self.inputs)
+            end = sizes * projected(self._residual, x / sizes, weight, args, find, loose_inverse)
+            x = jnp.where(jnp.all(jnp.isfinite(end)), end, x)
         shift = self.given & ~(jnp.abs(x - start) <= TOLERANCE * (sizes + jnp.abs(start)))
-        clash = jnp.any(shift) & (jnp.abs(before) > TOLERANCE) | ~(jnp.abs(self._lack(x, self.inputs)) <= TOLERANCE)
+        after = self._lack(x, self.t0, self.inputs)
+        clash = jnp.any(shift) & (jnp.abs(before) > TOLERANCE) | ~(jnp.abs(after) <= TOLERANCE)
         return x, jnp.concatenate([clash, bad])
 
-    def _residual(self, x: Any, inputs: Inputs) -> Any:
-        constraints = self.system.constraints
-        return jnp.concatenate([constraints.residuals(x, self.t0, inputs.params), self._lack(x, inputs)])
+    def _residual(self, z: Any, args: Any) -> Any:
+        (t0, inputs), constraints = args, self.system.constraints
+        x = constraints.sizes * z
+        return jnp.concatenate([constraints.residuals(x, t0, inputs.params), self._lack(x, t0, inputs)])
 
-    def _lack(self, x: Any, inputs: Inputs) -> Any:
+    def _lack(self, x: Any, t0: Any, inputs: Inputs) -> Any:
         """What the unknowns differ from their start values by, relative to their sizes."""
         system = self.system
         wanted = system.start_values(inputs, self.pairs)
         sizes = system.sizes_of(self.pairs)
         ordinary = system.solved or system
-        values = ordinary.collected(self.t0, x[system.constraints.states], inputs, self.pairs)
+        values = ordinary.collected(t0, x[system.constraints.states], inputs, self.pairs)
         return (values - wanted) / (sizes + jnp.abs(wanted))

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals, row_scale
+from .implicit import Function, Inverse, nearest, settled
 from .plan import Group, Packed, Pair, Plan, Store, over_members
 from .program import residual_programme
 
@@ -57,27 +58,31 @@ class Constraints:
     def residuals(self, x: Float[Array, " elements"], t: Any, params: Packed) -> Any:
         """All g(x), in the order of `names`."""
         store = Store(x, t)
-        parts = [jnp.ravel(_of_members(group, store, params, lambda g, values: g(values))) for group in self.groups]
+        parts = [
+            jnp.ravel(_of_members(group, store, params, lambda g, values, args: g(values, args)))
+            for group in self.groups
+        ]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def projected(self, x: Float[Array, " elements"], weight: Any, t: Any, params: Packed, *, far: bool = False) -> Any:
-        """The nearest x with g(x) = 0, to first order; elements of small `weight` yield less.
+        """The nearest x with g(x) = 0; elements of small `weight` yield less.
 
         With G = dg/dx and W the weights, in variables measured in nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
-        until g = 0: a few times with one Jacobian, or, from `far` away, as long as it takes, each time with a new one;
-        NaN where that fails. The derivative is implicit: dx -> dx - W G^T (G W G^T)^-1 (G dx + dg).
+        until g = 0: a few times with one Jacobian, or, from `far` away, as long as it takes, each time with a new one,
+        and then to the nearest point itself; NaN where that fails. It is differentiated as an implicit function.
         """
+        x, t, weight, params = jax.tree_util.tree_map(jnp.asarray, (x, t, weight, params))
         for group in self.groups:
-            x = self._moved(group, Store(x, t), jnp.asarray(weight), params, find if far else _return)
+            x = self._moved(group, Store(x, t), weight, params, find if far else back)
         return x
 
     def _moved(self, group: Group, store: Store, weight: Any, params: Packed, solve: Callable[..., Any]) -> Any:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
-        def one(g: Callable[..., Any], values: Any, weight: Any, sizes: Any) -> Any:
-            return sizes * _nearest(lambda z, hold=False: g(sizes * z, hold), values / sizes, weight, solve)
+        def one(g: Function, values: Any, args: Any, weight: Any, sizes: Any) -> Any:
+            return sizes * projected(_in_sizes(g), values / sizes, weight, (args, sizes), solve)
 
-        moved = _of_members(group, store, params, one, weight[index], self.sizes[index])
+        moved = _of_members(group, store, params, one, weight[index], jnp.asarray(self.sizes[index]))
         return placed(store.flat(0), np.ravel(index), jnp.ravel(moved))
 
 
@@ -90,77 +95,97 @@ def placed(vector: Any, places: np.ndarray, values: Any) -> Any:
     return jnp.where(is_new, values[source], vector) if len(places) else vector
 
 
-def _nearest(g: Callable[..., Any], z: Any, weight: Any, solve: Callable[..., Any]) -> Any:
-    """The projection of z; `g(z, True)` holds all numbers but z constant, so that nothing differentiates `solve`."""
-    start = jax.lax.stop_gradient(z)
-    end, basis, rows = jax.lax.stop_gradient(solve(lambda z: g(z, True), start, weight))
-    z = z + (end - start)
-    return z - basis @ (g(z) / rows)
+def _in_sizes(g: Function) -> Function:
+    """The function of elements measured in their sizes, which come with its arguments."""
+    return lambda z, args: g(args[1] * z, args[0])
 
 
-def _basis(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any]:
-    """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
-    slopes = jax.jacfwd(g)(z)
-    rows, root = row_scale(slopes), jnp.sqrt(weight)
-    # W^(1/2) G^T = Q R, so that weights do not enter squared: W G^T (G W G^T)^-1 = W^(1/2) Q R^-T.
-    q, r = jnp.linalg.qr(root[:, None] * slopes.T)
-    return root[:, None] * (q @ jsl.solve_triangular(r, jnp.diag(rows), trans=1)), rows
+def projected(
+    g: Function, z: Any, weight: Any, args: Any, solve: Callable[..., Any], inverse: Inverse | None = None
+) -> Any:
+    """The point with g(z, args) = 0 nearest to z by `weight`, from where `solve` ends, as a function of z and args."""
+    inverse = _inverse if inverse is None else inverse
+    start, fixed = jax.lax.stop_gradient((z, args))
+    root = jnp.sqrt(weight)
+
+    def measured(move: Any, args: Any) -> Any:
+        z, root, rows, args = args
+        return g(z + root * move, args) / rows
+
+    end, rows = jax.lax.stop_gradient(solve(lambda z: g(z, fixed), start, root, inverse))
+    found, origin = jnp.all(jnp.isfinite(end)), jnp.zeros_like(start)
+    # Where nothing is found, no derivative may be infinite.
+    move = jnp.where(found, (end - start) / root, origin)
+    if solve is find:
+        move = settled(measured, inverse, move, origin, (start, root, rows, fixed))
+    moved = z + root * nearest(measured, inverse, move, origin, (z, root, rows, args))
+    return jnp.where(found, moved, jnp.nan)
 
 
-def _return(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any, Any]:
-    basis, rows = _basis(g, z, weight)
-    for _ in range(SWEEPS):
-        z = z - basis @ (g(z) / rows)
-    return z, basis, rows
+def _inverse(matrix: Any) -> Any:
+    """The pseudo-inverse of a matrix with independent rows, from C^T = Q R, so that weights do not enter squared."""
+    q, r = jnp.linalg.qr(matrix.T)
+    return q @ jsl.solve_triangular(r, jnp.eye(len(matrix)), trans=1)
 
 
-def loose_basis(g: Callable[[Any], Any], z: Any, weight: Any) -> tuple[Any, Any]:
-    """As `_basis` where constraints repeat each other, or leave only variables of tiny weight to move: as far as they
+def loose_inverse(matrix: Any) -> Any:
+    """As `_inverse` where constraints repeat each other, or leave only variables of tiny weight to move: as far as they
     do not, and so that these do not move.
     """
+    return jnp.linalg.pinv(matrix, rtol=LOOSE)
+
+
+def _basis(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+    """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
     slopes = jax.jacfwd(g)(z)
-    rows, root = row_scale(slopes), jnp.sqrt(weight)
-    return root[:, None] * jnp.linalg.pinv(root * slopes / rows[:, None], rtol=LOOSE), rows
+    rows = row_scale(slopes)
+    return root[:, None] * inverse(root * slopes / rows[:, None]), rows
 
 
-def find(
-    g: Callable[[Any], Any], z: Any, weight: Any, basis_of: Callable[..., tuple[Any, Any]] = _basis
-) -> tuple[Any, Any, Any]:
+def back(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+    """A few steps of Newton's method with one Jacobian."""
+    basis, rows = _basis(g, z, root, inverse)
+    for _ in range(SWEEPS):
+        z = z - basis @ (g(z) / rows)
+    return z, rows
+
+
+def find(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
     """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
     def step(carry: Any) -> Any:
         z = carry[-1]
-        basis, rows = basis_of(g, z, weight)
+        basis, rows = _basis(g, z, root, inverse)
         missing = g(z) / rows
         trials = z - SHARES[:, None] * (basis @ missing)
         violations = jax.vmap(lambda z: jnp.max(jnp.abs(g(z)) / rows))(trials)
         best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))
-        return carry[0] + 1, jnp.max(jnp.abs(missing)), z, basis, rows, trials[best]
+        return carry[0] + 1, jnp.max(jnp.abs(missing)), z, rows, trials[best]
 
     def goes_on(carry: Any) -> Any:
         return (carry[1] > EXACT) & (carry[0] < MOST)
 
     m = jax.eval_shape(g, z).shape[0]
-    carry = (0, jnp.asarray(jnp.inf), z, jnp.zeros((len(z), m)), jnp.ones(m), z)
-    _, violated, z, basis, rows, _ = jax.lax.while_loop(goes_on, step, carry)
-    return jnp.where(violated <= CLOSE, z, jnp.nan), basis, rows
+    carry = (0, jnp.asarray(jnp.inf), z, jnp.ones(m), z)
+    _, violated, z, rows, _ = jax.lax.while_loop(goes_on, step, carry)
+    return jnp.where(violated <= CLOSE, z, jnp.nan), rows
 
 
 def _of_members(group: Group, store: Store, params: Packed, function: Callable[..., Any], *extra: Any) -> Any:
-    """Map `function(g, values, *extra)` over the connected sets of a group; values are flat."""
+    """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) is what a set
+    wants to be zero; values are flat.
+    """
     shapes = [read.shape for read in group.reads]
     splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
 
-    def one(known: Known, extra: list[Any]) -> Any:
-        def g(flat: Any, hold: bool = False) -> Any:
-            pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
-            others = (known.params, known.time)
-            params, time = jax.lax.stop_gradient(others) if hold else others
-            found = residuals(group.program, Known(params, pieces, time))
-            return jnp.concatenate([jnp.ravel(value) for value in found])
+    def g(flat: Any, args: Any) -> Any:
+        pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
+        found = residuals(group.program, Known(args[0], pieces, args[1]))
+        return jnp.concatenate([jnp.ravel(value) for value in found])
 
+    def one(known: Known, extra: list[Any]) -> Any:
         flat = jnp.concatenate([jnp.ravel(jnp.asarray(value, float)) for value in known.values])
-        return function(g, flat, *extra)
+        return function(g, flat, (list(known.params), known.time), *extra)
 
     return over_members(group, store, params, one, list(extra))
 

@@ -1,42 +1,38 @@
 """`initialise`: start values from conditions on any variable and its derivative, or from rest."""
 
-import dataclasses
 import functools as ft
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeVar
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.component import Component, Equation
+from .._declare.component import Component
 from .._declare.layout import complete_leaves, with_leaves
-from .._errors import ModelError, SimulationError, listed, suggestion
+from .._errors import SimulationError, listed
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import constrained_names, given_pairs, start_point
-from .._evaluate.observe import observe, observe_with_rates
+from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
-from .._evaluate.system import System
 from .._tracing import is_traced
-from .quantity import Quantity, trace
-from .search import RANK, Found, find_start
+from .modes import modes_at
+from .problem import Conditions, Problem, Values, problem_of
+from .search import RANK, Found, Search
 from .simulate import system_of
+from .starting import refusal, start_of
 
+OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
 M = TypeVar("M", bound=Component)
-Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
 
-@dataclasses.dataclass(frozen=True)
-class Problem:
-    """What a search for start values is compiled for."""
+class _Outcome(NamedTuple):
+    """What was found; the events that go on to happen there and those that are refused; and what is undetermined."""
 
-    system: System
-    conditions: Quantity | None
-    names: tuple[str, ...]  # of the conditions
-    steady: bool
-    given: frozenset[int]
-    fixed: frozenset[int]  # those of the given ones that must not move
-    wanted: tuple[int, ...]  # the leaves that get start values
+    found: Found
+    happen: Any
+    refused: Any
+    is_open: Any
 
 
 def initialise(
@@ -45,6 +41,7 @@ def initialise(
     *,
     steady: bool = False,
     free: Sequence[str] | Literal["all"] | None = None,
+    moving: Sequence[str] = (),
     easier: M | None = None,
     t0: Any = 0.0,
     strict: bool = False,
@@ -57,132 +54,96 @@ def initialise(
     - `steady`: all states are at rest, their derivatives zero.
     - `free`: names of start values in the model that are only guesses, or "all". By default all of them where `steady`,
       else none: start values that are given are kept.
+    - `moving`: names of states whose derivatives need not vanish where `steady`, as the angle of a shaft that turns.
     - `easier`: the same model with other parameters, for which the search is easier: its solution is followed while the
       parameters change to those of `model` (a homotopy), should the direct search fail. Without it, what the conditions
       lack at the first guess is taken away bit by bit.
     - `strict`: raise where the conditions leave a state undetermined. Otherwise what they leave open stays near its
       start value.
 
+    Switches, diodes, friction and whatever else changes by events is in the mode that the start values imply, past
+    events have happened, and the model returned holds the discrete variables that were found.
+
     The nearest solution to the start values is found by Levenberg and Marquardt's method, in nominal sizes. It is
-    differentiable in both modes by the implicit function theorem, and works under `jit` and `vmap`.
+    differentiable to any order in both modes, as an implicit function, and works under `jit` and `vmap`.
 
     Raises `ModelError` for names that do not exist and `SimulationError` where no start is found, naming the conditions
-    that contradict each other; with `throw=False` the start values are then NaN.
+    that contradict each other, or the events that come to no end; with `throw=False` the start values are then NaN.
     """
     system = system_of(model)
     leaves, _ = complete_leaves(model)
-    problem, constants = _problem(system, leaves, conditions, steady, free)
+    problem, constants = problem_of(system, leaves, conditions, steady=steady, moving=moving, free=free, strict=strict)
     params = system.enforced(system.parameters(leaves))
     easy = params if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
     starts = system.starts.pack(leaves)
-    found, values = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
-    if not is_traced(found.violation):
-        _report(problem, found, strict=strict, throw=throw)
-    new = dict(zip(problem.wanted, values, strict=True))
+    outcome, new = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
+    if throw and not is_traced(outcome.found.violation) and not np.ndim(outcome.found.violation):
+        _report(problem, outcome)
     return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
-
-
-def _problem(
-    system: System, leaves: list[Any], conditions: Conditions | None, steady: bool, free: Any
-) -> tuple[Problem, list[Any]]:
-    quantity, constants, names = None, [], ()
-    if conditions is not None:
-        stated = ft.partial(_residuals, conditions)
-        quantity, constants = trace(stated, system.flat, "conditions", n_views=2)
-        names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
-    given = system.given(leaves)
-    return (
-        Problem(
-            system, quantity, names, steady, given, given - _free(system, given, steady, free), _wanted(system, given)
-        ),
-        constants,
-    )
-
-
-def _residuals(conditions: Conditions, s: Any, d: Any) -> dict[str, Any]:
-    stated = conditions(s, d)
-    if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
-        raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")
-    return {name: equation.residual for name, equation in stated.items()}
-
-
-def _free(system: System, given: frozenset[int], steady: bool, free: Any) -> frozenset[int]:
-    if free is None:
-        free = "all" if steady else ()
-    if free == "all":
-        return given
-    paths = {leaf.path: i for i, leaf in enumerate(system.flat.leaves) if i in system.variable_leaves}
-    for name in free:
-        if name not in paths:
-            raise ModelError(f"free: the model has no variable {name!r}.{suggestion(name, paths)}")
-    return frozenset(paths[name] for name in free)
-
-
-def _wanted(system: System, given: frozenset[int]) -> tuple[int, ...]:
-    """The leaves from which a run starts at the point found: those of the states, or where that is not enough, of all
-    that constraints tie to them; those that iterations start from; and those that are given already."""
-    table = system.ordered.table
-    enough = not system.ordered.invariants and all(order == 0 for _, order in system.states)
-    pairs = [*(system.states if enough else system.constraints.pairs), *system.memory]
-    nodes = [int(table.variables[v]) for v, order in pairs if order == 0]
-    return tuple(sorted({int(system.flat.leaf_of_node[node]) for node in nodes} | given))
 
 
 @ft.partial(jax.jit, static_argnums=0)
 def _solve(
     problem: Problem, params: list[Any], easy: list[Any], starts: Any, t0: Any, constants: list[Any]
-) -> tuple[Found, list[Any]]:
+) -> tuple[_Outcome, dict[int, Any]]:
+    """What was found, and the new values of leaves by number."""
     system, constraints = problem.system, problem.system.constraints
     inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
     easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
-    fixed = given_pairs(system, dataclasses.replace(inputs, given=problem.fixed))
-    weight = constraints.weights(fixed, 0.0)
+    values, easier = Values(inputs, params, t0, constants), Values(easy_inputs, easy, t0, constants)
+    fixed = _fixed(problem)
+    search = Search(problem.residual, constraints.sizes, constraints.weights(fixed, 0.0))
+    x0, discrete, happen, refused = start_point(system, inputs), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
 
-    def residual(x: Any, numbers: Any) -> Any:
-        inputs, params, t0 = numbers
-        return jnp.concatenate(
-            [constraints.residuals(x, t0, inputs.params), _lack(problem, x, t0, inputs, params, constants)]
+    def root(discrete: Any) -> Any:
+        return search.best(x0, values.in_modes(system, discrete), easier.in_modes(system, discrete))
+
+    if system.events is None:
+        best = root(None)
+    else:
+        start = start_of(system, t0, x0[constraints.states], inputs, params)
+        best, discrete, happen, refused = modes_at(start, t0, x0, root, lambda x: x[constraints.states])
+    values = values.in_modes(system, discrete)
+    found = search.found(best, x0, values)
+    is_open = constraints.is_state & (found.freedom > OPEN)
+    is_bad = jnp.any(happen) | jnp.any(refused) | (problem.strict & jnp.any(is_open))
+    y = jnp.where(is_bad, jnp.nan, found.x[constraints.states])
+    new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
+    return _Outcome(found, happen, refused, is_open), new | system.discrete_values(y, values.inputs)
+
+
+def _fixed(problem: Problem) -> np.ndarray:
+    return given_pairs(problem.system, Inputs({}, jnp.zeros(0), problem.fixed))
+
+
+def _report(problem: Problem, outcome: _Outcome) -> None:
+    found, events = outcome.found, problem.system.events
+    if np.any(outcome.happen):
+        assert events is not None
+        names = [events.labels[i] for i in np.flatnonzero(outcome.happen)]
+        raise SimulationError(
+            f"The start values that satisfy the conditions are in no mode that they imply: {listed(names)} would "
+            "happen, and lead elsewhere. Remedy: other first guesses or start values of the discrete variables, or "
+            "conditions that fit one mode."
         )
-
-    found = find_start(
-        residual, start_point(system, inputs), (inputs, params, t0), (easy_inputs, easy, t0), constraints.sizes, weight
-    )
-    y = found.x[constraints.states]
-    return found, observe(system, t0, y, inputs, problem.wanted)
-
-
-def _lack(problem: Problem, x: Any, t0: Any, inputs: Inputs, params: list[Any], constants: list[Any]) -> Any:
-    """What the conditions are short of."""
-    system = problem.system
-    y = x[system.constraints.states]
-    parts = []
-    if problem.steady:
-        parts.append(system.vector_field(t0, y, inputs))
-    if problem.conditions is not None:
-        n = len(system.flat.leaves)
-        wanted = [i for i in problem.conditions.leaves if i % n in system.variable_leaves]
-        values, rates = observe_with_rates(system, t0, y, inputs, sorted({i % n for i in wanted}))
-        read = [
-            params[i] if i < n and i not in system.variable_leaves else (values if i < n else rates)[i % n]
-            for i in problem.conditions.leaves
-        ]
-        parts.append(jnp.stack(problem.conditions(constants, read)))
-    return jnp.concatenate(parts) if parts else jnp.zeros(0)
-
-
-def _report(problem: Problem, found: Found, *, strict: bool, throw: bool) -> None:
-    system = problem.system
-    if not throw or np.ndim(found.violation):
-        return
     if not found.violation <= CLOSE:
         raise SimulationError(_contradiction(problem, found))
-    if strict:
-        _check_determined(system, found, given_pairs(system, Inputs({}, jnp.zeros(0), problem.fixed)))
+    if np.any(outcome.refused):
+        assert events is not None
+        raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
+    if problem.strict and np.any(outcome.is_open):
+        names = sorted({constrained_names(problem.system)[i] for i in np.flatnonzero(outcome.is_open)})
+        count = round(float(np.sum(found.freedom)))
+        raise SimulationError(
+            f"The conditions leave {count} of the start values undetermined, among these variables: "
+            f"{listed(names)}. Remedy: give their start values, add conditions, or leave out strict=True "
+            "to keep them where they are."
+        )
 
 
 def _contradiction(problem: Problem, found: Found) -> str:
     """Which conditions are not met, and with which others they clash."""
-    names = _names(problem)
+    names = problem.residual_names
     residual, slopes = np.asarray(found.residual), np.asarray(found.slopes)
     if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(slopes)):
         bad = [name for name, value in zip(names, residual, strict=True) if not np.isfinite(value)]
@@ -206,41 +167,8 @@ def _contradiction(problem: Problem, found: Found) -> str:
     return "\n".join(lines)
 
 
-def _names(problem: Problem) -> list[str]:
-    """Of the residuals that are searched to vanish."""
-    system = problem.system
-    steady = (
-        [
-            f"der({name}) = 0"
-            for name in [
-                system.ordered.table.variable_name(*pair)
-                for pair in system.states
-                for _ in range(system.plan.size(pair[0]))
-            ]
-        ]
-        if problem.steady
-        else []
-    )
-    return [*system.constraints.names, *steady, *problem.names]
-
-
 def _given_names(problem: Problem) -> list[str]:
     return [problem.system.flat.leaves[i].path for i in sorted(problem.fixed)]
-
-
-def _check_determined(system: System, found: Found, fixed: np.ndarray) -> None:
-    slopes = np.asarray(found.slopes)[:, ~fixed]
-    _, sizes, right = np.linalg.svd(slopes)
-    rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
-    names = [name for name, is_fixed in zip(constrained_names(system), fixed, strict=True) if not is_fixed]
-    is_state = system.constraints.is_state[~fixed]
-    open_ones = {names[i] for vector in right[rank:] for i in _large(np.where(is_state, vector, 0.0))}
-    if open_ones:
-        raise SimulationError(
-            f"The conditions leave {len(right) - rank} of the start values undetermined, among these variables: "
-            f"{listed(sorted(open_ones))}. Remedy: give their start values, add conditions, or leave out strict=True "
-            "to keep them where they are."
-        )
 
 
 def _large(vector: np.ndarray) -> np.ndarray:

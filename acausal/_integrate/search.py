@@ -1,5 +1,6 @@
 """The search for a point that satisfies conditions, near another one."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ import optimistix as optx
 
 from .._evaluate.blocks import row_scale
 from .._evaluate.constraints import CLOSE
+from .._evaluate.implicit import nearest, settled
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
@@ -23,41 +25,62 @@ class Found(eqx.Module):
     """The point, and the largest `violation` of a condition there; the rest explains a failure.
 
     `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
+    `freedom` says of each unknown how far it can move with all conditions kept, between 0 and 1.
     """
 
     x: Any
     violation: Any
     residual: Any
     slopes: Any
+    freedom: Any
 
 
-def find_start(
-    residual: Callable[[Any, Any], Any], x0: Any, numbers: Any, easy: Any, sizes: np.ndarray, weight: np.ndarray
-) -> Found:
-    """The x nearest to x0, by `weight` and `sizes`, with residual(x, numbers) = 0; a weight of 0 lets nothing move.
+@dataclasses.dataclass(frozen=True, eq=False)
+class Search:
+    """For the x nearest to x0, by `weight` and `sizes`, with residual(x, numbers) = 0; a weight of 0 lets nothing move.
 
-    The derivative is implicit: with C the derivative of the residual by x, measured in `sizes` times the roots of the
-    weights, dx = dx0 - C^+ (C dx0 + dr), C^+ being the pseudo-inverse.
+    `residual` must not close over numbers that are differentiated.
     """
-    scale = sizes * np.sqrt(weight)
-    held = jax.lax.stop_gradient
 
-    def measured(z: Any, args: Any) -> Any:
+    residual: Callable[[Any, Any], Any]
+    sizes: np.ndarray
+    weight: np.ndarray
+
+    @property
+    def _scale(self) -> np.ndarray:
+        return self.sizes * np.sqrt(self.weight)
+
+    def _measured(self, z: Any, args: Any) -> Any:
         x0, numbers, rows = args
-        return residual(x0 + scale * z, numbers) / rows
+        return self.residual(x0 + self._scale * z, numbers) / rows
 
-    start, fixed, easy = held(x0), held(numbers), held(easy)
-    rows = row_scale(jax.jacfwd(lambda z: residual(start + scale * z, fixed))(jnp.zeros_like(start)))
-    z = held(_searched(measured, (start, fixed, rows), (start, easy, rows)))
-    slopes = held(jax.jacfwd(lambda z: measured(z, (start, fixed, rows)))(z))
-    inverse = jnp.linalg.pinv(slopes, rtol=RANK)
-    moved = held(scale * (z - inverse @ measured(z, (start, fixed, rows))))
-    x = x0 + moved
-    last = residual(x, numbers) / rows
-    x = x - scale * (inverse @ last)
-    final = held(residual(x, numbers) / rows)
-    violation = jnp.max(jnp.abs(final), initial=0.0)
-    return Found(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes)
+    def _rows(self, x0: Any, numbers: Any) -> Any:
+        """The size of each condition: what it changes by where all unknowns that move change by their sizes."""
+        step = np.where(self.weight > 0, self.sizes, 0.0)
+        return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
+
+    def best(self, x0: Any, numbers: Any, easy: Any) -> Any:
+        """The x that comes nearest to satisfying the conditions, or the nearest one that does; a constant."""
+        x0, numbers, easy = jax.lax.stop_gradient((x0, numbers, easy))
+        rows = self._rows(x0, numbers)
+        z = _searched(self._measured, (x0, numbers, rows), (x0, easy, rows))
+        return x0 + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
+
+    def found(self, best: Any, x0: Any, numbers: Any) -> Found:
+        """The point that `best` found as the implicit function of x0 and numbers that it is."""
+        origin, rows = jnp.zeros_like(x0), self._rows(*jax.lax.stop_gradient((x0, numbers)))
+        held = jax.lax.stop_gradient((x0, numbers, rows))
+        moves = self._scale > 0
+        z = jnp.where(moves, (best - held[0]) / np.where(moves, self._scale, 1.0), 0.0)
+        slopes, final = jax.jacfwd(self._measured)(z, held), self._measured(z, held)
+        violation = jnp.max(jnp.abs(final), initial=0.0)
+        x = x0 + self._scale * nearest(self._measured, _inverse, z, origin, (x0, numbers, rows))
+        freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
+        return Found(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes, freedom)
+
+
+def _inverse(matrix: Any) -> Any:
+    return jnp.linalg.pinv(matrix, rtol=RANK)
 
 
 def _searched(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any:

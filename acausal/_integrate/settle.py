@@ -142,9 +142,16 @@ def _accounted(events: RunEvents, end: _Round) -> Any:
 
 def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, given: Given) -> tuple[Any, Any]:
     """The vector after these events, and whether its constraints forbid it; of several values the last one counts."""
-    stated, system = events.system.events, events.system
-    if stated is None:
+    if events.system.events is None:
         return y, jnp.asarray(False)
+    y, wanted = assigned(events, y, values, fired)
+    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
+
+
+def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[Any, dict[int, tuple[Any, Any]]]:
+    """The vector with the discrete variables that these events set; and for other leaves the new value, and where."""
+    stated, system = events.system.events, events.system
+    assert stated is not None
     wanted: dict[int, tuple[Any, Any]] = {}
     start, new = 0, iter(values)
     for entry in stated.entries:
@@ -158,7 +165,7 @@ def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, g
         value, is_here = wanted.pop(leaf)
         places = system.discrete_places[leaf]
         y = placed(y, places, jnp.where(is_here, value, y[places]))
-    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
+    return y, wanted
 
 
 def _reset(events: RunEvents, t: Any, y: Any, wanted: dict[int, tuple[Any, Any]], given: Given) -> tuple[Any, Any]:

@@ -55,10 +55,13 @@ class HardStop(Component):
         )
 
     def equations(self, d: Self) -> Equations:
+        held = _impact.acceleration(
+            self.mode, self.path, self.creep, place=self.flange.phi, speed=self.w, low=self.phi_min, high=self.phi_max
+        )  # fmt: skip
         return dict(
             speed=eq(self.w, d.flange.phi),
             acceleration=eq(self.acceleration, d.w),
-            held=eq(self.acceleration, _impact.acceleration(self.mode, self.path, self.creep), check_units=False),
+            held=eq(self.acceleration, held, check_units=False),
             contact=eq(self.tau, _impact.effort(self.mode, self.path)),
             torque=eq(self.flange.tau, self.tau),
         )

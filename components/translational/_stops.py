@@ -59,10 +59,13 @@ class HardStop(Component):
         )
 
     def equations(self, d: Self) -> Equations:
+        held = _impact.acceleration(
+            self.mode, self.path, self.creep, place=self.flange.s, speed=self.v, low=self.s_min, high=self.s_max
+        )  # fmt: skip
         return dict(
             speed=eq(self.v, d.flange.s),
             acceleration=eq(self.acceleration, d.v),
-            held=eq(self.acceleration, _impact.acceleration(self.mode, self.path, self.creep), check_units=False),
+            held=eq(self.acceleration, held, check_units=False),
             contact=eq(self.f, _impact.effort(self.mode, self.path)),
             force=eq(self.flange.f, self.f),
         )

@@ -1,0 +1,119 @@
+"""Points found by iteration as functions of what they depend on, differentiable to any order in both modes."""
+
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.custom_derivatives import SymbolicZero
+
+MOST = 20  # rounds of Newton's method for the nearest point
+STILL = 1e-14  # a step of it that counts as none, in the unit of the unknowns
+FARTHER = 1e-6  # relative growth of the distance that rounding may bring
+
+Function = Callable[[Any, Any], Any]
+Inverse = Callable[[Any], Any]
+
+
+class _Here(NamedTuple):
+    """At a point, with multipliers m: the slopes C = dg/dx, their pseudo-inverse, and H = d(C^T m)/dx."""
+
+    slopes: Any
+    inverse: Any
+    multipliers: Any
+    bend: Any
+
+    def moved(self, pull: Any, lack: Any) -> Any:
+        """The dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
+        one = jnp.eye(self.slopes.shape[1])
+        free = one - self.inverse @ self.slopes
+        onto = -(self.inverse @ lack)
+        along = free @ (pull + self.bend @ onto)
+        return onto - free @ jnp.linalg.solve(one + free @ self.bend @ free, along)
+
+
+def nearest(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+    r"""The point `x` as the function of `start` and `args` that it is: of all with g(x, args) = 0, nearest to `start`.
+
+    As a number, x is what it was. Its derivatives are those of the solution of
+
+    $$x - x_0 + C^T m = 0, \qquad g(x, p) = 0, \qquad C = \partial g / \partial x,$$
+
+    with multipliers m. Where g determines x, it is a root, and does not depend on the start. `inverse` gives the
+    pseudo-inverse of a matrix; where the rows of C repeat each other, the m of least size are taken. The tangent is
+    stated in terms of this function, so that it can itself be differentiated. Neither function may close over numbers
+    that are differentiated.
+    """
+    x, start, args = jax.tree_util.tree_map(jnp.asarray, (jax.lax.stop_gradient(x), start, args))
+    return _nearest(g, inverse, x, start, args)
+
+
+@ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _nearest(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+    del g, inverse, start, args
+    return x
+
+
+@ft.partial(_nearest.defjvp, symbolic_zeros=True)
+def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Any, Any]:
+    x, start, args = primals
+    _, dstart, dargs = tangents
+    x = _nearest(g, inverse, x, start, args)
+    here = _here(g, inverse, x, start, args)
+    lack = pushed(lambda args: g(x, args), (args,), (dargs,))
+    pull = pushed(lambda args: _pull(g, here.multipliers, x, args), (args,), (dargs,))
+    return x, here.moved(pull - array_of(dstart), lack)
+
+
+def settled(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+    """The point nearest to `start` with g(x, args) = 0, from one that is near it and has that, by Newton's method on
+    the equations of `nearest`; the given one where that does not converge.
+    """
+
+    def step(carry: Any) -> Any:
+        count, _, x = carry
+        move = _here(g, inverse, x, start, args).moved(x - start, g(x, args))
+        return count + 1, jnp.max(jnp.abs(move), initial=0.0), x + move
+
+    def goes_on(carry: Any) -> Any:
+        count, size, x = carry
+        return (count < MOST) & (size > STILL * (1.0 + jnp.max(jnp.abs(x), initial=0.0)))
+
+    _, size, end = jax.lax.while_loop(goes_on, step, (0, jnp.asarray(jnp.inf), x))
+    before, after = (jnp.linalg.norm(point - start) for point in (x, end))
+    # A step that shrinks no further than rounding lets it has converged, too.
+    is_good = (size < FARTHER) & (after <= before + FARTHER * (1.0 + before))
+    return jnp.where(is_good, end, x)
+
+
+def _here(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> _Here:
+    slopes = jax.jacfwd(g)(x, args)
+    found = inverse(slopes)
+    multipliers = -(found.T @ (x - start))
+    return _Here(slopes, found, multipliers, jax.jacfwd(lambda x: _pull(g, multipliers, x, args))(x))
+
+
+def _pull(g: Function, multipliers: Any, x: Any, args: Any) -> Any:
+    """C^T m."""
+    return jax.vjp(lambda x: g(x, args), x)[1](multipliers)[0]
+
+
+def array_of(tangent: Any) -> Any:
+    """A tangent that may be a symbolic zero as an array."""
+    return jnp.zeros(tangent.shape) if isinstance(tangent, SymbolicZero) else tangent
+
+
+def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> Any:
+    """The tangent of `jax.jvp` along those leaves only that change."""
+    leaves, structure = jax.tree_util.tree_flatten(primals)
+    directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
+    moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
+
+    def of_moving(*values: Any) -> Any:
+        whole = list(leaves)
+        for i, value in zip(moving, values, strict=True):
+            whole[i] = value
+        return function(*structure.unflatten(whole))
+
+    return jax.jvp(of_moving, tuple(leaves[i] for i in moving), tuple(directions[i] for i in moving))[1]

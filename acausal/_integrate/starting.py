@@ -1,0 +1,70 @@
+"""What is at the start of a run, before anything is integrated: past events, and what they lead to."""
+
+from typing import Any, NamedTuple
+
+import diffrax
+import jax.numpy as jnp
+import numpy as np
+
+from .._evaluate.events import EventSet
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .adjoint import BothModes
+from .field import Given
+from .result import Result, sentence
+from .run_events import RunEvents
+from .settings import Numbers, Settings
+from .settle import CONTRADICTED, REFUSED
+from .solvers import Rodas5P
+from .stepping import begin
+
+
+class Start(NamedTuple):
+    """The events of a model, the stepped vector after those at the start, and the conditions that hold there."""
+
+    events: RunEvents
+    given: Given
+    y: Any
+    holds: Any
+
+    @property
+    def states(self) -> Any:
+        return self.y[self.events.layout.states]
+
+    @property
+    def discrete(self) -> Any:
+        """The discrete variables, one after the other."""
+        return self.y[self.events.layout.discrete]
+
+    @property
+    def outcome(self) -> Any:
+        """0, or why a run ends at its start."""
+        return self.y[self.events.layout.outcome]
+
+
+def start_of(system: System, t0: Any, states: Any, inputs: Inputs, params: list[Any]) -> Start:
+    """What happens at the start of a run from these states, in a model with events."""
+    settings = Settings(
+        system, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, inputs.given, diffrax.NoProgressMeter()
+    )
+    end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
+    given = Given(inputs, Numbers(params, None, inputs.starts, t0, end, None, None, one, None, [], [], []))
+    y, events, memory = begin(settings, given, states)
+    assert events is not None
+    assert memory is not None
+    return Start(events, given, y, memory.holds)
+
+
+def why_ended(system: System, outcome: float, holds: Any) -> str:
+    """What to say of a run that ends at its start."""
+    events = system.events
+    assert events is not None
+    if outcome == REFUSED:
+        return refusal(events, np.asarray(holds)[: events.total] & events.mask("refuse"))
+    return sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)
+
+
+def refusal(events: EventSet, refused: Any) -> str:
+    """What the first component says that cannot do what is asked of it."""
+    label = events.labels[int(np.argmax(refused))]
+    return f"{label}: {events.reasons[label]}"
