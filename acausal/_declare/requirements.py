@@ -66,7 +66,8 @@ def broken(node: Any) -> Iterator[str]:
     for name, declaration in ranged_variables_of(type(node)).items():
         if values[name] is not None and not is_traced(values[name]):
             checks.append(_declared(name, declaration, np.asarray(values[name])))
-    if type(node).states_requirements():
+    # What is differentiated is a trial, of which a run tells the result, although its number is known.
+    if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
         # Also while a function is traced, known numbers can be compared.
         with jax.ensure_compile_time_eval():
             checks += _with_fields(node, known).requirements()

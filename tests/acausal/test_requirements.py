@@ -162,6 +162,21 @@ def test_what_is_wrong_is_told_where_it_is_built() -> None:
     assert jax.jit(lambda low: Band(low=low, high=1.0).low)(2.0) == 2.0
 
 
+def test_a_trial_that_is_differentiated_is_a_result() -> None:
+    """As for an optimiser, which steps back from it."""
+
+    def time(low: Any) -> Any:
+        model = Decay(T=1.0, band=Band(low=low, high=1.0))
+        sol = simulate(model, 1.0, until=lambda s: s.x - 0.5, save="end", throw=False)
+        return sol.t1, sol.result == Result.bad_parameter
+
+    for low, expected in ((0.0, np.log(2.0)), (2.0, np.inf)):
+        t1, slope, is_bad = jax.jvp(time, (low,), (1.0,), has_aux=True)
+        np.testing.assert_allclose((t1, slope), (expected, 0.0), rtol=1e-6, atol=1e-9)
+        assert is_bad == (low > 1.0)
+        assert jax.grad(time, has_aux=True)(low)[0] == pytest.approx(0.0, abs=1e-9)
+
+
 class OfVariables(Component):
     x: Var[Scalar, "m"] = 1.0
     T: Param[Scalar, "s"] = 1.0
