@@ -10,7 +10,7 @@ import numpy as np
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from .moment import carried_to_moment
 from .record import Record
-from .run_events import Given, RunEvents
+from .run_events import Given, RunEvents, tick
 
 TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
 # Why a run ends at an instant
@@ -95,11 +95,16 @@ def settle(
         y = jnp.where(jnp.any(fired & events.acts), changed, ys[1])
         holds = jnp.where(is_own, held | own, here.truths & (held | fired))
         holds = jnp.where(events.either, jnp.where(is_own, held ^ own, here.truths), holds)
+        base = ys[0]
+        if is_start:
+            # What was due at one instant starts from the values before it; at the next one, from those after it.
+            coming = jnp.min(jnp.where(r.due & ~own, order, jnp.inf))
+            base = jnp.where(is_own & (coming > order[which] + tick(order[which], t)), y, base)
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         any_fired = jnp.any(fired & events.acts)
         return _Round(
             t,
-            jnp.stack([ys[0], y]),
+            jnp.stack([base, y]),
             r.due & ~own,
             holds,
             r.happened | fired,

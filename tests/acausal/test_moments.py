@@ -155,3 +155,41 @@ def test_the_time_of_a_stop_condition_that_leaps() -> None:
 
     slopes = jax.jit(jax.jacfwd(stopped, argnums=(0, 1)))(0.3, 0.9)
     np.testing.assert_allclose(jnp.stack(slopes), [1.0, 0.0], atol=1e-9)
+
+
+class Past(Component):
+    """Changes of x that do not commute, at times before the start, one of them again and again."""
+
+    times: Param[Four, "s"]
+    x: Discrete[Scalar, "1"] = 1.0
+    y: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(y=eq(d.y, self.x, check_units=False))
+
+    def events(self) -> Events:
+        return dict(
+            double=at(self.times[0], x=2.0 * self.x),
+            add=at(self.times[1], x=self.x + 1.0),
+            square=at(self.times[2], x=self.x**2),
+            clock=at(self.times[3], every=0.7, x=self.x - 3.0),
+        )
+
+
+def test_events_in_the_past_happen_once_in_their_order() -> None:
+    """From the last time of each; at one instant, with values from before, and the last in the list counts."""
+    rng = np.random.default_rng(6)
+    times = rng.uniform(-4.0, 0.0, (40, 4))
+    times[::4, 1], times[::5, 2] = times[::4, 0], 0.0
+    changes = (lambda x: 2.0 * x, lambda x: x + 1.0, lambda x: x**2, lambda x: x - 3.0)
+
+    def exactly(row: np.ndarray) -> float:
+        last = [*row[:3], row[3] + 0.7 * np.floor(-row[3] / 0.7)]
+        x = 1.0
+        for instant in sorted(set(last)):
+            x = [change(x) for change, time in zip(changes, last, strict=True) if time == instant][-1]
+        return x
+
+    found = jax.jit(jax.vmap(lambda times: simulate(Past(times=times), 0.0001, save="end", throw=False).final.x))(times)
+    is_clear = np.abs((times[:, 3] + 4.2) % 0.7) > 1e-3  # the clock does not tick again in the run
+    np.testing.assert_allclose(found[is_clear], [exactly(row) for row in times[is_clear]], rtol=1e-12)
