@@ -54,7 +54,7 @@ def keep_compiled_programs() -> None:
     The environment variable `ACAUSAL_CACHE` names another folder, or none by "off".
     """
     chosen = os.environ.get("ACAUSAL_CACHE", "")
-    if chosen.lower() in OFF or jax.config.jax_compilation_cache_dir is not None:  # pyright: ignore
+    if chosen.lower() in OFF or jax.config.jax_compilation_cache_dir is not None:  # pyright: ignore[reportAttributeAccessIssue]
         return
     folder = Path(chosen).expanduser() if chosen else _user_cache() / "acausal"
     try:

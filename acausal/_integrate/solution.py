@@ -276,6 +276,3 @@ def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) 
         return values | system.discrete_values(y, inputs)
 
     return _over_batch(at, batch)(ts, ys, inputs)
-
-
-START_REMEDY = "leave out the start value (zero) of this variable or of those that it is connected to rigidly."

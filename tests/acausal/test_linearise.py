@@ -36,8 +36,6 @@ from acausal import (
 )
 from components.electrical import ConstantVoltage, Resistor
 
-ALL = np.array([R, L, K, J, C])
-
 
 @pytest.fixture(scope="module")
 def motor() -> LinearSystem:
