@@ -9,8 +9,9 @@ A stuck pair gives way a little, so that the efforts are determined also where s
 motion: they share it. With the speed v it obeys a = creep s - v / LAG, and so creeps with creep LAG s, too slow to
 matter. All decisions are made by speeds well above that one, `slow`, and none by a number that is zero but for
 rounding: a pair sticks below `slow`, breaks away with no more than a few times that speed, and counts as `moving`, so
-that it can stick again, only above twice the speed at which it sticks. What an event does to the speed of a stuck or a
-sliding pair is seen by the same rules.
+that it can stick again, only above twice the speed at which it sticks. Until then a step may err by more than those
+speeds, so that the direction in which the pair is accelerated decides, and not the sign of its speed. What an event
+does to the speed of a stuck or a sliding pair is seen by the same rules.
 """
 
 from typing import Any
@@ -24,6 +25,7 @@ FREE = 2.0
 CREEP = 1e-10  # in SI units
 LAG = 1e-3  # s
 REST = 1e-10  # relative speed that counts as rest, in SI units
+NOISE = 1e4  # errors of a run in the speed, over that at which a pair sticks
 
 
 def stuck(mode: Scalar) -> Any:
@@ -64,11 +66,14 @@ def changes(
     is_slow = jnp.abs(speed) <= 2.0 * slow
     onward = dict(mode=jnp.sign(speed), moving=1.0)
     slows = rubs(mode) & (mode * speed < jnp.where(is_moving, slow, -slow))
+    # What has just broken away and is accelerated onward goes backward by errors of the run, unless it is thrown back.
+    turns = is_moving | (mode * s < 0.0)
+    is_thrown = turns | (jnp.abs(speed) > NOISE * slow)
     return dict(
         engage=when((mode == FREE) & pressed & ~is_slow, **onward),
         hold=when((mode == FREE) & pressed & is_slow, mode=STUCK, moving=0.0),
-        stick=when(slows & is_slow, mode=STUCK, moving=0.0),
-        reverse=when(slows & ~is_slow, **onward),
+        stick=when(slows & turns & is_slow, mode=STUCK, moving=0.0),
+        reverse=when(slows & is_thrown & ~is_slow, **onward),
         _moves=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
         forward=when(is_held & (s > high), mode=1.0, moving=0.0),
         backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
