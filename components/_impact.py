@@ -4,6 +4,10 @@ The modes are -1 (resting at the lower stop), 0 (free) and 1 (at the upper one).
 path parameter s: while resting it is the contact effort into the component, else the acceleration. What rests is drawn
 to the stop itself within a few LAG, so that its place is determined (Baumgarte 1972); what is left to draw it by is an
 error of rounding, or what a search for a state of rest has still to find.
+
+What lies at a stop unloaded has a speed, an acceleration and a contact effort that are zero but for rounding, and no
+event follows from their signs: an impact needs a speed above 1e-6 of the largest one that comes to rest, and to be
+pressed on needs an acceleration above `PRESS`. What is pressed less gathers that speed before it gets anywhere.
 """
 
 from typing import Any
@@ -13,6 +17,7 @@ import jax.numpy as jnp
 from acausal import Events, Scalar, when
 
 LAG = 1e-3  # s
+PRESS = 1e-6  # in SI units
 
 
 def acceleration(
@@ -37,6 +42,7 @@ def stops(
     e: Scalar,
     slow: Scalar,
     name: str,
+    mode_name: str = "mode",
 ) -> Events:
     """Impacts at both ends, which change the speed `name`, rest there, and lift-off from them."""
     rebound = -e * speed
@@ -44,19 +50,19 @@ def stops(
     free = mode == 0.0
 
     def impact(beyond: Any, side: float) -> Any:
-        changes = {"mode": jnp.where(stays, side, 0.0), name: jnp.where(stays, 0.0, rebound)}
-        return when(free & beyond, **changes)
+        changes = {mode_name: jnp.where(stays, side, 0.0), name: jnp.where(stays, 0.0, rebound)}
+        return when(free & beyond & (side * speed > 1e-6 * slow), **changes)
 
     def rests(beyond: Scalar, side: float) -> Any:
         """A body that is pressed against a stop without a speed rests there, and one that is within the stop."""
-        presses = (beyond >= 0.0) & (side * s > 0.0) | (beyond > slow * LAG)
-        return when(free & (jnp.abs(speed) <= slow) & presses, **{"mode": side, name: 0.0})
+        presses = (beyond >= 0.0) & (side * s > PRESS) | (beyond > slow * LAG)
+        return when(free & (jnp.abs(speed) <= slow) & presses, **{mode_name: side, name: 0.0})
 
     return dict(
-        impact_low=impact((place < low) & (speed < 0.0), -1.0),
-        impact_high=impact((place > high) & (speed > 0.0), 1.0),
+        impact_low=impact(place < low, -1.0),
+        impact_high=impact(place > high, 1.0),
         rest_low=rests(low - place, -1.0),
         rest_high=rests(place - high, 1.0),
-        lift_low=when((mode == -1.0) & (s > 0.0), mode=0.0),
-        lift_high=when((mode == 1.0) & (s < 0.0), mode=0.0),
+        lift_low=when((mode == -1.0) & (s > 0.0), **{mode_name: 0.0}),
+        lift_high=when((mode == 1.0) & (s < 0.0), **{mode_name: 0.0}),
     )

@@ -37,6 +37,11 @@ def acceleration(mode: Scalar, s: Scalar, speed: Scalar, creep: Scalar) -> Scala
     return jnp.where(stuck(mode), creep * s - speed / LAG, s)
 
 
+def along(mode: Scalar, speed: Scalar) -> Scalar:
+    """The speed in the direction of sliding; it goes on smoothly through zero, unlike its size."""
+    return jnp.where(mode == FREE, 0.0, mode * speed)
+
+
 def effort(mode: Scalar, s: Scalar, level: Scalar) -> Scalar:
     """The friction, where `level` is its size while sliding."""
     return jnp.where(stuck(mode), s, jnp.where(mode == FREE, 0.0, mode * level))

@@ -15,7 +15,10 @@ from ._cam_profiles import TabulatedLift as TabulatedLift
 from ._dry_friction import BearingFriction as BearingFriction
 from ._dry_friction import Brake as Brake
 from ._dry_friction import Clutch as Clutch
+from ._dry_friction import CouplingFriction as CouplingFriction
+from ._dry_friction import DryFriction as DryFriction
 from ._dry_friction import OneWayClutch as OneWayClutch
+from ._dry_friction import ShaftFriction as ShaftFriction
 from ._dry_friction import StribeckBearing as StribeckBearing
 from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._friction import Bearing as Bearing

@@ -23,6 +23,7 @@ from acausal import (
     require,
 )
 
+from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
 from .._tables import linear
@@ -33,9 +34,11 @@ from ._interfaces import Flange
 class DryFriction(Component, partial=True):
     """Friction between two parts that slide on each other with the relative speed w, or stick.
 
-    Sliding: tau = level sign(w). Stuck: w stays, and |tau| <= peak is what holds it; beyond that it breaks away. Both
-    changes are events, so a run has no kink within a step, and sticking is not creep. The modes are -1 (sliding
-    backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a model starts there).
+    A base for laws of your own, `ShaftFriction` and `CouplingFriction` still more so: state `sliding`, and `breakaway`
+    where it is not `sliding(0)`. Sliding: tau = sliding(|w|) sign(w). Stuck: w stays, and |tau| <= breakaway is what
+    holds it; beyond that it breaks away. Both changes are events, so a run has no kink within a step, and sticking is
+    not creep. The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a
+    model starts there).
 
     Stuck pairs that are rigidly joined share their load, which no law of friction determines, by their `creep`. It has
     to be well above 1e-16 / J, with the moment of inertia J that they hold, and well below 1 / J.
@@ -50,13 +53,13 @@ class DryFriction(Component, partial=True):
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
 
-    def level(self) -> Scalar:
-        """Size of the torque while sliding."""
+    def sliding(self, speed: Scalar) -> Scalar:
+        """Size of the torque while sliding at a speed above zero; it has to go on smoothly a little below."""
         raise NotImplementedError
 
-    def peak_level(self) -> Scalar:
-        """Largest torque while stuck."""
-        raise NotImplementedError
+    def breakaway(self) -> Scalar:
+        """Largest torque while stuck, no less than the sliding one at rest."""
+        return self.sliding(0.0)
 
     def pressed(self) -> Any:
         """Whether there is friction at all."""
@@ -70,10 +73,13 @@ class DryFriction(Component, partial=True):
         )
 
     def _effort(self) -> Scalar:
-        return stick_slip.effort(self.mode, self.s, self.level())
+        return stick_slip.effort(self.mode, self.s, self.sliding(self._along()))
+
+    def _along(self) -> Scalar:
+        return stick_slip.along(self.mode, self.w)
 
     def events(self) -> Events:
-        peak = self.peak_level()
+        peak = self.breakaway()
         return stick_slip.changes(
             self.mode, self.moving, self.w, self.s,
             low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
@@ -112,6 +118,7 @@ class BearingFriction(ShaftFriction):
     speeds: Param[Vector, "rad/s"]  # increasing, from 0
     torques: Param[Vector, "N.m"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
+    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the speed
 
     def requirements(self) -> Requirements:
         return (
@@ -121,11 +128,14 @@ class BearingFriction(ShaftFriction):
             require(self.peak >= 1.0, "peak must be at least 1"),
         )
 
-    def level(self) -> Scalar:
-        return linear(jnp.abs(self.w), self.speeds, self.torques)
+    def sliding(self, speed: Scalar) -> Scalar:
+        return linear(speed, self.speeds, self.torques, self.piece)
 
-    def peak_level(self) -> Scalar:
+    def breakaway(self) -> Scalar:
         return self.peak * self.torques[0]
+
+    def events(self) -> Events:
+        return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d)
@@ -145,10 +155,10 @@ class StribeckBearing(ShaftFriction):
     def requirements(self) -> Requirements:
         return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
-    def level(self) -> Scalar:
-        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2)) + self.C * jnp.abs(self.w)
+    def sliding(self, speed: Scalar) -> Scalar:
+        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((speed / self.ws) ** 2)) + self.C * speed
 
-    def peak_level(self) -> Scalar:
+    def breakaway(self) -> Scalar:
         return self.Ts
 
     def equations(self, d: Self) -> Equations:
@@ -186,11 +196,16 @@ class Pressed(DryFriction, partial=True):
     def pressed(self) -> Any:
         return self.u.value > 0.0
 
-    def level(self) -> Scalar:
-        return self.mu * self.cgeo * self.fn_max * jnp.maximum(self.u.value, 0.0)
+    def normal(self) -> Scalar:
+        """Normal force as a share of fn_max."""
+        return self.u.value
 
-    def peak_level(self) -> Scalar:
-        return self.peak * self.level()
+    def sliding(self, speed: Scalar) -> Scalar:
+        del speed
+        return self.mu * self.cgeo * self.fn_max * self.normal()
+
+    def breakaway(self) -> Scalar:
+        return self.peak * self.sliding(0.0)
 
     def events(self) -> Events:
         return super().events() | stick_slip.lets_go(self.mode, self.u.value <= 0.0)
@@ -218,18 +233,26 @@ class OneWayClutch(Pressed, CouplingFriction):
     after an impact, the run ends with an error: it cannot share an impulse.
     """
 
+    pressing: Discrete[Scalar, "1"] = 0.0  # 1 while u > 0
+
     def equations(self, d: Self) -> Equations:
         return super().equations(d)
 
     def pressed(self) -> Any:
         return True
 
+    def normal(self) -> Scalar:
+        return jnp.where(self.pressing < 0.5, 0.0, self.u.value)
+
     def events(self) -> Events:
+        pressing = pieces.passes(self.u.value, self.pressing, 0.0, name="pressing")
         locked = ("backward", "reverse", "tear", "release")
         events = {name: event for name, event in super().events().items() if name not in locked}
         against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
-        return {name: _never_backward(event) for name, event in events.items()} | dict(
-            against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a.")
+        return (
+            {name: _never_backward(event) for name, event in events.items()}
+            | pressing
+            | dict(against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a."))
         )
 
 

@@ -23,6 +23,7 @@ from acausal import (
     when,
 )
 
+from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import increasing
 from .._tables import linear
@@ -60,6 +61,7 @@ class LossyGear(Component):
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
     side: Discrete[Scalar, "1"] = 1.0  # sign of x
+    piece: Discrete[Scalar, "1"] = 0.0  # number of rows below the speed
     a: Flange = Flange()
     b: Flange = Flange()
 
@@ -85,7 +87,7 @@ class LossyGear(Component):
         """The torques at a that turn the gear forward and backward, with x on the given side (its sign)."""
         row = self.losses[0, 1:]
         if len(self.losses) > 1:
-            row = linear(jnp.abs(self.w), self.losses[:, 0], self.losses[:, 1:])
+            row = linear(stick_slip.along(self.mode, self.w), self.losses[:, 0], self.losses[:, 1:], self.piece)
         eta1, eta2, bearing1, bearing2 = row
         forward = jnp.where(side > 0.0, (self.x + bearing1) / eta1, eta2 * (self.x + bearing2))
         backward = jnp.where(side > 0.0, eta2 * (self.x - bearing2), (self.x - bearing1) / eta1)
@@ -105,13 +107,16 @@ class LossyGear(Component):
 
     def events(self) -> Events:
         forward, backward = self._limits(jnp.where(self.x >= 0.0, 1.0, -1.0))
-        return stick_slip.changes(
+        known = stick_slip.changes(
             self.mode, self.moving, self.w, self.s,
             low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
-        ) | dict(
+        )  # fmt: skip
+        if len(self.losses) > 1:
+            known |= pieces.passes_through(stick_slip.along(self.mode, self.w), self.piece, self.losses[:, 0])
+        return known | dict(
             drives=when((self.side < 0.0) & (self.x > NO_LOAD), side=1.0),
             is_driven=when((self.side > 0.0) & (self.x < -NO_LOAD), side=-1.0),
-        )  # fmt: skip
+        )
 
     def energy(self) -> Energy:
         return Energy(dissipated=(self.a.tau - self.x) * self.w)

@@ -8,8 +8,10 @@ from ._basic import SlidingMass as SlidingMass
 from ._basic import Spring as Spring
 from ._basic import SpringDamper as SpringDamper
 from ._dry_friction import Brake as Brake
+from ._dry_friction import DryFriction as DryFriction
 from ._dry_friction import StribeckFriction as StribeckFriction
 from ._dry_friction import SupportFriction as SupportFriction
+from ._dry_friction import TustinFriction as TustinFriction
 from ._gap import ElastoGap as ElastoGap
 from ._housing import ClutchSpring as ClutchSpring
 from ._housing import TabulatedSpring as TabulatedSpring

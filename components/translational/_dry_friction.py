@@ -22,6 +22,7 @@ from acausal import (
     require,
 )
 
+from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
 from .._tables import linear
@@ -32,7 +33,8 @@ from ._interfaces import Flange
 class DryFriction(Component, partial=True):
     """Friction of a rod that slides with the speed v, or sticks, on the ground or a `support=Flange()` of its own.
 
-    Sliding: f = level sign(v). Stuck: v stays, and |f| <= peak is what holds it; beyond that it breaks away. Both
+    A base for laws of your own: state `sliding`, and `breakaway` where it is not `sliding(0)`. Sliding:
+    f = sliding(|v|) sign(v). Stuck: v stays, and |f| <= breakaway is what holds it; beyond that it breaks away. Both
     changes are events, so a run has no kink within a step, and sticking is not creep. The modes are -1 (sliding
     backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a model starts there).
 
@@ -51,13 +53,13 @@ class DryFriction(Component, partial=True):
     flange: Flange = Flange()
     support: Flange | None = None
 
-    def level(self) -> Scalar:
-        """Size of the force while sliding."""
+    def sliding(self, speed: Scalar) -> Scalar:
+        """Size of the force while sliding at a speed above zero; it has to go on smoothly a little below."""
         raise NotImplementedError
 
-    def peak_level(self) -> Scalar:
-        """Largest force while stuck."""
-        raise NotImplementedError
+    def breakaway(self) -> Scalar:
+        """Largest force while stuck, no less than the sliding one at rest."""
+        return self.sliding(0.0)
 
     def pressed(self) -> Any:
         """Whether there is friction at all."""
@@ -78,10 +80,13 @@ class DryFriction(Component, partial=True):
         )
 
     def _effort(self) -> Scalar:
-        return stick_slip.effort(self.mode, self.s, self.level())
+        return stick_slip.effort(self.mode, self.s, self.sliding(self._along()))
+
+    def _along(self) -> Scalar:
+        return stick_slip.along(self.mode, self.v)
 
     def events(self) -> Events:
-        peak = self.peak_level()
+        peak = self.breakaway()
         return stick_slip.changes(
             self.mode, self.moving, self.v, self.s,
             low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
@@ -100,6 +105,7 @@ class SupportFriction(DryFriction):
     speeds: Param[Vector, "m/s"]  # increasing, from 0
     forces: Param[Vector, "N"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
+    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the speed
 
     def requirements(self) -> Requirements:
         return (
@@ -109,11 +115,14 @@ class SupportFriction(DryFriction):
             require(self.peak >= 1.0, "peak must be at least 1"),
         )
 
-    def level(self) -> Scalar:
-        return linear(jnp.abs(self.v), self.speeds, self.forces)
+    def sliding(self, speed: Scalar) -> Scalar:
+        return linear(speed, self.speeds, self.forces, self.piece)
 
-    def peak_level(self) -> Scalar:
+    def breakaway(self) -> Scalar:
         return self.peak * self.forces[0]
+
+    def events(self) -> Events:
+        return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d)
@@ -133,11 +142,34 @@ class StribeckFriction(DryFriction):
     def requirements(self) -> Requirements:
         return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)
 
-    def level(self) -> Scalar:
-        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((self.v / self.vs) ** 2)) + self.C * jnp.abs(self.v)
+    def sliding(self, speed: Scalar) -> Scalar:
+        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((speed / self.vs) ** 2)) + self.C * speed
 
-    def peak_level(self) -> Scalar:
+    def breakaway(self) -> Scalar:
         return self.Fs
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+def tustin(speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar, fexp: Scalar) -> Scalar:
+    """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v)."""
+    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(-fexp * speed)
+
+
+class TustinFriction(DryFriction):
+    """Sliding force F_prop |v| + F_Coulomb + F_Stribeck exp(-fexp |v|), break-away at F_Coulomb + F_Stribeck.
+
+    The law of Tustin (1947) and of MSL `MassWithStopAndFriction`.
+    """
+
+    F_prop: Param[Scalar, "N.s/m", nonnegative]  # viscous friction coefficient
+    F_Coulomb: Param[Scalar, "N", nonnegative]  # constant part
+    F_Stribeck: Param[Scalar, "N", nonnegative]  # what is added at rest
+    fexp: Param[Scalar, "s/m", nonnegative]  # decay of that with the speed
+
+    def sliding(self, speed: Scalar) -> Scalar:
+        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d)
@@ -161,11 +193,12 @@ class Brake(DryFriction):
     def pressed(self) -> Any:
         return self.u.value > 0.0
 
-    def level(self) -> Scalar:
-        return self.mu * self.cgeo * self.fn_max * jnp.maximum(self.u.value, 0.0)
+    def sliding(self, speed: Scalar) -> Scalar:
+        del speed
+        return self.mu * self.cgeo * self.fn_max * self.u.value
 
-    def peak_level(self) -> Scalar:
-        return self.peak * self.level()
+    def breakaway(self) -> Scalar:
+        return self.peak * self.sliding(0.0)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d)

@@ -6,24 +6,24 @@ import jax.numpy as jnp
 
 from acausal import (
     Component,
-    Connections,
     Discrete,
+    Energy,
     Equations,
     Events,
     Param,
     Requirements,
     Scalar,
     Var,
-    connect,
     eq,
     nonnegative,
+    positive,
     prefer,
     require,
 )
 
 from .. import _impact
-from ._basic import Mass
-from ._dry_friction import StribeckFriction
+from .. import _stick_slip as stick_slip
+from ._dry_friction import tustin
 from ._interfaces import Flange
 
 
@@ -78,39 +78,79 @@ class HardStop(Component):
 
 
 class MassWithStopAndFriction(Component):
-    """A mass with Stribeck friction between rigid stops without rebound (MSL `MassWithStopAndFriction`).
+    """A sliding mass of length L with friction, between rigid stops (MSL `MassWithStopAndFriction`).
 
-    `MassWithStopAndFriction(m=..., s_min=..., s_max=..., Fc=..., Fs=..., vs=..., C=...)`: see `StribeckFriction` and
-    `HardStop`; v and s are the start values of speed and position.
+    m dv/dt = f_a + f_b - f - contact, with s_a = s - L/2 >= s_min and s_b = s + L/2 <= s_max. The friction f is
+    F_prop v + sign(v) [F_Coulomb + F_Stribeck exp(-fexp |v|)] while it slides, and up to F_Coulomb + F_Stribeck holds
+    it at rest. At the stops see `HardStop`; as there, the restitution of MSL is 0.
     """
 
-    mass: Mass
-    friction: StribeckFriction
-    stop: HardStop
+    m: Param[Scalar, "kg", positive]  # mass
+    s_min: Param[Scalar, "m"]  # position of the lower stop
+    s_max: Param[Scalar, "m"]  # position of the upper stop, beyond s_min + L
+    L: Param[Scalar, "m", nonnegative] = 0.0  # length from a to b
+    F_prop: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
+    F_Coulomb: Param[Scalar, "N", nonnegative] = 0.0  # constant part of the friction
+    F_Stribeck: Param[Scalar, "N", nonnegative] = 0.0  # what is added to it at rest
+    fexp: Param[Scalar, "s/m", nonnegative] = 0.0  # decay of that with the speed
+    restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
+    v_rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests at a stop
+    creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # acceleration per force while it sticks
+    rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # speed that counts as rest
+    s: Var[Scalar, "m", prefer] = 0.0  # position of the centre
+    v: Var[Scalar, "m/s", prefer] = 0.0  # speed
+    acceleration: Var[Scalar, "m/s2"] = 0.0
+    f: Var[Scalar, "N"] = 0.0  # friction force
+    contact: Var[Scalar, "N"] = 0.0  # contact force into the stops; negative at the lower one
+    slip: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
+    lift: Var[Scalar, "N"] = 0.0  # path parameter: the contact force while at a stop, else the acceleration
+    mode: Discrete[Scalar, "1"] = stick_slip.FREE  # of the friction, see `DryFriction`
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
+    stopped: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
     a: Flange = Flange()
     b: Flange = Flange()
 
-    def __init__(
-        self,
-        *,
-        m: Scalar,
-        s_min: Scalar,
-        s_max: Scalar,
-        Fc: Scalar,
-        Fs: Scalar,
-        vs: Scalar,
-        C: Scalar = 0.0,
-        restitution: Scalar = 0.0,
-        s: Scalar = 0.0,
-        v: Scalar = 0.0,
-    ) -> None:
-        self.mass = Mass(m=m, v=v, a=Flange(s=s))
-        self.friction = StribeckFriction(Fc=Fc, Fs=Fs, vs=vs, C=C)
-        self.stop = HardStop(s_min=s_min, s_max=s_max, restitution=restitution)
-        self.a, self.b = Flange(), Flange()
-
-    def connections(self) -> Connections:
+    def requirements(self) -> Requirements:
         return (
-            connect(self.a, self.mass.a),
-            connect(self.mass.b, self.friction.flange, self.stop.flange, self.b),
+            require(self.s_min + self.L < self.s_max, "s_max must be above s_min + L"),
+            require(self.restitution <= 1.0, "restitution must be at most 1"),
         )
+
+    def equations(self, d: Self) -> Equations:
+        stuck = stick_slip.acceleration(self.mode, self.slip, self.v, self.creep)
+        return dict(
+            back=eq(self.a.s, self.s - 0.5 * self.L),
+            front=eq(self.b.s, self.s + 0.5 * self.L),
+            speed=eq(self.v, d.s),
+            acceleration=eq(self.acceleration, d.v),
+            newton=eq(self.m * self.acceleration, self.a.f + self.b.f - self.f - self.contact),
+            stuck=eq(self.acceleration, stuck, check_units=False),
+            friction=eq(self.f, self._friction()),
+            stopped=eq(self.acceleration, self._stopped(), check_units=False),
+            contact=eq(self.contact, _impact.effort(self.stopped, self.lift)),
+        )
+
+    def _stopped(self) -> Scalar:
+        half = 0.5 * self.L
+        return _impact.acceleration(
+            self.stopped, self.lift, 0.0, place=self.s, speed=self.v, low=self.s_min + half, high=self.s_max - half
+        )
+
+    def _sliding(self, speed: Scalar) -> Scalar:
+        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
+
+    def _friction(self) -> Scalar:
+        return stick_slip.effort(self.mode, self.slip, self._sliding(stick_slip.along(self.mode, self.v)))
+
+    def events(self) -> Events:
+        peak, half = self.F_Coulomb + self.F_Stribeck, 0.5 * self.L
+        return stick_slip.changes(
+            self.mode, self.moving, self.v, self.slip, low=-peak, high=peak, rest=self.rest, creep=self.creep
+        ) | _impact.stops(
+            self.stopped, self.s, self.v, self.lift, self.s_min + half, self.s_max - half,
+            e=self.restitution, slow=self.v_rest, name="v", mode_name="stopped",
+        )  # fmt: skip
+
+    def energy(self) -> Energy:
+        """Dissipated is what friction takes; what impacts take is listed with the events."""
+        return Energy(stored=0.5 * self.m * self.v**2, dissipated=self._friction() * self.v)

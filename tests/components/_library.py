@@ -28,7 +28,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "LimPID": dict(**CONTROL, Td=0.1),
     "Limiter": LIMITS,
     "LossyGear": dict(ratio=2.0, losses=np.array([[0.0, 0.9, 0.8, 0.1, 0.1]])),
-    "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0, Fc=1.0, Fs=1.0, vs=1.0),
+    "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
     "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
     "SaturatingInductor": dict(Lnom=0.5, Inom=1.0, Lzer=1.0, Linf=0.1),
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),

@@ -226,7 +226,10 @@ EXAMPLES: tuple[Component, ...] = (
     translational.Brake(mu=0.4, fn_max=1.3, support=translational.Flange()),
     translational.HardStop(s_min=-0.4, s_max=0.4),
     translational.LuGreFriction(Fc=0.4, Fs=0.6, vs=0.5, stiffness=1.3, C=0.7),
-    translational.MassWithStopAndFriction(m=1.3, s_min=-0.4, s_max=0.4, Fc=0.4, Fs=0.6, vs=0.5),
+    translational.MassWithStopAndFriction(
+        m=1.3, L=0.1, s_min=-0.4, s_max=0.4, F_prop=0.3, F_Coulomb=0.4, F_Stribeck=0.2
+    ),
+    translational.TustinFriction(F_prop=0.3, F_Coulomb=0.4, F_Stribeck=0.2, fexp=0.7),
     translational.StribeckFriction(Fc=0.4, Fs=0.6, vs=0.5, C=0.7),
     translational.SupportFriction(speeds=jnp.array([0.0, 1.0]), forces=jnp.array([0.4, 0.7])),
 )
