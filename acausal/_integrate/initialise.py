@@ -16,6 +16,7 @@ from .._evaluate.initial import constrained_names, given_pairs, start_point
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._tracing import is_traced
+from .field import Given
 from .modes import modes_at
 from .problem import Conditions, Problem, Values, problem_of
 from .search import RANK, Found, Search
@@ -27,12 +28,16 @@ M = TypeVar("M", bound=Component)
 
 
 class _Outcome(NamedTuple):
-    """What was found; the events that go on to happen there and those that are refused; and what is undetermined."""
+    """What was found; the events that go on to happen there and those that are refused; what is undetermined; and the
+    requirements that parameters found do not meet.
+    """
 
     found: Found
     happen: Any
     refused: Any
     is_open: Any
+    unmet: Any
+    params: dict[int, Any]  # those found, by number
 
 
 def initialise(
@@ -44,6 +49,7 @@ def initialise(
     moving: Sequence[str] = (),
     easier: M | None = None,
     t0: Any = 0.0,
+    solve_for: Sequence[str] = (),
     strict: bool = False,
     throw: bool = True,
 ) -> M:
@@ -58,8 +64,11 @@ def initialise(
     - `easier`: the same model with other parameters, for which the search is easier: its solution is followed while the
       parameters change to those of `model` (a homotopy), should the direct search fail. Without it, what the conditions
       lack at the first guess is taken away bit by bit.
-    - `strict`: raise where the conditions leave a state undetermined. Otherwise what they leave open stays near its
-      start value.
+    - `solve_for`: names of parameters that are searched for, too, as in `solve_for=["supply.V"]` with a condition on a
+      speed. They start from the values in the model and move before states do, and the model returned has the values
+      found. Past events happen with the values in the model.
+    - `strict`: raise where the conditions leave a state or such a parameter undetermined. Otherwise what they leave
+      open stays near its start value.
 
     Switches, diodes, friction and whatever else changes by events is in the mode that the start values imply, past
     events have happened, and the model returned holds the discrete variables that were found.
@@ -68,17 +77,20 @@ def initialise(
     differentiable to any order in both modes, as an implicit function, and works under `jit` and `vmap`.
 
     Raises `ModelError` for names that do not exist and `SimulationError` where no start is found, naming the conditions
-    that contradict each other, or the events that come to no end; with `throw=False` the start values are then NaN.
+    that contradict each other, the events that come to no end, or a parameter found that is outside its range; with
+    `throw=False` the start values and these parameters are then NaN.
     """
     system = system_of(model)
     leaves, _ = complete_leaves(model)
-    problem, constants = problem_of(system, leaves, conditions, steady=steady, moving=moving, free=free, strict=strict)
+    problem, constants = problem_of(
+        system, model, leaves, conditions, steady=steady, moving=moving, free=free, strict=strict, solve_for=solve_for
+    )
     params = system.enforced(system.parameters(leaves))
     easy = params if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
     starts = system.starts.pack(leaves)
     outcome, new = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
     if throw and not is_traced(outcome.found.violation) and not np.ndim(outcome.found.violation):
-        _report(problem, outcome)
+        _report(problem, outcome, leaves)
     return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
 
 
@@ -90,33 +102,48 @@ def _solve(
     system, constraints = problem.system, problem.system.constraints
     inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
     easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
-    values, easier = Values(inputs, params, t0, constants), Values(easy_inputs, easy, t0, constants)
-    fixed = _fixed(problem)
-    search = Search(problem.residual, constraints.sizes, constraints.weights(fixed, 0.0))
-    x0, discrete, happen, refused = start_point(system, inputs), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
+    trim, sizes = problem.trim, problem.trim.sizes(params)
+    values, easier = Values(inputs, params, t0, constants, sizes), Values(easy_inputs, easy, t0, constants, sizes)
+    ones = np.ones(trim.count)
+    weights = constraints.weights(_fixed(problem), 0.0)
+    search = Search(problem.residual, np.append(constraints.sizes, ones), np.append(weights, ones))
+    x0, discrete, happen, refused = (
+        jnp.append(start_point(system, inputs), trim.unknowns(params, sizes)),
+        None,
+        jnp.zeros(0, bool),
+        jnp.zeros(0, bool),
+    )
 
     def root(discrete: Any) -> Any:
         return search.best(x0, values.in_modes(system, discrete), easier.in_modes(system, discrete))
+
+    def at(x: Any, given: Given) -> tuple[Any, Given]:
+        return x[constraints.states], trim.given(x, jax.lax.stop_gradient(sizes), given)
 
     if system.events is None:
         best = root(None)
     else:
         start = start_of(system, t0, x0[constraints.states], inputs, params)
-        best, discrete, happen, refused = modes_at(start, t0, x0, root, lambda x: x[constraints.states])
+        best, discrete, happen, refused = modes_at(start, t0, x0, root, at)
     values = values.in_modes(system, discrete)
     found = search.found(best, x0, values)
-    is_open = constraints.is_state & (found.freedom > OPEN)
-    is_bad = jnp.any(happen) | jnp.any(refused) | (problem.strict & jnp.any(is_open))
+    values = values.at(trim, found.x)
+    is_open = np.append(constraints.is_state, ones > 0) & (found.freedom > OPEN)
+    unmet = system.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
+    is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
     y = jnp.where(is_bad, jnp.nan, found.x[constraints.states])
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
-    return _Outcome(found, happen, refused, is_open), new | system.discrete_values(y, values.inputs)
+    trimmed = trim.values(found.x, sizes)
+    new |= {leaf: jnp.where(is_bad, jnp.nan, value) for leaf, value in trimmed.items()}
+    outcome = _Outcome(found, happen, refused, is_open, unmet, trimmed)
+    return outcome, new | system.discrete_values(y, values.inputs)
 
 
 def _fixed(problem: Problem) -> np.ndarray:
     return given_pairs(problem.system, Inputs({}, jnp.zeros(0), problem.fixed))
 
 
-def _report(problem: Problem, outcome: _Outcome) -> None:
+def _report(problem: Problem, outcome: _Outcome, leaves: list[Any]) -> None:
     found, events = outcome.found, problem.system.events
     if np.any(outcome.happen):
         assert events is not None
@@ -131,11 +158,21 @@ def _report(problem: Problem, outcome: _Outcome) -> None:
     if np.any(outcome.refused):
         assert events is not None
         raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
-    if problem.strict and np.any(outcome.is_open):
-        names = sorted({constrained_names(problem.system)[i] for i in np.flatnonzero(outcome.is_open)})
-        count = round(float(np.sum(found.freedom)))
+    if np.any(outcome.unmet):
+        system = problem.system
+        values = system.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
+        told = system.requirements.told(int(np.argmax(outcome.unmet)), system.pack_params(values))
         raise SimulationError(
-            f"The conditions leave {count} of the start values undetermined, among these variables: "
+            f"The conditions lead to a parameter that is not admissible: {told} Remedy: other conditions, a first "
+            "guess nearer to an admissible value, or other parameters in solve_for."
+        )
+    if problem.strict and np.any(outcome.is_open):
+        every = [*constrained_names(problem.system), *problem.trim.names]
+        names = sorted({every[i] for i in np.flatnonzero(outcome.is_open)})
+        count = round(float(np.sum(found.freedom)))
+        what = "the start values and parameters" if problem.trim.leaves else "the start values"
+        raise SimulationError(
+            f"The conditions leave {count} of {what} undetermined, among these variables: "
             f"{listed(names)}. Remedy: give their start values, add conditions, or leave out strict=True "
             "to keep them where they are."
         )

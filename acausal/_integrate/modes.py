@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from .field import Given
 from .settle import TOGETHER, assigned
 from .starting import Start
 
@@ -28,13 +29,16 @@ class _Round(NamedTuple):
     count: Any
 
 
-def modes_at(start: Start, t0: Any, x: Any, root: Callable[[Any], Any], states_of: Callable[[Any], Any]) -> Modes:
+def modes_at(
+    start: Start, t0: Any, x: Any, root: Callable[[Any], Any], at: Callable[[Any, Given], tuple[Any, Given]]
+) -> Modes:
     """The modes in which nothing happens at the point that they lead to, a constant.
 
-    A complementarity problem at one instant: `root(discrete)` is the point that belongs to modes, and its events are
-    those to be changed. First all of them are, later the first one only, which comes to an end as least-index methods
-    for linear complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988,
-    ch. 4). What events set besides discrete variables does not happen here, but at the start of a run.
+    A complementarity problem at one instant: `root(discrete)` is the point that belongs to modes, `at` says which
+    states and numbers of the run that is, and its events are those to be changed. First all of them are, later the
+    first one only, which comes to an end as least-index methods for linear complementarity problems do (Murty, `Linear
+    Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4). What events set besides discrete variables does
+    not happen here, but at the start of a run.
     """
     events, layout = start.events, start.events.layout
     given, t0, y, x = jax.lax.stop_gradient((start.given, t0, start.y, x))
@@ -43,8 +47,9 @@ def modes_at(start: Start, t0: Any, x: Any, root: Callable[[Any], Any], states_o
 
     def next_round(r: _Round) -> _Round:
         x = root(r.y[layout.discrete])
-        y = layout.with_part(r.y, layout.states, states_of(x))
-        here = events.here(t0, y, given)
+        states, found = at(x, given)
+        y = layout.with_part(r.y, layout.states, states)
+        here = events.here(t0, y, found)
         begun = here.truths & ~r.holds & matters
         fired = jnp.where(r.count < TOGETHER, begun, begun & (jnp.cumsum(begun) == 1))
         y, _ = assigned(events, y, here.values, fired)

@@ -9,24 +9,28 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.component import Equation
+from .._declare.component import Component, Equation
 from .._errors import ModelError, suggestion
 from .._evaluate.observe import observe_with_rates
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .quantity import Quantity, trace
+from .trim import Trim, trimmed_leaves
 
 Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
 
 class Values(NamedTuple):
-    """The numbers of a search: packed and by leaf, the time, and the numbers in the conditions."""
+    """The numbers of a search: packed and by leaf, the time, those in the conditions, and the sizes of parameters that
+    are searched for.
+    """
 
     inputs: Inputs
     params: list[Any]
     t0: Any
     constants: list[Any]
+    sizes: Any
 
     def in_modes(self, system: System, discrete: Any) -> "Values":
         """With these values of the discrete variables, one after the other."""
@@ -36,6 +40,11 @@ class Values(NamedTuple):
         held = system.discrete_values(jnp.zeros(0), inputs)
         params = [held.get(i, leaf) for i, leaf in enumerate(self.params)]
         return self._replace(inputs=system.with_discrete(inputs, jnp.zeros(0)), params=params)
+
+    def at(self, trim: Trim, x: Any) -> "Values":
+        """With the parameters that are among the unknowns."""
+        inputs, params = trim.applied(x, self.sizes, self.inputs, self.params)
+        return self._replace(inputs=inputs, params=params)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,14 +59,15 @@ class Problem:
     fixed: frozenset[int]  # those of the given ones that must not move
     wanted: tuple[int, ...]  # the leaves that get start values
     strict: bool
+    trim: Trim  # the parameters that are searched for
 
     def residual(self, x: Any, values: Values) -> Any:
         """What is to vanish at x: the constraints between its elements, and what the conditions are short of."""
-        constraints = self.system.constraints
+        constraints, values, x = self.system.constraints, values.at(self.trim, x), self.trim.own(x)
         return jnp.concatenate([constraints.residuals(x, values.t0, values.inputs.params), self._lack(x, values)])
 
     def _lack(self, x: Any, values: Values) -> Any:
-        system, (inputs, params, t0, constants) = self.system, values
+        system, (inputs, params, t0, constants, _) = self.system, values
         y = x[system.constraints.states]
         parts = [jnp.zeros(0)]
         if self.rests:
@@ -87,6 +97,7 @@ class Problem:
 
 def problem_of(
     system: System,
+    model: Component,
     leaves: list[Any],
     conditions: Conditions | None,
     *,
@@ -94,6 +105,7 @@ def problem_of(
     moving: Sequence[str],
     free: Any,
     strict: bool,
+    solve_for: Sequence[str],
 ) -> tuple[Problem, list[Any]]:
     """The problem that `initialise` is asked to solve, and the numbers in its conditions."""
     quantity, constants, names = None, [], ()
@@ -105,7 +117,8 @@ def problem_of(
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:
         raise ModelError("moving= exempts derivatives from steady=True, which is not asked for.")
-    return Problem(system, quantity, names, rests, given, fixed, _wanted(system, given), strict), constants
+    trim = Trim(system, trimmed_leaves(model, solve_for))
+    return Problem(system, quantity, names, rests, given, fixed, _wanted(system, given), strict, trim), constants
 
 
 def _residuals(conditions: Conditions, s: Any, d: Any) -> dict[str, Any]:
