@@ -41,6 +41,8 @@ class _Round(NamedTuple):
     first: Any  # the first that happened, -1 if none
     stored: Any  # energy before
     lost: Any
+    order: Any  # at the start of a run, the last time of each past event
+    n_own: Any  # rounds of events that were due
     record: Record
     is_bad: Any
     goes_on: Any
@@ -68,28 +70,30 @@ def settle(
     the list first: alternatives such as the conduction of diodes then settle as the pivots of a linear complementarity
     problem do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
-    At the start of a run, `order` says which of the past events comes first; they have no moments of their own there.
+    At the start of a run, `order` has the times of the past events. They have no moments of their own there, and each
+    tells anew what is due between its time and the start, as it would have done then.
     """
-    is_start, n_past = order is not None, jnp.sum(begins)
+    is_start = order is not None
     total = events.total
     most = total + TOGETHER + 4 * total + 16
 
     def next_round(r: _Round) -> _Round:
         is_own = jnp.any(r.due)
-        which = jnp.argmin(jnp.where(r.due, order if is_start else 0.0, jnp.inf))
+        which = jnp.argmin(jnp.where(r.due, r.order if is_start else 0.0, jnp.inf))
         own = (jnp.arange(total) == which) & is_own
         t, ys = r.t, r.ys
         if not is_start:
             moment, moved = carried_to_moment(events, which, t, before, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
-        held = r.holds
+        held, due_later, times = r.holds, r.due & ~own, r.order
+        is_first = ~is_own & (r.count == r.n_own)
         if is_start:
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
-            held = jnp.where((events.stops | events.bends) & (r.count == n_past), here.truths, held)
+            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held)
         fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
         if is_start:
-            is_met = here.is_zero & (events.settings.direction is not False) & (r.count == n_past)
+            is_met = here.is_zero & (events.settings.direction is not False) & is_first
             fired |= events.stops & is_met
         changed, is_bad = _changed(events, t, ys[1], here.values, fired, given)
         y = jnp.where(jnp.any(fired & events.acts), changed, ys[1])
@@ -98,19 +102,26 @@ def settle(
         base = ys[0]
         if is_start:
             # What was due at one instant starts from the values before it; at the next one, from those after it.
-            coming = jnp.min(jnp.where(r.due & ~own, order, jnp.inf))
-            base = jnp.where(is_own & (coming > order[which] + tick(order[which], t)), y, base)
+            now = r.order[which] + tick(r.order[which], t)
+            is_now = due_later & (r.order <= now)
+            # What has been done is due again only if its time has changed, whatever the rounding.
+            was, new = jax.vmap(lambda y: events.past(t, y, given))(jax.lax.stop_gradient(jnp.stack([ys[1], y])))
+            times = jnp.where((new != was) & ~is_now, jax.lax.stop_gradient(new), r.order)
+            due_later = is_own & jnp.isfinite(times) & (is_now | (times > now))
+            base = jnp.where(is_own & (jnp.min(jnp.where(due_later, times, jnp.inf)) > now), y, base)
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         any_fired = jnp.any(fired & events.acts)
         return _Round(
             t,
             jnp.stack([base, y]),
-            r.due & ~own,
+            due_later,
             holds,
             r.happened | fired,
             jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
             stored,
             jnp.where(is_own, r.lost, stored - here.stored),
+            times,
+            r.n_own + is_own,
             r.record.noted(t, ys[0], fired[: events.n_model], events.is_listed[: events.n_model]),
             r.is_bad | (is_bad & any_fired),
             is_own | jnp.any(fired),
@@ -119,7 +130,8 @@ def settle(
 
     start = _Round(
         jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.asarray(-1),
-        jnp.asarray(0.0), jnp.asarray(0.0), record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
+        jnp.asarray(0.0), jnp.asarray(0.0), jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
+        record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
     end = eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)

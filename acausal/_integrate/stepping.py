@@ -75,7 +75,7 @@ def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | N
     due = jnp.zeros(events.total)
     settled = settle(events, t0, t0, y, jnp.isfinite(past), none, due, record, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
-    due = events.due(t0, y, given, past)
+    due = events.due(t0, y, given, events.past(t0, y, given))
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     nothing = jnp.zeros(events.n_margins)

@@ -193,3 +193,41 @@ def test_events_in_the_past_happen_once_in_their_order() -> None:
     found = jax.jit(jax.vmap(lambda times: simulate(Past(times=times), 0.0001, save="end", throw=False).final.x))(times)
     is_clear = np.abs((times[:, 3] + 4.2) % 0.7) > 1e-3  # the clock does not tick again in the run
     np.testing.assert_allclose(found[is_clear], [exactly(row) for row in times[is_clear]], rtol=1e-12)
+
+
+class Timer(Component):
+    """Each turn sets the time of the next one, and of a pause within it."""
+
+    period: Param[Scalar, "s"]
+    share: Param[Scalar, "1"]
+    due: Discrete[Scalar, "s"] = -2.5
+    pause: Discrete[Scalar, "s"] = -jnp.inf
+    turns: Discrete[Scalar, "1"] = 0.0
+    on: Discrete[Scalar, "1"] = 0.0
+    x: Var[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, self.on))
+
+    def events(self) -> Events:
+        later = self.due + self.period
+        return dict(
+            pause=at(self.pause, on=0.0),
+            turn=at(self.due, due=later, pause=self.due + self.share * self.period, on=1.0, turns=self.turns + 1.0),
+        )
+
+
+def test_past_events_schedule_past_events() -> None:
+    """A run that starts late goes on as if it had been started in time."""
+    rng = np.random.default_rng(7)
+    periods, shares = rng.uniform(0.4, 3.0, 32), rng.uniform(0.05, 0.95, 32)
+
+    def ends(period: Any, share: Any) -> Any:
+        final = simulate(Timer(period=period, share=share), 2.0, save="end", throw=False).final
+        return jnp.stack([final.turns, final.x])
+
+    found = jax.jit(jax.vmap(ends))(periods, shares)
+    starts = -2.5 + periods[:, None] * np.arange(20)
+    on = np.clip(starts + (periods * shares)[:, None], 0.0, 2.0) - np.clip(starts, 0.0, 2.0)
+    np.testing.assert_array_equal(found[:, 0], np.sum(starts <= 2.0, axis=1))
+    np.testing.assert_allclose(found[:, 1], np.sum(on, axis=1), atol=1e-9)
