@@ -36,7 +36,7 @@ def sized(model: M, nominal: Mapping[str, Any]) -> M:
     Raises `ModelError` for a name that the model does not have, and for what is not a positive number.
     """
     sizes = Sizes(sizes_of(model))
-    sizes.update(checked_sizes(model, nominal))
+    sizes.update(checked_sizes(model, as_sizes(nominal)))
     copy = object.__new__(type(model))
     for name, value in vars(model).items():
         object.__setattr__(copy, name, sizes if name == "nominal" else value)

@@ -3,7 +3,7 @@
 import dataclasses
 import operator
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ from .._evaluate.system import System
 from .._tracing import known
 from .settings import Numbers
 
+T = TypeVar("T")
 SAVES = ("steps", "end", "dense")
 HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # a run of no length
 
@@ -57,7 +58,16 @@ def times_of(save: Any) -> Any:
     times = as_parameter(save, unit="s", where="save")
     if jnp.ndim(times) != 1:
         raise ModelError(f"save must be an array of times with one axis, got one of shape {jnp.shape(times)}.")
+    if not jnp.size(times):
+        raise ModelError('save must name at least one time: use "end" for the end only.')
     return times
+
+
+def kind_of(value: Any, name: str, kind: type[T], example: str) -> T:
+    """An option that is an object of some class."""
+    if not isinstance(value, kind):
+        raise ModelError(f"{name}={value!r} is not known: give {example}.")
+    return value
 
 
 def one_of(value: Any, name: str, known_ones: Mapping[Any, Any]) -> Any:

@@ -15,7 +15,7 @@ from .._evaluate.observe import observe_with_rates
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .quantity import Quantity, trace
+from .quantity import Quantity, as_function, trace
 from .trim import Trim, trimmed_leaves
 
 Conditions = Callable[[Any, Any], Mapping[str, Equation]]
@@ -110,7 +110,9 @@ def problem_of(
     """The problem that `initialise` is asked to solve, and the numbers in its conditions."""
     quantity, constants, names = None, [], ()
     if conditions is not None:
-        quantity, constants = trace(ft.partial(_residuals, conditions), system.flat, "conditions", n_views=2)
+        quantity, constants = trace(
+            ft.partial(_residuals, as_function(conditions, "conditions")), system.flat, "conditions", n_views=2
+        )
         names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
     given = system.given(leaves)
     fixed = given - _free(system, given, steady, free)

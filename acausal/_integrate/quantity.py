@@ -42,6 +42,13 @@ _traced: dict[Hashable, tuple[Quantity, list[Any]]] = {}
 _MOST = 512  # traces kept
 
 
+def as_function(value: Any, what: str) -> Callable[..., Any]:
+    """What a user gives for a function."""
+    if not callable(value):
+        raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
+    return value
+
+
 def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int = 1) -> tuple[Quantity, list[Any]]:
     """A user's function of `n_views` views of the model, and the numbers it holds.
 
@@ -120,7 +127,11 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
 
 
 def _check_real(results: list[Any], what: str) -> None:
+    if what == "until" and len(results) != 1:
+        raise ModelError(f"until must return one real number, but returned {len(results)}.")
     for value in results:
+        if not isinstance(value, jax.Array | np.ndarray | np.generic | float | int):
+            raise ModelError(f"{what} must return real numbers, but returned {value!r}.")
         if jnp.ndim(value) != 0:
             raise ModelError(f"{what} must return real numbers, but returned an array of shape {jnp.shape(value)}.")
         if jnp.issubdtype(jnp.result_type(value), jnp.bool_):

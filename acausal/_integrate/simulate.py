@@ -19,8 +19,8 @@ from .._evaluate.system import System
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
-from .options import check_known, count, number, one_of, times_of
-from .quantity import Quantity, trace
+from .options import check_known, count, kind_of, number, one_of, times_of
+from .quantity import Quantity, as_function, trace
 from .run import run
 from .settings import Numbers, Settings
 from .solution import Solution
@@ -85,7 +85,7 @@ def simulate(
         raise ModelError(f"{model!r} is no component: simulate a model.")
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
-    system = _system_of(structure, given) if system is None else system
+    system = _system_of(structure, given) if system is None else kind_of(system, "system", System, "compile(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
     leaves = layout.spread(given)
@@ -100,7 +100,7 @@ def simulate(
         direction=one_of(direction, "direction", _DIRECTIONS),
         save=save if isinstance(save, str) else "times",
         solver=_solver_for(system, solver),
-        adjoint=adjoint,
+        adjoint=adjoint and kind_of(adjoint, "adjoint", diffrax.AbstractAdjoint, "one of diffrax, or None"),
         max_steps=count(max_steps, "max_steps"),
         max_events=count(max_events, "max_events"),
         given=system.given(leaves),
@@ -139,6 +139,8 @@ def _as_number(value: Any) -> Any:
         return value
     if has_unit(value):
         raise ParameterError(f"A number of the model was changed to {value}: use replace(...), which converts units.")
+    if isinstance(value, str) or np.iscomplexobj(value):
+        raise ParameterError(f"A number of the model was changed to {value!r}, which is no real number.")
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
 
 
@@ -148,13 +150,15 @@ def _strong(value: Any) -> Any:
 
 
 def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[Quantity | None, list[Any]]:
-    return (None, []) if function is None else trace(function, system.flat, what)
+    return (None, []) if function is None else trace(as_function(function, what), system.flat, what)
 
 
 def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[Any], Any] | None:
     """The rates to integrate: the user's, and the powers of the components."""
     if integrals is None and not energy:
         return None
+    if integrals is not None:
+        as_function(integrals, "integrals")
     return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
 
 
@@ -174,7 +178,9 @@ def _total_stored(s: Any) -> Any:
 
 
 def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffrax.AbstractSolver:
-    solver = Rodas5P() if solver is None else solver
+    if solver is None:
+        solver = Rodas5P()
+    kind_of(solver, "solver", diffrax.AbstractSolver, "a solver of diffrax, such as diffrax.Tsit5()")
     if system.solved is not None and not isinstance(solver, AbstractRosenbrock):
         raise ModelError(
             f"The mass-matrix form needs Rodas5P or Rodas3P; {type(solver).__name__} integrates ODEs only."

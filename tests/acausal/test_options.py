@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from _models import rc
 
-from acausal import Component, Connections, ModelError, Result, connect, quantity, simulate
+from acausal import Component, Connections, ModelError, ParameterError, Result, connect, quantity, simulate
 from components.translational import HardStop, Mass, Spring
 
 NAN, INF = float("nan"), float("inf")
@@ -49,6 +49,15 @@ UNFIT: list[tuple[dict[str, Any], str]] = [
     (dict(max_steps=None), "max_steps must be an integer of at least 1"),
     (dict(max_events=-1), "max_events must be an integer of at least 1"),
     (dict(direction="sideways"), "direction='sideways' is not known"),
+    (dict(save=[]), "save must name at least one time"),
+    (dict(until=0.5), "until must be a function of the variables, got 0.5"),
+    (dict(until=lambda s: None), "until must return one real number, but returned 0"),
+    (dict(until=lambda s: "a"), "until must return real numbers, but returned 'a'"),
+    (dict(integrals=0.5), "integrals must be a function of the variables, got 0.5"),
+    (dict(solver="Tsit5"), "solver='Tsit5' is not known: give a solver of diffrax"),
+    (dict(adjoint="direct"), "adjoint='direct' is not known: give one of diffrax"),
+    (dict(system="rc"), r"system='rc' is not known: give compile\(model\)"),
+    (dict(nominal=1e-3), "nominal=0.001 is not a dictionary of sizes"),
 ]
 ids: Callable[[Any], str] = lambda case: str(case)[:30]  # noqa: E731
 
@@ -89,6 +98,13 @@ def test_times_of_every_kind() -> None:
     wanted = simulate(rc(), 1.0).final.c.v
     for t1 in (1, np.float32(1.0), np.int64(1), jnp.ones((), jnp.float32), quantity(1000.0, "ms")):
         np.testing.assert_array_equal(simulate(rc(), t1).final.c.v, wanted)
+
+
+@pytest.mark.parametrize("value", ["a", 1j, np.array(1.0 + 1.0j)], ids=str)
+def test_a_model_of_real_numbers_is_needed(value: Any) -> None:
+    model = eqx.tree_at(lambda model: model.r.R, rc(), value)
+    with pytest.raises(ParameterError, match="which is no real number"):
+        simulate(model, 1.0)
 
 
 def test_a_model_is_needed() -> None:
