@@ -9,7 +9,7 @@ from .annotations import Declaration
 
 def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
     """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
-    return _dynamic_fields(cls)
+    return _dynamic_fields(cls)  # whose own signature would refuse classes with `__eq__` and without `__hash__`
 
 
 @ft.cache

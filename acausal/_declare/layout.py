@@ -8,7 +8,8 @@ from typing import Any
 import jax
 
 from .annotations import Declaration
-from .node import Node, dynamic_fields, join, leaves_of
+from .fields import dynamic_fields, join
+from .node import Node, leaves_of
 
 
 def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = "") -> Any:

@@ -11,7 +11,8 @@ import numpy as np
 from .._errors import ModelError, suggestion
 from .._tracing import is_traced
 from .._units.quantity import magnitude
-from .node import Leaf, Node, dynamic_fields, leaves_of, parts_of
+from .fields import dynamic_fields
+from .node import Leaf, Node, leaves_of, parts_of
 
 if TYPE_CHECKING:
     from .component import Component

@@ -19,7 +19,7 @@ from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.jaxpr import assembled, structs
-from .._reduce.margins import Node, Pair, relations
+from .._reduce.margins import Bounds, Logic, relations
 
 Kind = Literal["when", "at", "kink", "refuse"]
 _KINDS: dict[type, Kind] = {When: "when", At: "at", Kink: "kink", Refuse: "refuse"}
@@ -71,7 +71,7 @@ class EventSet:
     entries: tuple[Entry, ...]
     truths: Function
     margins: Function
-    logic: tuple[Node, ...]
+    logic: tuple[Logic, ...]
     times: Function
     actions: Function
     instants: Instants | None
@@ -118,7 +118,7 @@ class EventSet:
             rows.append(np.hstack([np.zeros((entry.count, 0)), *(m * (i in numbers) for i, m in enumerate(members))]))
         return np.vstack(rows).astype(bool)
 
-    def combined(self, low: Any, high: Any) -> list[Pair]:
+    def combined(self, low: Any, high: Any) -> list[Bounds]:
         """Bounds of the margins of conditions from those of relations, given as flat vectors."""
         shapes = [aval.shape for aval in self.margins.closed.out_avals]
         ends = np.cumsum([0, *self.relation_sizes])
@@ -158,7 +158,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
-    logic: list[Node] = []
+    logic: list[Logic] = []
 
     def real(*leaves: Any) -> list[Any]:
         margins, logic[:] = relations(closed, leaves, n)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax.custom_derivatives import SymbolicZero
+
+from .._tangents import array_of, pushed
 
 MOST = 20  # rounds of Newton's method for the nearest point
 STILL = 1e-14  # a step of it that counts as none, in the unit of the unknowns
@@ -61,8 +62,8 @@ def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Se
     _, dstart, dargs = tangents
     x = _nearest(g, inverse, x, start, args)
     here = _here(g, inverse, x, start, args)
-    lack = pushed(lambda args: g(x, args), (args,), (dargs,))
-    pull = pushed(lambda args: _pull(g, here.multipliers, x, args), (args,), (dargs,))
+    _, lack = pushed(lambda args: g(x, args), (args,), (dargs,))
+    _, pull = pushed(lambda args: _pull(g, here.multipliers, x, args), (args,), (dargs,))
     return x, here.moved(pull - array_of(dstart), lack)
 
 
@@ -97,23 +98,3 @@ def _here(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> _Here
 def _pull(g: Function, multipliers: Any, x: Any, args: Any) -> Any:
     """C^T m."""
     return jax.vjp(lambda x: g(x, args), x)[1](multipliers)[0]
-
-
-def array_of(tangent: Any) -> Any:
-    """A tangent that may be a symbolic zero as an array."""
-    return jnp.zeros(tangent.shape) if isinstance(tangent, SymbolicZero) else tangent
-
-
-def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> Any:
-    """The tangent of `jax.jvp` along those leaves only that change."""
-    leaves, structure = jax.tree_util.tree_flatten(primals)
-    directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
-    moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
-
-    def of_moving(*values: Any) -> Any:
-        whole = list(leaves)
-        for i, value in zip(moving, values, strict=True):
-            whole[i] = value
-        return function(*structure.unflatten(whole))
-
-    return jax.jvp(of_moving, tuple(leaves[i] for i in moving), tuple(directions[i] for i in moving))[1]

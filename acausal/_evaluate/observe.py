@@ -9,7 +9,8 @@ import numpy as np
 
 from .affine import computed, times
 from .plan import Pair, Store
-from .system import Inputs, System
+from .starts import Inputs
+from .system import System
 
 
 def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:

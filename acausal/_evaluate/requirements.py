@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.node import join
+from .._declare.fields import join
 from .._declare.requirements import told
 from .._errors import ParameterError
 from .._reduce.flatten import FlatModel
@@ -18,7 +18,7 @@ from .plan import Packed
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Requirements:
+class ModelRequirements:
     """All requirements of a model, those of like components together."""
 
     flat: FlatModel
@@ -87,7 +87,7 @@ class Requirements:
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _broken(requirements: Requirements, packed: Packed) -> Any:
+def _broken(requirements: ModelRequirements, packed: Packed) -> Any:
     return requirements.broken(packed)
 
 

@@ -26,7 +26,7 @@ from .instants import EquationInstants, equation_instants
 from .packing import discrete_start, packed
 from .plan import Group, Packed, Pair, Plan, Store, group_residuals
 from .program import residual_programme
-from .requirements import Requirements
+from .requirements import ModelRequirements
 from .starts import Inputs, Starts
 
 
@@ -112,6 +112,12 @@ class System:
         """The name of each state; an array state has one name."""
         return [self.ordered.table.variable_name(*state) for state in self.states]
 
+    @property
+    def element_names(self) -> list[str]:
+        """The name of the state behind each element of the state vector."""
+        sizes = [self.plan.size(variable) for variable, _ in self.states]
+        return [name for name, size in zip(self.state_names, sizes, strict=True) for _ in range(size)]
+
     def pack(self, model: Component) -> Inputs:
         """Parameters stacked per component class, and start values: what the compiled functions take."""
         leaves, _ = complete_leaves(model)
@@ -174,9 +180,9 @@ class System:
         return f"{self.required(inputs.given)[index]}, but starts from {start if start.size > 1 else start[0]} {unit}."
 
     @ft.cached_property
-    def requirements(self) -> Requirements:
+    def requirements(self) -> ModelRequirements:
         """What parameters have to meet."""
-        return Requirements(self.flat)
+        return ModelRequirements(self.flat)
 
     def enforced(self, params: list[Any]) -> list[Any]:
         """Parameters that meet all requirements, from the leaves of a model, None where they are variables.

@@ -16,7 +16,7 @@ def signs(g: Any, above: Any) -> Any:
     return (g > 0) | (above & ~(g < 0))
 
 
-class Conditions(NamedTuple):
+class EventConditions(NamedTuple):
     """`margins` of relations at a time; `logic`, bounds of the margins of conditions from those of relations; which
     relations each condition `reads`; and which are `either`: events that happen when they become false, too.
     """

@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.custom_derivatives import SymbolicZero
 
+from .._tangents import array_of
+
 Arrays = list[Any]
 Function = Callable[[Arrays], Any]
 
@@ -33,7 +35,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
         moving = [i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero)]
         n = sum(np.size(arrays[i]) for i in moving)
         if n > FEW or n * size > HELD:
-            return jax.jvp(reversible, (arrays,), ([_array(change) for change in changes],))
+            return jax.jvp(reversible, (arrays,), ([array_of(change) for change in changes],))
         both = differentiable(_with_derivatives(quick, moving), _with_derivatives(reversible, moving), (1 + n) * size)
         value, derivatives = both(arrays)
         step = jnp.concatenate([jnp.zeros(0), *(jnp.ravel(changes[i]) for i in moving)])
@@ -74,14 +76,6 @@ def _change(value: Any, derivatives: Any, step: Any) -> Any:
     if derivatives is None:  # of what is no real number
         return np.zeros(np.shape(value), jax.dtypes.float0)
     return jnp.tensordot(step, derivatives, 1)
-
-
-def _array(tangent: Any) -> Any:
-    if not isinstance(tangent, SymbolicZero):
-        return tangent
-    aval: Any = tangent.aval
-    zeros = np.zeros if aval.dtype == jax.dtypes.float0 else jnp.zeros
-    return zeros(aval.shape, aval.dtype)
 
 
 def _is_real(x: Any) -> bool:

@@ -14,8 +14,8 @@ from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._reduce.ranges import requirements
 from .._tracing import known
-from .result import Result, sentence
-from .run_events import tick
+from .result import Result, is_success, sentence
+from .schedule import tick
 from .solution import Solution
 
 SHOWN = 3  # variables with large errors
@@ -24,7 +24,7 @@ SHOWN = 3  # variables with large errors
 def report_failure(solution: Solution) -> Solution:
     """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
     result = solution.result
-    fine = (result == Result.reached_end) | (result == Result.stopped)
+    fine = is_success(result)
     are_fine = known(fine)
     if are_fine is None:
         return _checked_at_run_time(solution, ~fine)
@@ -85,11 +85,7 @@ def _error(solution: Solution) -> Exception:
 def _about_steps(solution: Solution) -> str:
     """What was hard to integrate, and what happened last."""
     system, errors = solution.system, np.asarray(solution._errors)
-    names = [
-        name
-        for name, pair in zip(system.state_names, system.states, strict=True)
-        for _ in range(system.plan.size(pair[0]))
-    ]
+    names = system.element_names
     values = np.asarray(solution._end[1])
     lines = []
     if np.all(np.isfinite(errors)):

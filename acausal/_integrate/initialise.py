@@ -19,7 +19,7 @@ from .._tracing import is_traced
 from .field import Given
 from .modes import modes_at
 from .problem import Conditions, Problem, Values, problem_of
-from .search import RANK, Found, Search
+from .search import RANK, NearestPoint, Search
 from .simulate import system_of
 from .starting import refusal, start_of
 
@@ -32,7 +32,7 @@ class _Outcome(NamedTuple):
     requirements that parameters found do not meet.
     """
 
-    found: Found
+    found: NearestPoint
     happen: Any
     refused: Any
     is_open: Any
@@ -178,7 +178,7 @@ def _report(problem: Problem, outcome: _Outcome, leaves: list[Any]) -> None:
         )
 
 
-def _contradiction(problem: Problem, found: Found) -> str:
+def _contradiction(problem: Problem, found: NearestPoint) -> str:
     """Which conditions are not met, and with which others they clash."""
     names = problem.residual_names
     residual, slopes = np.asarray(found.residual), np.asarray(found.slopes)

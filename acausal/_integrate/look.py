@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from .conditions import Conditions, sign_of, signs
+from .conditions import EventConditions, sign_of, signs
 
 PARTS = 4  # of a step, that are looked at one by one where events may be near
 MOST = 200  # points
-SAME = 1e-11  # of the time span: an event does not happen again so soon
+TOO_SOON = 1e-11  # of the time span: an event does not happen again so soon
 
 
 class Point(NamedTuple):
@@ -65,7 +65,7 @@ class _Verdict(NamedTuple):
 
 
 def look(
-    conditions: Conditions, start: Point, is_known: Any, end: Any, holds: Any, fresh: Any, span: Any, short: Any
+    conditions: EventConditions, start: Point, is_known: Any, end: Any, holds: Any, fresh: Any, span: Any, short: Any
 ) -> Found:
     """The first event after `start`, of which all but the time may be unknown.
 
@@ -87,7 +87,7 @@ def look(
         is_start, is_end = s.count == 0, s.count == 1
         # The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
         is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
-        is_zero = is_fresh & (jnp.abs(s.low.g) < SAME * span * jnp.abs(s.low.rate))
+        is_zero = is_fresh & (jnp.abs(s.low.g) < TOO_SOON * span * jnp.abs(s.low.rate))
         offset = jnp.where(is_end, jnp.where(is_zero, s.low.g, 0.0), s.offset)
         new = new._replace(g=new.g - offset)
         first = jnp.where(is_zero | (s.low.g == 0), s.low.rate > 0, s.low.g > 0)
@@ -156,7 +156,7 @@ def look(
     last = s.end._replace(g=s.end.g + s.offset)
     begins = s.begins & s.is_found
     after = signs(s.high.g, s.above)
-    least = SAME * span * jnp.maximum(jnp.abs(s.low.rate), jnp.abs(s.high.rate))
+    least = TOO_SOON * span * jnp.maximum(jnp.abs(s.low.rate), jnp.abs(s.high.rate))
     without = jnp.where(jnp.abs(s.high.g - s.low.g) > least, s.above, after)
     leaps = begins & ~conditions.begin(without, s.holds) & jnp.any(after != s.above)
     return Found(s.is_found, s.high.t, s.low.t, begins, leaps, s.holds, last)
@@ -174,7 +174,7 @@ def _is_near(low: Point, high: Point, above: Any) -> Any:
 
 
 def _judged(
-    conditions: Conditions, length: Any, short: Any, count: Any, low: Point, high: Point, above: Any, holds: Any
+    conditions: EventConditions, length: Any, short: Any, count: Any, low: Point, high: Point, above: Any, holds: Any
 ) -> _Verdict:
     """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`."""
     width, sign = high.t - low.t, -sign_of(above)

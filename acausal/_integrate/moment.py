@@ -6,7 +6,8 @@ from typing import Any, Protocol
 
 import jax
 import jax.numpy as jnp
-from jax.custom_derivatives import SymbolicZero
+
+from .._tangents import array_of, pushed
 
 
 class Laws(Protocol):
@@ -43,38 +44,19 @@ def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> 
     number, t, before, ys, due, given = primals
     _, dt, _, dys, ddue, dgiven = tangents
     moment, there = carried_to_moment(laws, number, t, before, ys, due, given)
-    dt, dys = _array(dt), _array(dys)
+    dt, dys = array_of(dt), array_of(dys)
 
     def rates(t: Any, ys: Any, given: Any) -> Any:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
-    f, df = _pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
+    f, df = pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
     # The vectors a little later have changed by this much; the time that has elapsed is zero, but has a derivative.
     dys = dys + (moment - t) * df
 
     def margin(t: Any, y: Any, due: Any, given: Any) -> Any:
         return laws.margin(number, t, y, due, given)
 
-    _, dg = _pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
+    _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
     _, slope = jax.jvp(lambda t, y: margin(t, y, due, given), (moment, there[0]), (jnp.ones_like(moment), f[0]))
     later = jnp.where(slope != 0, -dg / jnp.where(slope != 0, slope, 1.0), 0.0)
     return (moment, there), (dt + later, dys + f * later)
-
-
-def _array(tangent: Any) -> Any:
-    return jnp.zeros(tangent.shape) if isinstance(tangent, SymbolicZero) else tangent
-
-
-def _pushed(function: Any, primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Any, Any]:
-    """`jax.jvp` along those leaves only that change."""
-    leaves, structure = jax.tree_util.tree_flatten(primals)
-    directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
-    moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
-
-    def of_moving(*values: Any) -> Any:
-        whole = list(leaves)
-        for i, value in zip(moving, values, strict=True):
-            whole[i] = value
-        return function(*structure.unflatten(whole))
-
-    return jax.jvp(of_moving, tuple(leaves[i] for i in moving), tuple(directions[i] for i in moving))

@@ -86,13 +86,8 @@ class Problem:
     @property
     def residual_names(self) -> list[str]:
         """Of what is to vanish."""
-        system = self.system
-        names = [
-            f"der({name}) = 0"
-            for name, (variable, _) in zip(system.state_names, system.states, strict=True)
-            for _ in range(system.plan.size(variable))
-        ]
-        return [*system.constraints.names, *(names[i] for i in self.rests), *self.names]
+        names = self.system.element_names
+        return [*self.system.constraints.names, *(f"der({names[i]}) = 0" for i in self.rests), *self.names]
 
 
 def problem_of(

@@ -43,3 +43,8 @@ class Result(eqx.Enumeration):
 def sentence(result: Any) -> str:
     """What a result says."""
     return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]
+
+
+def is_success(result: Any) -> Any:
+    """Whether a run came to its end or was stopped as it was asked to."""
+    return (result == Result.reached_end) | (result == Result.stopped)

@@ -24,7 +24,7 @@ from .settings import Numbers, Settings
 from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
 from .stepper import ACCUMULATED
-from .stepping import begin, controller_of, solver_of, term_of
+from .stepping import begin_run, controller_of, solver_of, term_of
 from .unresolved import are_unresolved
 
 
@@ -76,7 +76,7 @@ def _given(settings: Settings, numbers: Numbers) -> Given:
 def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, numbers: Numbers) -> _Integrated:
     given = _given(settings, numbers)
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
-    y0, events, memory = begin(settings, given, y0)
+    y0, events, memory = begin_run(settings, given, y0)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(term_of(settings)),
         solver_of(settings, events, memory),

@@ -5,7 +5,6 @@ import functools as ft
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -14,15 +13,9 @@ from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .field import Given, values_of, vector_field, wanted_pairs
+from .schedule import last_before, next_after
 from .settings import Settings
 from .state_vector import StateVector
-
-EPSILON = float(np.finfo(float).eps)
-
-
-def tick(t: Any, t0: Any) -> Any:
-    """Times closer than this are one and the same in a run from t0: they are sums of numbers as large as either."""
-    return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
 
 
 class Here(NamedTuple):
@@ -218,7 +211,7 @@ class RunEvents:
         found, parts, start = iter(self._times(t, y, given)), [jnp.zeros(0)], 0
         for entry in events.entries if events else ():
             after = jnp.maximum(t, done[start : start + entry.count])
-            parts.append(_next(*next(found), t, after) if entry.kind == "at" else jnp.full(entry.count, far))
+            parts.append(next_after(*next(found), t, after) if entry.kind == "at" else jnp.full(entry.count, far))
             start += entry.count
         params = self.bound(y, given).params
         parts.append(self.system.instants.following(t, params, given.direction))
@@ -231,7 +224,7 @@ class RunEvents:
     def past(self, t: Any, y: Any, given: Given) -> Any:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
         events = self.system.events
-        found = iter([_last(time, every, t) for time, every in self._times(t, y, given)])
+        found = iter([last_before(time, every, t) for time, every in self._times(t, y, given)])
         parts = [
             next(found) if entry.kind == "at" else jnp.full(entry.count, jnp.inf)
             for entry in (events.entries if events else ())
@@ -293,27 +286,3 @@ class RunEvents:
         first = dict(zip(self.system.algebraic, self.system.plan.starts[len(solved.states) :].tolist(), strict=False))
         places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.memory]
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
-
-
-def _next(times: Any, every: Any, t: Any, after: Any) -> Any:
-    """The first of each row of times, or of their repetitions, that comes after; t is near."""
-    due = _repeated(times, every, t)
-    due = jnp.where(due > after[:, None], due, jnp.inf)
-    return jnp.take_along_axis(due, jnp.argmin(due, axis=1, keepdims=True), axis=1)[:, 0]
-
-
-def _last(times: Any, every: Any, t: Any) -> Any:
-    """The last of each row of times, or of their repetitions, that is not after t; infinite where there is none."""
-    due = _repeated(times, every, t)
-    near = jnp.max(tick(times, t), axis=1, keepdims=True)
-    last = jnp.max(jnp.where(due - t <= near, due, -jnp.inf), axis=1)
-    return jnp.where(jnp.isfinite(last), last, jnp.inf)
-
-
-def _repeated(times: Any, every: Any, t: Any) -> Any:
-    """Times and their repetitions about t; which of them is the next or the last one, rounding does not tell."""
-    repeats = jnp.isfinite(every)
-    turn = jnp.floor((t - times) / jnp.where(repeats, every, 1.0))
-    turns = jnp.maximum(turn[..., None] + jnp.arange(-1.0, 3.0), 0.0)
-    due = times[..., None] + jax.lax.stop_gradient(turns) * jnp.where(repeats, every, 0.0)[..., None]
-    return due.reshape(len(due), -1)

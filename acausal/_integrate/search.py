@@ -21,7 +21,7 @@ STAGES = 20  # of a homotopy
 RANK = 1e-9
 
 
-class Found(eqx.Module):
+class NearestPoint(eqx.Module):
     """The point, and the largest `violation` of a condition there; the rest explains a failure.
 
     `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
@@ -66,7 +66,7 @@ class Search:
         z = _searched(self._measured, (x0, numbers, rows), (x0, easy, rows))
         return x0 + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
 
-    def found(self, best: Any, x0: Any, numbers: Any) -> Found:
+    def found(self, best: Any, x0: Any, numbers: Any) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
         origin, rows = jnp.zeros_like(x0), self._rows(*jax.lax.stop_gradient((x0, numbers)))
         held = jax.lax.stop_gradient((x0, numbers, rows))
@@ -76,7 +76,7 @@ class Search:
         violation = jnp.max(jnp.abs(final), initial=0.0)
         x = x0 + self._scale * nearest(self._measured, _inverse, z, origin, (x0, numbers, rows))
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
-        return Found(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes, freedom)
+        return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes, freedom)
 
 
 def _inverse(matrix: Any) -> Any:

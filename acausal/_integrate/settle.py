@@ -8,9 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
+from .field import Given
 from .moment import carried_to_moment
 from .record import Record
-from .run_events import Given, RunEvents, tick
+from .run_events import RunEvents
+from .schedule import tick
 
 TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
 # Why a run ends at an instant

@@ -16,7 +16,7 @@ from .run_events import RunEvents
 from .settings import Numbers, Settings
 from .settle import CONTRADICTED, REFUSED
 from .solvers import Rodas5P
-from .stepping import begin
+from .stepping import begin_run
 
 
 class Start(NamedTuple):
@@ -49,7 +49,7 @@ def start_of(system: System, t0: Any, states: Any, inputs: Inputs, params: list[
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     given = Given(inputs, Numbers(params, None, inputs.starts, t0, end, None, None, one, None, [], [], []))
-    y, events, memory = begin(settings, given, states)
+    y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None
     return Start(events, given, y, memory.holds)

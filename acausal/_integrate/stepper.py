@@ -1,6 +1,5 @@
 """Any solver, and after each of its steps what the model asks for: a return to the invariants, and events."""
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,15 +10,18 @@ import jax
 import jax.numpy as jnp
 
 from .._reduce.instants import first
-from .conditions import Conditions
-from .look import SAME, Found, Point, look
+from .conditions import EventConditions
+from .field import Given
+from .look import TOO_SOON, Found, Point, look
 from .record import Record
-from .run_events import Given, RunEvents, tick
+from .run_events import RunEvents
+from .schedule import tick
 from .settle import settle
+from .span import Span, SpanOf
 from .state_vector import StateVector, Vector
 
 PAST = 1e-9  # share of a step by which it is looked beyond its end, for an event that it was meant to end at
-CLOSE = 1e-6  # share of a step that does not matter where an equation bends
+NEAR_END = 1e-6  # share of a step that does not matter where an equation bends
 CROWD = 16  # events, besides two of each, after which they are said to accumulate
 INTERVAL = 1e-9  # of the time span, within which so many must not be
 ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
@@ -152,7 +154,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given))
 
     def _through_events(
-        self, path: "Span", t0: Any, t1: Any, y1: Vector, state: EventMemory, given: Given
+        self, path: Span, t0: Any, t1: Any, y1: Vector, state: EventMemory, given: Given
     ) -> tuple[Vector, EventMemory]:
         """The vector at the end of a step or after the first events in it."""
         layout, events, forward = self.layout, self.events, given.direction
@@ -189,7 +191,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given), memory
 
-    def _first_event(self, path: "Span", t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:
+    def _first_event(self, path: Span, t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:
         """Which events begin first in a step, and when; none where it has to be repeated up to there."""
         events, forward = self.events, given.direction
         assert events is not None
@@ -202,7 +204,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         if events.is_searched:
             span = jnp.abs(numbers.t1 - numbers.t0)
             margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
-            conditions = Conditions(margins, events.combined, events.reads, events.either)
+            conditions = EventConditions(margins, events.combined, events.reads, events.either)
             start = state.point._replace(t=t0)
             found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, span, short)
         t = jnp.where(found.is_any, found.t, end)
@@ -223,8 +225,8 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         assert events is not None
         is_cut = (
             jnp.any(found.begins & events.bends)
-            & (found.t - t0 > CLOSE * (t1 - t0))
-            & (t1 - found.t > CLOSE * (t1 - t0))
+            & (found.t - t0 > NEAR_END * (t1 - t0))
+            & (t1 - found.t > NEAR_END * (t1 - t0))
         )
         if times is not None:
             saves = given.direction * times
@@ -252,48 +254,5 @@ def _crowded(
     is_close = jnp.abs(t - state.mark) < INTERVAL * span
     crowd = jnp.where(happens, jnp.where(is_close, state.crowd + 1, 0), state.crowd)
     mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), state.mark)
-    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < SAME * span)
+    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < TOO_SOON * span)
     return mark, crowd, jnp.where(again | (crowd > CROWD + 2 * events.total), ACCUMULATED, 0.0)
-
-
-class Span(diffrax.AbstractLocalInterpolation):
-    """Dense output of a step as if there were no events, between its own ends."""
-
-    t0: Any  # pyright: ignore[reportIncompatibleVariableOverride]
-    t1: Any  # pyright: ignore[reportIncompatibleVariableOverride]
-    inner: diffrax.AbstractLocalInterpolation
-    carried: Vector
-    memory: Vector  # at the end
-    layout: StateVector = eqx.field(static=True)
-
-    def evaluate(self, t0: Any, t1: Any | None = None, left: bool = True) -> Vector:
-        """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
-        if t1 is not None:
-            return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
-        layout, width = self.layout, self.inner.t1 - self.inner.t0
-        theta = (t0 - self.inner.t0) / jnp.where(width == 0, 1, width)
-        y = layout.joined(self.inner.evaluate(t0, left=left), self.carried)
-        return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
-
-    def moving(self, t: Any) -> tuple[Any, Vector]:
-        """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
-        fixed time would be divided by the length of the step, which may be tiny.
-        """
-        hold, inner = jax.lax.stop_gradient, self.inner
-        ends = hold((inner.t0, inner.t1))
-        width = ends[1] - ends[0]
-        theta = (t - ends[0]) / jnp.where(width == 0, 1, width)
-        moved = t + (1 - theta) * (inner.t0 - ends[0]) + theta * (inner.t1 - ends[1])
-        held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
-        return moved, held.evaluate(t)
-
-
-@dataclasses.dataclass(frozen=True)
-class SpanOf:
-    """Makes spans; equal for one kind of inner interpolation, since jax compiles anew for another one."""
-
-    inner: Callable[..., diffrax.AbstractLocalInterpolation]
-    layout: StateVector
-
-    def __call__(self, *, t0: Any, t1: Any, begin: Any, end: Any, carried: Vector, memory: Vector, **info: Any) -> Span:
-        return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)

@@ -57,7 +57,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
     )
 
 
-def begin(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, EventMemory | None]:
+def begin_run(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, EventMemory | None]:
     """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
     carried from step to step.
     """

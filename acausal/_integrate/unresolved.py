@@ -9,7 +9,7 @@ import numpy as np
 from .._errors import ModelError, listed
 from .._evaluate.system import System
 from .._tracing import known
-from .result import Result
+from .result import is_success
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -60,7 +60,7 @@ def _names(system: System) -> list[str]:
 def warn_of_unresolved(solution: "Solution") -> None:
     """Tell of unresolved variables, where numbers are known."""
     flags = known(solution._unresolved)
-    fine = known((solution.result == Result.reached_end) | (solution.result == Result.stopped))
+    fine = known(is_success(solution.result))
     if flags is None or fine is None or not np.any(flags) or not np.any(fine):
         return
     found = unresolved(solution)

@@ -9,7 +9,8 @@ from scipy.sparse.csgraph import connected_components
 
 from .._declare.array import Array
 from .._declare.component import Component, Connection
-from .._declare.node import Node, Port, dynamic_fields, join, parts_of
+from .._declare.fields import dynamic_fields, join
+from .._declare.node import Node, Port, parts_of
 from .._errors import ModelError, complain
 
 

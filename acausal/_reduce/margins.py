@@ -9,22 +9,22 @@ from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, is_floating
 
 LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
-Pair: TypeAlias = tuple[Any, Any]  # a lower and an upper bound
+Bounds: TypeAlias = tuple[Any, Any]  # a lower and an upper bound
 
 
-class Node(NamedTuple):
+class Logic(NamedTuple):
     """A truth value: that of relation `number`, or what a rule makes of those of its parts."""
 
     number: int
-    rule: Callable[..., Pair] | None = None
-    parts: tuple["Node", ...] = ()
+    rule: Callable[..., Bounds] | None = None
+    parts: tuple["Logic", ...] = ()
 
     @property
     def numbers(self) -> frozenset[int]:
         """The relations that it is made of."""
         return frozenset({self.number} - {-1}).union(*(part.numbers for part in self.parts))
 
-    def combined(self, low: Sequence[Any], high: Sequence[Any]) -> Pair:
+    def combined(self, low: Sequence[Any], high: Sequence[Any]) -> Bounds:
         """Bounds of the margin from those of the relations: of `&` it is the smaller one, of `|` the larger one."""
         if self.rule is None:
             return low[self.number], high[self.number]
@@ -44,31 +44,31 @@ _RELATIONS: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
-def _both(function: Callable[..., Any]) -> Callable[..., Pair]:
+def _both(function: Callable[..., Any]) -> Callable[..., Bounds]:
     return lambda *pairs: (function(*(pair[0] for pair in pairs)), function(*(pair[1] for pair in pairs)))
 
 
-def _not(a: Pair) -> Pair:
+def _not(a: Bounds) -> Bounds:
     return -a[1], -a[0]
 
 
-def _and(a: Pair, b: Pair) -> Pair:
+def _and(a: Bounds, b: Bounds) -> Bounds:
     return _both(jnp.minimum)(a, b)
 
 
-def _or(a: Pair, b: Pair) -> Pair:
+def _or(a: Bounds, b: Bounds) -> Bounds:
     return _both(jnp.maximum)(a, b)
 
 
-def _differ(a: Pair, b: Pair) -> Pair:
+def _differ(a: Bounds, b: Bounds) -> Bounds:
     return _or(_and(a, _not(b)), _and(_not(a), b))
 
 
-def _choice(which: Pair, if_false: Pair, if_true: Pair) -> Pair:
+def _choice(which: Bounds, if_false: Bounds, if_true: Bounds) -> Bounds:
     return _or(_and(_not(which), if_false), _and(which, if_true))
 
 
-_RULES: dict[str, Callable[[JaxprEqn], Callable[..., Pair]]] = {
+_RULES: dict[str, Callable[[JaxprEqn], Callable[..., Bounds]]] = {
     "and": lambda eqn: _and,
     "or": lambda eqn: _or,
     "not": lambda eqn: _not,
@@ -85,7 +85,7 @@ _RULES: dict[str, Callable[[JaxprEqn], Callable[..., Pair]]] = {
 }
 
 
-def relations(closed: ClosedJaxpr, inputs: Sequence[Any], count: int) -> tuple[list[Any], list[Node]]:
+def relations(closed: ClosedJaxpr, inputs: Sequence[Any], count: int) -> tuple[list[Any], list[Logic]]:
     """The margins of the relations that the first outputs of a jaxpr are made of, and the logic of these outputs.
 
     The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign. What
@@ -98,14 +98,14 @@ def relations(closed: ClosedJaxpr, inputs: Sequence[Any], count: int) -> tuple[l
 
 
 def _walk(
-    closed: ClosedJaxpr, inputs: Sequence[tuple[Any, Node | None]], margins: list[Any]
-) -> list[tuple[Any, Node | None]]:
+    closed: ClosedJaxpr, inputs: Sequence[tuple[Any, Logic | None]], margins: list[Any]
+) -> list[tuple[Any, Logic | None]]:
     """The values of the outputs with their logic, as far as it is known."""
     jaxpr = closed.jaxpr
-    found: dict[Any, tuple[Any, Node | None]] = dict(zip(jaxpr.invars, inputs, strict=True))
+    found: dict[Any, tuple[Any, Logic | None]] = dict(zip(jaxpr.invars, inputs, strict=True))
     found |= {var: (value, None) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
 
-    def read(atom: Any) -> tuple[Any, Node | None]:
+    def read(atom: Any) -> tuple[Any, Logic | None]:
         return (jnp.asarray(atom.val), None) if isinstance(atom, Literal) else found[atom]
 
     for eqn in jaxpr.eqns:
@@ -122,22 +122,22 @@ def _walk(
     return [read(atom) for atom in jaxpr.outvars]
 
 
-def _logic(eqn: JaxprEqn, args: Sequence[tuple[Any, Node | None]], margins: list[Any]) -> Node | None:
+def _logic(eqn: JaxprEqn, args: Sequence[tuple[Any, Logic | None]], margins: list[Any]) -> Logic | None:
     name = eqn.primitive.name
     if name in _RELATIONS and is_floating(eqn.invars[0]):
         return _relation(_RELATIONS[name](*(value for value, _ in args)), margins)
     is_truth = all(value.dtype == bool for value, _ in args)
     if name not in _RULES or not is_truth or all(node is None for _, node in args):
         return None
-    return Node(-1, _RULES[name](eqn), tuple(_node(value, node, margins) for value, node in args))
+    return Logic(-1, _RULES[name](eqn), tuple(_node(value, node, margins) for value, node in args))
 
 
-def _node(value: Any, node: Node | None, margins: list[Any]) -> Node:
+def _node(value: Any, node: Logic | None, margins: list[Any]) -> Logic:
     if node is not None:
         return node
     return _relation(jnp.where(value, 1.0, -1.0) if value.dtype == bool else value, margins)
 
 
-def _relation(margin: Any, margins: list[Any]) -> Node:
+def _relation(margin: Any, margins: list[Any]) -> Logic:
     margins.append(margin)
-    return Node(len(margins) - 1)
+    return Logic(len(margins) - 1)

@@ -32,7 +32,8 @@ from acausal import (
     shape,
     simulate,
 )
-from acausal._declare.node import dynamic_fields, leaves_of
+from acausal._declare.fields import dynamic_fields
+from acausal._declare.node import leaves_of
 from components.electrical import Resistor
 from components.translational import Mass
 

@@ -18,7 +18,7 @@ from acausal._declare.layout import complete_leaves
 from acausal._declare.node import leaves_of, nodes_of
 from acausal._declare.requirements import broken
 from acausal._evaluate.packing import packed
-from acausal._evaluate.requirements import Requirements
+from acausal._evaluate.requirements import ModelRequirements
 from acausal._reduce.flatten import flatten
 
 NO_NUMBERS = (None, "a", 1j, {}, [1.0, "a"])
@@ -95,7 +95,7 @@ def test_copies(component: Component, again: Callable[[Any], Any]) -> None:
 def test_requirements_are_the_same_for_numbers_and_compiled(component: Component) -> None:
     """For random parameters: what single components find wrong, a system finds too, and nothing else."""
     flat = flatten(component)
-    requirements, draw = Requirements(flat), np.random.default_rng(0)
+    requirements, draw = ModelRequirements(flat), np.random.default_rng(0)
     keys = requirements.keys
     is_broken = jax.jit(lambda leaves: requirements.broken({key: packed(flat, leaves, *key) for key in keys}))
     for _ in range(20):

@@ -1,0 +1,33 @@
+"""Tangents that may be symbolic zeros, as rules of `jax.custom_jvp` get them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.custom_derivatives import SymbolicZero
+
+
+def array_of(tangent: Any) -> Any:
+    """A tangent that may be a symbolic zero as an array."""
+    if not isinstance(tangent, SymbolicZero):
+        return tangent
+    aval: Any = tangent.aval
+    zeros = np.zeros if aval.dtype == jax.dtypes.float0 else jnp.zeros
+    return zeros(aval.shape, aval.dtype)
+
+
+def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Any, Any]:
+    """`jax.jvp` along those leaves only that change."""
+    leaves, structure = jax.tree_util.tree_flatten(primals)
+    directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
+    moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
+
+    def of_moving(*values: Any) -> Any:
+        whole = list(leaves)
+        for i, value in zip(moving, values, strict=True):
+            whole[i] = value
+        return function(*structure.unflatten(whole))
+
+    return jax.jvp(of_moving, tuple(leaves[i] for i in moving), tuple(directions[i] for i in moving))
