@@ -83,8 +83,10 @@ def settled(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any
 
     _, size, end = jax.lax.while_loop(goes_on, step, (0, jnp.asarray(jnp.inf), x))
     before, after = (jnp.linalg.norm(point - start) for point in (x, end))
+    # It may go as far as meeting the conditions takes, but not to another root.
+    needed = 2.0 * jnp.linalg.norm(inverse(jax.jacfwd(g)(x, args)) @ g(x, args))
     # A step that shrinks no further than rounding lets it has converged, too.
-    is_good = (size < FARTHER) & (after <= before + FARTHER * (1.0 + before))
+    is_good = (size < FARTHER) & (after <= before + needed + FARTHER * (1.0 + before))
     return jnp.where(is_good, end, x)
 
 

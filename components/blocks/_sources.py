@@ -63,7 +63,7 @@ class Ramp(SignalSource):
 
 
 class Sine(SignalSource):
-    """y = offset + amplitude sin(2 pi f t + phase)."""
+    """y = offset + amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: Param[Scalar, ""]  # amplitude
     frequency: Param[Scalar, "Hz"]  # f
