@@ -188,7 +188,9 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
             f"No start values were found: {listed(bad or names)} became infinite or not a number. Remedy: better "
             "first guesses, as start values with free=[...], or an `easier` model to start from."
         )
-    missed = [names[i] for i in np.argsort(-np.abs(residual)) if abs(residual[i]) > CLOSE]
+    # What is missed by the same amount but for rounding stays in the order in which it is stated.
+    order = np.argsort(-np.round(np.abs(residual), 6), kind="stable")
+    missed = [names[i] for i in order if abs(residual[i]) > CLOSE]
     lines = [f"No start values satisfy the conditions. Not met: {listed(missed)}."]
     left, sizes, _ = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
