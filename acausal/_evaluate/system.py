@@ -246,7 +246,7 @@ class System:
     def discrete_places(self) -> dict[int, np.ndarray]:
         """Where the elements of the discrete leaves lie in the extended state vector, after states and memory."""
         places, start = {}, len(self.nominals) + self.memory_size
-        for index in self.flat.discrete_leaves if self.events else []:
+        for index in self.flat.discrete_leaves:
             leaf = self.flat.leaves[index]
             places[index] = start + np.arange(math.prod(leaf.stack + leaf.sizes))
             start += len(places[index])

@@ -115,7 +115,8 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
     try:
         closed = jax.make_jaxpr(of_leaves)(*structs(shapes * n_views))
     except AttributeError as error:
-        raise ModelError(f"{what}: {error}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
+        said = str(error).rstrip(".")
+        raise ModelError(f"{what}: {said}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
     jaxpr, constants = _hoisted(closed)
     atoms = [atom for eqn in jaxpr.eqns for atom in eqn.invars] + list(jaxpr.outvars)
     read = {atom for atom in atoms if not isinstance(atom, Literal)}

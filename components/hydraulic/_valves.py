@@ -78,7 +78,7 @@ class OnOffValve(Resistance):
 
     def equations(self, d: Self) -> Equations:
         x = pieces.limited(self.u.value, self.piece, 0.0, 1.0)
-        area = self.area * x**2 * (3.0 - 2.0 * x)
+        area = self.area * x**2 * (1.0 + 2.0 * (1.0 - x))
         conductance = self.discharge_coefficient * area * jnp.sqrt(2.0 / self.density)
         return super().equations(d) | dict(
             law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure))

@@ -322,7 +322,7 @@ def test_balanced_truncation() -> None:
         (dict(outputs=["motor.rotor.x"]), r"no variable 'motor.rotor.x'. Did you mean motor.rotor"),
         (dict(outputs=["supply.V"]), r"supply.V is not a variable of the model. Did you mean supply.v"),
         (dict(outputs="motor.rotor.w"), r"takes a sequence"),
-        (dict(outputs=[lambda s: s.motor.x]), r"no attribute 'x'"),
+        (dict(outputs=[lambda s: s.motor.x]), r"outputs: DCMotor has no .* variable 'x'\. Its argument"),
         (dict(outputs=[lambda s: jnp.ones(2)]), r"array of shape \(2,\)"),
         (dict(at=[1.0]), r"has 3 states: "),
         (dict(at="start"), r"at=str is not an operating point"),
