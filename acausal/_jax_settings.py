@@ -76,17 +76,18 @@ def _user_cache() -> Path:
 
 
 def forget_oldest(folder: Path, largest: int) -> None:
-    """Remove the files not read for longest, until the rest are no larger than this together.
+    """Remove the programs not read for longest, until the rest are no larger than this together.
 
-    Other processes may do the same at the same time: what is gone is gone.
+    What jax has not written stays, since the folder may be one that the user keeps other files in. Other processes may
+    do the same at the same time: what is gone is gone.
     """
     files = []
-    for entry in os.scandir(folder) if folder.is_dir() else ():
+    for entry in folder.glob("*-cache"):  # as jax names them
         try:
             status = entry.stat()
         except FileNotFoundError:
             continue
-        files.append((max(status.st_atime, status.st_mtime), status.st_size, Path(entry.path)))
+        files.append((max(status.st_atime, status.st_mtime), status.st_size, entry))
     total = 0
     for _, size, path in sorted(files, reverse=True):
         total += size

@@ -66,11 +66,11 @@ def _run(setting: dict[str, str], program: str = PROGRAM, where: Path = HERE) ->
 
 
 def test_what_was_not_read_for_longest_is_forgotten_first(tmp_path: Path) -> None:
-    for age, name in enumerate("abcd"):
+    for age, name in enumerate(("a-cache", "b-cache", "c-cache", "d-cache", "notes of the user")):
         (tmp_path / name).write_bytes(bytes(100))
         os.utime(tmp_path / name, (1e9 - age, 1e9 - age))
     forget_oldest(tmp_path, 250)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a-cache", "b-cache", "notes of the user"]
     forget_oldest(tmp_path / "not there", 0)
 
 
