@@ -1,7 +1,7 @@
-"""What a user waits for: the first run and the first gradient in a fresh process, and in a second one.
+"""What a user waits for: the import, the first run and the first gradient in a fresh process, and in a second one.
 
-CPU seconds after the import, as multiples of what `diffrax` takes with its own `Tsit5` for the equations of the clutch
-actuator, written by hand, to the same event.
+CPU seconds; those of runs after the import and as multiples of what `diffrax` takes with its own `Tsit5` for the
+equations of the clutch actuator, written by hand, to the same event.
 """
 
 import json
@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 from ._effort import Effort
 from ._rows import Row, compared
+
+IMPORT = 0.4  # of what the packages take to import that the library builds on
 
 
 class Limits(NamedTuple):
@@ -31,6 +33,14 @@ LIMITS = {
     "six-diode rectifier": Limits(3.0, 2.5, 1.0),
 }
 
+_IMPORT = """
+import json, time
+import diffrax, equinox, jax, lineax, optimistix
+stack = time.process_time()
+import acausal
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
+print(json.dumps([stack, time.process_time() - stack]))
+"""
 _TIMED = """
 import json, time
 import equinox as eqx
@@ -70,6 +80,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The least of several fresh processes each; then of others that find what these have compiled."""
     unit_run, unit_gradient, _ = _least(_UNIT, effort)
     rows = [
+        _import(effort),
         Row("first result: unit, run", unit_run, "s", "diffrax, by hand", None),
         Row("first result: unit, gradient", unit_gradient, "s", "diffrax, by hand", None),
     ]
@@ -88,6 +99,16 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     return rows
 
 
+def _import(effort: Effort) -> Row:
+    """Once the byte code is there, as in an installation."""
+    with tempfile.TemporaryDirectory() as folder:
+        setting = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": folder}
+        _, *times = (_printed(_IMPORT, setting) for _ in range(effort.processes + 1))
+    stack, own = (min(part) for part in zip(*times, strict=True))
+    about = "import: the library and its components"
+    return compared(about, own, "s", stack, "jax, equinox, diffrax, optimistix, lineax", IMPORT)
+
+
 def _least(setup: str, effort: Effort) -> list[float]:
     """Of processes that find nothing compiled."""
     return [min(times) for times in zip(*(_seconds(setup, "off") for _ in range(effort.processes)), strict=True)]
@@ -95,10 +116,13 @@ def _least(setup: str, effort: Effort) -> list[float]:
 
 def _seconds(setup: str, cache: str) -> list[float]:
     """CPU seconds of a first run and gradient in a process of its own, and how many programs it compiled."""
+    return _printed(_TIMED.replace("{setup}", setup), {"ACAUSAL_CACHE": cache})
+
+
+def _printed(program: str, setting: dict[str, str]) -> list[float]:
+    """What a process of its own prints last."""
     inherited = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
-    program = _TIMED.replace("{setup}", setup)
     done = subprocess.run(
-        [sys.executable, "-c", program], check=True, capture_output=True, text=True,
-        env={**inherited, "ACAUSAL_CACHE": cache},
-    )  # fmt: skip
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True, env={**inherited, **setting}
+    )
     return json.loads(done.stdout.splitlines()[-1])

@@ -6,8 +6,8 @@ All of it works on matrices whose states are measured in balanced units, so that
 from typing import Any
 
 import numpy as np
+import scipy
 from jaxtyping import Float
-from scipy.linalg import LinAlgError, cholesky, matrix_balance, solve_continuous_lyapunov, svd
 
 from .._errors import ModelError
 
@@ -28,7 +28,7 @@ def reachable(A: Any, B: Any) -> Matrix:
     threshold = SMALL
     while newest.shape[1] and basis.shape[1] < len(A):
         fresh = newest - basis @ (basis.T @ newest)
-        left, values, _ = svd(fresh - basis @ (basis.T @ fresh), full_matrices=False)
+        left, values, _ = scipy.linalg.svd(fresh - basis @ (basis.T @ fresh), full_matrices=False)
         added = left[:, values > threshold]
         basis = np.concatenate([basis, added], axis=1)
         newest, threshold = balanced @ added, SMALL * size
@@ -37,7 +37,7 @@ def reachable(A: Any, B: Any) -> Matrix:
 
 def _balanced(A: Matrix) -> tuple[Matrix, np.ndarray]:
     """A in units of the states that make its rows and columns of alike size, and these units."""
-    balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    balanced, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
     return balanced, scale
 
 
@@ -70,9 +70,9 @@ def balanced(A: Matrix, B: Matrix, C: Matrix) -> tuple[np.ndarray, Matrix, Matri
         )
     _, scale = _balanced(A) if len(A) else (A, np.ones(0))
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale
-    reach = _square_root(solve_continuous_lyapunov(A, -B @ B.T)) if len(A) else A
-    see = _square_root(solve_continuous_lyapunov(A.T, -C.T @ C)) if len(A) else A
-    left, values, right = svd(see.T @ reach) if len(A) else (A, np.zeros(0), A)
+    reach = _square_root(scipy.linalg.solve_continuous_lyapunov(A, -B @ B.T)) if len(A) else A
+    see = _square_root(scipy.linalg.solve_continuous_lyapunov(A.T, -C.T @ C)) if len(A) else A
+    left, values, right = scipy.linalg.svd(see.T @ reach) if len(A) else (A, np.zeros(0), A)
     weight = 1.0 / np.sqrt(values)
     to = weight[:, None] * (left.T @ see.T) / scale
     return values, to, scale[:, None] * (reach @ right.T) * weight
@@ -82,8 +82,8 @@ def _square_root(gramian: Matrix) -> Matrix:
     """R with R R^T equal to a symmetric positive matrix."""
     gramian = 0.5 * (gramian + gramian.T)
     try:
-        return cholesky(gramian, lower=True)
-    except LinAlgError:
+        return scipy.linalg.cholesky(gramian, lower=True)
+    except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(gramian)
         return vectors * np.sqrt(np.maximum(values, np.finfo(float).tiny))
 

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jaxtyping import Array, Float
-from scipy.linalg import qr
 
 from .._errors import ModelError
 from .._tracing import is_traced
@@ -56,9 +56,7 @@ def _independent(G: Any) -> np.ndarray:
     matrix = np.asarray(G)
     # Rows of one size, so that the rank is not a matter of the units of the constraints.
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    _, triangle, pivots = qr(  # pyright: ignore[reportAssignmentType]
-        matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True
-    )
+    _, triangle, pivots = scipy.linalg.qr(matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True)
     size = np.abs(np.diag(triangle))
     if len(matrix) and (len(size) < len(matrix) or size[-1] <= RANK * size[0]):
         raise ModelError(

@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigvals, matrix_balance, svd
+import scipy
 
 from .realisation import SMALL, minimal
 
@@ -27,17 +27,17 @@ def transmission_zeros(matrices: Matrices) -> np.ndarray:
     left are the eigenvalues of a regular pencil.
     """
     A, B, C, D = (np.asarray(matrix, float) for matrix in matrices)
-    rate = np.linalg.norm(matrix_balance(A, permute=False)[0]) if A.any() else 1.0
+    rate = np.linalg.norm(scipy.linalg.matrix_balance(A, permute=False)[0]) if A.any() else 1.0
     A, B, C, D = _compressed(*_normalised(A / rate, B / rate, C, D))
     A, C, B, D = (matrix.T for matrix in _compressed(A.T, C.T, B.T, D.T))
     n = len(A)
     if n == 0:
         return np.zeros(0, complex)
     if D.size == 0:
-        return _sorted(eigvals(A), rate)
+        return _sorted(scipy.linalg.eigvals(A), rate)
     # Orthogonal columns W with [C, D] W = [0, D'] leave the pencil (A' - s E') of the zeros.
-    W = svd(np.concatenate([C, D], axis=1))[2][len(D) :].T
-    return _sorted(eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]), rate)
+    W = scipy.linalg.svd(np.concatenate([C, D], axis=1))[2][len(D) :].T
+    return _sorted(scipy.linalg.eigvals(np.concatenate([A, B], axis=1) @ W, W[:n]), rate)
 
 
 def _sorted(values: Any, rate: Any) -> np.ndarray:
@@ -48,7 +48,7 @@ def _sorted(values: Any, rate: Any) -> np.ndarray:
 def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
     """The same zeros, from balanced states and from inputs and outputs of size 1."""
     if len(A):
-        A, (scale, _) = matrix_balance(A, permute=False, separate=True)
+        A, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
         B, C = B / scale[:, None], C * scale
     inputs = np.linalg.norm(np.concatenate([B, D]), axis=0)
     inputs = np.where(inputs > 0.0, inputs, 1.0)
@@ -61,13 +61,13 @@ def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
 def _compressed(A: Any, B: Any, C: Any, D: Any) -> Matrices:
     """An equivalent system whose D has full row rank: outputs that do not see the inputs at once become constraints."""
     while len(C):
-        left, values, _ = svd(D) if D.size else (np.eye(len(C)), np.zeros(0), None)
+        left, values, _ = scipy.linalg.svd(D) if D.size else (np.eye(len(C)), np.zeros(0), None)
         rank = int(np.sum(values > COUPLING))
         C, D = left.T @ C, (left.T @ D)[:rank]
         if rank == len(C):
             break
         top, blind = C[:rank], C[rank:]
-        _, seen, V = svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
+        _, seen, V = scipy.linalg.svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
         held = int(np.sum(seen > COUPLING))  # states that the other outputs hold at zero
         if held == 0:
             return A, B, top, D
@@ -90,8 +90,8 @@ def _static(A: Any, B: Any, C: Any, D: Any) -> float:
     A, B, C = minimal(A, B, C)
     if len(A) == 0:
         return float(D)
-    balanced = matrix_balance(A, permute=False)[0]
-    values = svd(balanced, compute_uv=False)
+    balanced = scipy.linalg.matrix_balance(A, permute=False)[0]
+    values = scipy.linalg.svd(balanced, compute_uv=False)
     if values[-1] <= SMALL * values[0]:
         return np.inf
     return float(D - (C @ np.linalg.solve(A, B))[0, 0])

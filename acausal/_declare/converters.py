@@ -1,5 +1,8 @@
 """What constructors make of the values they are given."""
 
+import dataclasses
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -38,6 +41,21 @@ def as_start(value: Any, *, unit: str, where: str) -> Any:
         return None
     value = magnitude(value, unit, where)
     return float(value) if isinstance(value, bool | int | float) else as_parameter(value, unit=unit, where=where)
+
+
+@dataclasses.dataclass(frozen=True)
+class Converter:
+    """What is made of a value that a constructor is given for one field."""
+
+    convert: Callable[..., Any]
+    unit: str
+    where: str
+
+    # Equinox asks every converter for it; to derive it from the code would take a third as long as making the class.
+    __signature__ = inspect.Signature([inspect.Parameter("value", inspect.Parameter.POSITIONAL_ONLY)])
+
+    def __call__(self, value: Any) -> Any:
+        return self.convert(value, unit=self.unit, where=self.where)
 
 
 CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start, "discrete": as_start}

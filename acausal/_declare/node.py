@@ -1,7 +1,6 @@
 """The classes a model is made of: `Component`, `Port` and `Record`, all pytrees that declare their leaves."""
 
 import dataclasses
-import functools as ft
 import sys
 import types
 import typing
@@ -15,7 +14,7 @@ import numpy as np
 from .._errors import ModelError, ParameterError, UnknownNameError, suggestion
 from .annotations import Declaration, declared
 from .arguments import check_arguments
-from .converters import CONVERTERS
+from .converters import CONVERTERS, Converter
 from .fields import dynamic_fields, join
 from .requirements import Requirements, broken
 
@@ -136,7 +135,7 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
             )
         declaration, default = dataclasses.replace(declaration, start=float(start)), None
     metadata = {"declaration": declaration}
-    converter = ft.partial(CONVERTERS[declaration.role], unit=declaration.unit, where=where)
+    converter = Converter(CONVERTERS[declaration.role], declaration.unit, where)
     return eqx.field(converter=converter, kw_only=True, default=default, metadata=metadata)
 
 

@@ -11,9 +11,8 @@ import jax.numpy as jnp
 import jax.scipy.linalg as jsl
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from .._reduce.graph import sharing
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals, row_scale
@@ -225,16 +224,7 @@ def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:
 
 def _connected(ordered: Sorted) -> list[list[int]]:
     """Constraints that share variables."""
-    rows = ordered.constraints
-    table, place = ordered.table, {row: i for i, row in enumerate(rows)}
-    chosen = np.isin(table.row, rows)
-    user = np.array([place[row] for row in table.row[chosen].tolist()], dtype=int)
+    table = ordered.table
+    chosen = np.isin(table.row, ordered.constraints)
     pair = table.variable[chosen] * 16 + table.order[chosen]
-    pairs, column = np.unique(pair, return_inverse=True)
-    size = len(rows) + len(pairs)
-    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
-    count, label = connected_components(links, directed=False)
-    members: list[list[int]] = [[] for _ in range(count)]
-    for row, group in zip(rows, label.tolist(), strict=False):
-        members[group].append(row)
-    return [group for group in members if group]
+    return sharing(ordered.constraints, table.row[chosen], pair)[0]

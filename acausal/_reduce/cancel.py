@@ -12,9 +12,9 @@ from .._errors import StructureError, listed
 from .aliases import Family, Merged
 from .dependent import FRACTIONS, MODULAR, PRIME, Row, dependencies, modular
 from .flatten import FlatModel
+from .graph import inverted, match, strong_components
 from .incidence import Incidence, tabulate
 from .index import Reduced, fixed_rows, reduce_index
-from .matching import inverted, match, strong_components
 from .template import sum_template
 
 ROUNDS = 50

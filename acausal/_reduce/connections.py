@@ -4,14 +4,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .._declare.array import Array
 from .._declare.component import Component, Connection
 from .._declare.fields import dynamic_fields, join
 from .._declare.node import Node, Port, parts_of
 from .._errors import ModelError, complain
+from .graph import connected
 
 
 def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
@@ -127,9 +126,7 @@ def _spread(a: np.ndarray, b: np.ndarray, around: int, own: int) -> tuple[np.nda
 def _flow_sets(ends: np.ndarray, edges: np.ndarray) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     if len(ends) == 0:
         return []
-    a, b = np.searchsorted(ends, edges[:, 0]), np.searchsorted(ends, edges[:, 1])
-    graph = coo_array((np.ones(len(a)), (a, b)), shape=(len(ends), len(ends)))
-    n_sets, label = connected_components(graph, directed=False)
+    n_sets, label = connected(np.searchsorted(ends, edges), len(ends))
     order = np.argsort(label, kind="stable")
     bounds = np.searchsorted(label[order], np.arange(n_sets + 1))
     members = ends[order].tolist()

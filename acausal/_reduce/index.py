@@ -7,8 +7,8 @@ import numpy as np
 
 from .._errors import StructureError, complain, listed
 from .dependent import FRACTIONS, Row, dependencies
+from .graph import inverted, match, neighbours, reach
 from .incidence import Incidence
-from .matching import inverted, match, neighbours, reach
 
 
 @dataclasses.dataclass

@@ -3,8 +3,8 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+
+from .graph import sharing
 
 
 class Entries(NamedTuple):
@@ -30,18 +30,10 @@ class Entries(NamedTuple):
 
 def connected(entries: Entries, rows: list[int]) -> list[tuple[list[int], Entries]]:
     """Rows that are connected through variables, each set with its entries, which are all of these rows."""
-    place = {row: i for i, row in enumerate(rows)}
-    user = np.array([place[row] for row in entries.rows.tolist()], dtype=int)
-    variables, column = np.unique(entries.variables, return_inverse=True)
-    size = len(rows) + len(variables)
-    links = coo_array((np.ones(len(user)), (user, len(rows) + column)), shape=(size, size))
-    count, label = connected_components(links, directed=False)
-    members: list[list[int]] = [[] for _ in range(count)]
-    for row, group in zip(rows, label.tolist(), strict=False):
-        members[group].append(row)
-    order = np.argsort(label[user], kind="stable")
-    bounds = np.searchsorted(label[user][order], np.arange(count + 1))
-    return [(members[g], entries.where(order[bounds[g] : bounds[g + 1]])) for g in range(count) if members[g]]
+    sets, label = sharing(rows, entries.rows, entries.variables)
+    order = np.argsort(label, kind="stable")
+    bounds = np.searchsorted(label[order], np.arange(len(sets) + 1))
+    return [(members, entries.where(order[bounds[g] : bounds[g + 1]])) for g, members in enumerate(sets)]
 
 
 class Elimination:

@@ -8,8 +8,8 @@ import numpy as np
 
 from .._errors import StructureError
 from .aliases import Family
+from .graph import inverted, match, strong_components
 from .incidence import Incidence, tabulate
-from .matching import inverted, match, strong_components
 from .states import Chosen
 
 

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .._reduce.flatten import FlatModel, Instances
+from .._reduce.graph import connected
 from .dimension import Dimension, described
 from .kinds import kind_units
 
@@ -20,9 +19,7 @@ def signal_problems(flat: FlatModel) -> list[str]:
     if not len(edges):
         return []
     nodes, edges = np.unique(edges, return_inverse=True)
-    edges = edges.reshape(-1, 2)
-    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
-    count, label = connected_components(graph, directed=False)
+    count, label = connected(edges.reshape(-1, 2), len(nodes))
     first: list[dict[Dimension, int]] = [{} for _ in range(count)]
     for node, net in zip(nodes.tolist(), label.tolist(), strict=True):
         dimension = known.get(int(flat.leaf_of_node[node]))

@@ -1,18 +1,18 @@
-"""Bipartite matching of equations with variables, and what to say when there is none."""
+"""Graphs of equations and variables: matching, connected sets, and what to say when there is no matching."""
 
 import itertools
+from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+import scipy  # whose parts are imported when they are first used: they take longer than the library itself
 
 
 def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> np.ndarray:
     """A matching of largest size: the column of each row, -1 for a row left over."""
     if n_rows == 0 or n_columns == 0 or len(rows) == 0:
         return np.full(n_rows, -1)
-    graph = csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n_rows, n_columns))
-    return maximum_bipartite_matching(graph, perm_type="column").astype(int)
+    graph = _incidence(rows, columns, n_rows, n_columns)
+    return scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column").astype(int)
 
 
 def inverted(mate: np.ndarray, n_columns: int) -> np.ndarray:
@@ -24,8 +24,30 @@ def inverted(mate: np.ndarray, n_columns: int) -> np.ndarray:
 
 def strong_components(users: np.ndarray, providers: np.ndarray, n_rows: int) -> tuple[int, np.ndarray]:
     """How many strongly connected sets the rows form, of which some use what others provide, and that of each row."""
-    graph = coo_array((np.ones(len(users), np.int8), (users, providers)), shape=(n_rows, n_rows))
-    return connected_components(graph, directed=True, connection="strong")
+    graph = _incidence(users, providers, n_rows, n_rows)
+    return scipy.sparse.csgraph.connected_components(graph, directed=True, connection="strong")
+
+
+def connected(edges: np.ndarray, n_nodes: int) -> tuple[int, np.ndarray]:
+    """How many connected sets the nodes form, of which pairs are joined by edges, and that of each node."""
+    graph = _incidence(edges[:, 0], edges[:, 1], n_nodes, n_nodes)
+    return scipy.sparse.csgraph.connected_components(graph, directed=False)
+
+
+def sharing(rows: list[int], users: np.ndarray, variables: np.ndarray) -> tuple[list[list[int]], np.ndarray]:
+    """The sets of `rows` that are connected through variables, and the set of each entry: a row and one it uses."""
+    place = {row: i for i, row in enumerate(rows)}
+    user = np.array([place[row] for row in users.tolist()], dtype=int)
+    names, column = np.unique(variables, return_inverse=True)
+    count, label = connected(np.stack([user, len(rows) + column], axis=1), len(rows) + len(names))
+    sets: list[list[int]] = [[] for _ in range(count)]
+    for row, own in zip(rows, label.tolist(), strict=False):
+        sets[own].append(row)
+    return sets, label[user]
+
+
+def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> Any:
+    return scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(n_rows, n_columns))
 
 
 def neighbours(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[int]]:

@@ -1,0 +1,28 @@
+"""What importing the library imports, which every user waits for."""
+
+import json
+import subprocess
+import sys
+
+# Names of modules that are there after the import and were not before, with all that the library builds on in place.
+PROGRAM = """
+import json, pkgutil, sys
+import diffrax, equinox, jax, jax.scipy.linalg, lineax, optimistix
+before = set(sys.modules)
+import acausal
+import components
+for package in pkgutil.iter_modules(components.__path__, "components."):
+    __import__(package.name)
+print(json.dumps(sorted(sys.modules.keys() - before)))
+"""
+
+
+def test_what_only_some_calls_need_is_imported_by_them() -> None:
+    """Of scipy only its root, which imports its parts when they are used; no pint, matplotlib, pandas or the like."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM], check=True, capture_output=True, text=True)
+    names = json.loads(done.stdout)
+    assert {"acausal", "components.electrical", "components.hydraulic"} <= set(names)
+    roots = {name.partition(".")[0].lstrip("_") for name in names} - sys.stdlib_module_names
+    assert roots <= {"acausal", "components", "scipy", "cyutility"}
+    parts = {name.split(".")[1] for name in names if name.startswith("scipy.")}
+    assert not {part for part in parts if not part.startswith("_")} - {"version"}
