@@ -55,7 +55,13 @@ from ._integrate.solution import Solution as Solution
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
 from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
-from ._jax_settings import compile_loops_whole, enable_double_precision, keep_compiled_programs
+from ._jax_settings import (
+    compile_loops_whole,
+    enable_double_precision,
+    keep_compiled_programs,
+    silence_slow_compilation,
+)
+from ._progress import announce_compilation
 from ._show.check import Check as Check
 from ._show.check import check as check
 from ._show.structure import Structure as Structure
@@ -66,3 +72,5 @@ from ._units.quantity import quantity as quantity
 enable_double_precision()
 compile_loops_whole()
 keep_compiled_programs()
+silence_slow_compilation()
+announce_compilation()

@@ -1,5 +1,5 @@
-"""Settings of jax that are made when `acausal` is imported: double precision, loops compiled as a whole, and compiled
-programs kept for later processes.
+"""Settings of jax that are made when `acausal` is imported: double precision, loops compiled as a whole, compiled
+programs kept for later processes, and no complaints about slow compilation.
 """
 
 import atexit
@@ -11,6 +11,7 @@ from pathlib import Path
 import jax
 
 OFF = ("0", "false", "off", "no")
+ON = ("1", "true", "on", "yes")
 
 
 def enable_double_precision() -> None:
@@ -42,6 +43,18 @@ def compile_loops_whole() -> None:
     if "xla_backend_extra_options" not in flags:
         option = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={SMALL_LOOP}"
         os.environ["XLA_FLAGS"] = f"{flags} {option}".strip()
+
+
+def silence_slow_compilation() -> None:
+    """Keep XLA from writing that a compilation is slow, and how to file a bug about it; nothing is wrong.
+
+    It is the logging of XLA's own that is restricted to fatal errors; others reach the user as exceptions. A level
+    chosen in the environment variable `TF_CPP_MIN_LOG_LEVEL` or by `jax_logging_level` wins.
+    """
+    level = jax.config.jax_logging_level  # pyright: ignore[reportAttributeAccessIssue]
+    if level == "NOTSET" and os.environ.get("TF_CPP_MIN_LOG_LEVEL", "1") == "1":  # which is what jax sets
+        jax.config.update("jax_logging_level", "CRITICAL")
+        jax.config.update("jax_logging_level", level)  # back for python's loggers; XLA's follows no "NOTSET"
 
 
 LARGEST = 1_000_000_000  # bytes of compiled programs that are kept

@@ -17,7 +17,8 @@ def executed(path: Path, timeout: float = 300.0, *, compile_fast: bool = False) 
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
     # The kernel shows pictures in its own way, whichever backend this process draws with.
     inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
-    env = inherited | {"PYTHONPATH": paths} | ({"JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} if compile_fast else {})
+    env = inherited | {"PYTHONPATH": paths, "ACAUSAL_PROGRESS": "off"}
+    env |= {"JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} if compile_fast else {}
     where = {"metadata": {"path": ROOT}}
     return NotebookClient(notebook, timeout=timeout, kernel_name="python3", resources=where).execute(env=env)
 

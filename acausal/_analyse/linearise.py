@@ -12,6 +12,7 @@ from .._declare.component import Component
 from .._evaluate.system import System
 from .._integrate.quantity import Quantity, trace
 from .._integrate.simulate import system_of
+from .._progress import compiling
 from .linear_system import LinearSystem
 from .point import Point, invariants_at, operating_point
 from .redundant import reduced
@@ -61,9 +62,10 @@ def linearise(
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
     output, function = output_signals(system, outputs)
-    point = operating_point(model, system, at, t)
     quantity, constants = trace(function, system.flat, "outputs")
-    rates, A, B, C, D = _matrices(places, quantity, constants, point)
+    with compiling("the linearisation", model, _matrices):
+        point = operating_point(model, system, at, t)
+        rates, A, B, C, D = _matrices(places, quantity, constants, point)
     state, sizes, basis = state_signals(system), system.nominals, None
     independent = np.arange(len(sizes))
     invariants = invariants_at(point)

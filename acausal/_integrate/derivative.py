@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.custom_derivatives import SymbolicZero
 
+from .._progress import differentiating
 from .._tangents import array_of
 
 Arrays = list[Any]
@@ -31,6 +32,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
         return quick(arrays)
 
     def rule(primals: tuple[Arrays], tangents: tuple[Arrays]) -> tuple[Any, Any]:
+        differentiating()
         (arrays,), (changes,) = primals, tangents
         moving = [i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero)]
         n = sum(np.size(arrays[i]) for i in moving)

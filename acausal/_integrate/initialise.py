@@ -15,6 +15,7 @@ from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import constrained_names, given_pairs, start_point
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
+from .._progress import compiling
 from .._tracing import is_traced
 from .field import Given
 from .modes import modes_at
@@ -88,7 +89,8 @@ def initialise(
     params = system.enforced(system.parameters(leaves))
     easy = params if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
     starts = system.starts.pack(leaves)
-    outcome, new = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
+    with compiling("the start", model, _solve):
+        outcome, new = _solve(problem, params, easy, starts, jnp.asarray(t0, float), constants)
     if throw and not is_traced(outcome.found.violation) and not np.ndim(outcome.found.violation):
         _report(problem, outcome, leaves)
     return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])

@@ -16,6 +16,7 @@ from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_for
 from .._evaluate.system import System
+from .._progress import compiling
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
@@ -52,7 +53,7 @@ def simulate(
     max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,
     throw: bool = True,
-    progress: bool = False,
+    progress: bool | None = None,
     system: System | None = None,
 ) -> Solution:
     """Integrate a model from `t0` to `t1` (in s), or until a condition is met.
@@ -73,7 +74,7 @@ def simulate(
       comes later happens, but is not listed.
     - `adjoint`: by default both modes of differentiation work; those of diffrax can be passed instead.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
-    - `progress`: print how far the run is.
+    - `progress`: print how far the run is. With False, nothing is said of a compilation that takes long, either.
     - `system`: the outcome of `compile`, whose choice of states is then used.
 
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
@@ -123,7 +124,8 @@ def simulate(
         stored=stored_constants,
     )
     check_known(system, numbers)
-    solution = run(settings, numbers)
+    with compiling("a run", model, run, progress):
+        solution = run(settings, numbers)
     if is_large:
         solution = dataclasses.replace(solution, _params=params)
     solution = report_failure(solution) if throw else solution

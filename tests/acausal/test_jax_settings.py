@@ -74,6 +74,24 @@ def test_what_was_not_read_for_longest_is_forgotten_first(tmp_path: Path) -> Non
     forget_oldest(tmp_path / "not there", 0)
 
 
+# XLA computes the sums while it compiles, and complains after a second.
+SLOW = """
+import acausal
+import jax, numpy as np
+
+sums = jax.jit(lambda: jax.lax.reduce_window(np.ones((20, 300)), 0.0, jax.lax.add, (1, 200), (1, 1), "SAME"))()
+jax.block_until_ready(sums)
+"""
+
+
+@pytest.mark.parametrize("level", ["1", "0"])
+def test_xla_does_not_complain_of_slow_compilation_unless_asked_to(level: str) -> None:
+    environment = os.environ | {"ACAUSAL_CACHE": "off", "TF_CPP_MIN_LOG_LEVEL": level}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    done = subprocess.run([sys.executable, "-c", SLOW], env=environment, capture_output=True, text=True, check=True)
+    assert ("slow_operation_alarm" in done.stderr) is (level == "0")
+
+
 @pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
 def test_flags_of_the_user_win(monkeypatch: pytest.MonkeyPatch, flags: str, is_set: bool) -> None:
     monkeypatch.setenv("XLA_FLAGS", flags)
