@@ -38,6 +38,7 @@ from ._declare.node import Record as Record
 from ._declare.requirements import Requirements as Requirements
 from ._declare.requirements import require as require
 from ._declare.sizes import sized as sized
+from ._errors import AcausalError as AcausalError
 from ._errors import ArgumentError as ArgumentError
 from ._errors import ModelError as ModelError
 from ._errors import ParameterError as ParameterError

@@ -6,7 +6,11 @@ import difflib
 from collections.abc import Iterable, Iterator, Sequence
 
 
-class ModelError(Exception):
+class AcausalError(Exception):
+    """The base of all errors of the library."""
+
+
+class ModelError(AcausalError):
     """A model that is declared or connected wrongly; raised before any number is computed."""
 
 
@@ -33,7 +37,7 @@ class UnitError(ModelError):
     """Equations or connections whose units do not agree; the message lists all that were found."""
 
 
-class SimulationError(RuntimeError):
+class SimulationError(AcausalError, RuntimeError):
     """A run that failed numerically, or never met its stop condition."""
 
 

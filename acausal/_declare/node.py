@@ -190,6 +190,20 @@ class Port(Node, partial=True):
 
     needs_connection: ClassVar[bool] = False
 
+    def power(self, d: Any) -> Any:
+        """The power into the component in W, from the variables and their time derivatives `d`.
+
+        Checks of components need it of every port with a flow.
+        """
+        del d
+        if any(leaf.declaration.role == "flow" for leaf in leaves_of(self)):
+            name = type(self).__name__
+            raise ModelError(
+                f"{name} does not state the power that it carries. Remedy: state it in {name} by a method, such as "
+                "`def power(self, d): return self.v * self.i`."
+            )
+        return 0.0
+
 
 class Record(Node, partial=True):
     """A set of parameters with methods on them, such as a cam profile; it holds no variables."""

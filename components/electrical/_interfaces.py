@@ -11,6 +11,10 @@ class Pin(Port):
     v: Var[Scalar, "V"] = 0.0  # potential
     i: Flow[Scalar, "A"] = 0.0  # current, positive into the component
 
+    def power(self, d: Any) -> Scalar:
+        del d
+        return self.v * self.i
+
 
 class TwoPin(Component, partial=True):
     """An element with one current path, from p to n: v = v_p - v_n, i = i_p = -i_n."""

@@ -11,6 +11,10 @@ class FluidPort(Port):
     p: Var[Scalar, "Pa"] = 0.0  # pressure above the atmosphere
     q: Flow[Scalar, "m3/s"] = 0.0  # volume flow rate, positive into the component
 
+    def power(self, d: Any) -> Scalar:
+        del d
+        return self.p * self.q
+
 
 class TwoPort(Component, partial=True):
     """An element with one flow path, from a to b, without storage: dp = p_a - p_b, q = q_a = -q_b."""

@@ -11,6 +11,9 @@ class Flange(Port):
     phi: Var[Scalar, "rad"] = 0.0  # angle
     tau: Flow[Scalar, "N.m"] = 0.0  # torque, positive into the component
 
+    def power(self, d: Any) -> Scalar:
+        return d.phi * self.tau
+
 
 class Compliant(Component, partial=True):
     """A massless element between two flanges: phi_rel = phi_b - phi_a, tau = tau_b = -tau_a."""

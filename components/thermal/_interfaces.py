@@ -1,5 +1,7 @@
 """The thermal port."""
 
+from typing import Any
+
 from acausal import Flow, Port, Scalar, Var, nonnegative
 
 
@@ -8,3 +10,7 @@ class HeatPort(Port):
 
     T: Var[Scalar, "K", nonnegative] = 293.15  # temperature
     Q_flow: Flow[Scalar, "W"] = 0.0  # heat flow rate, positive into the component
+
+    def power(self, d: Any) -> Scalar:
+        del d
+        return self.Q_flow

@@ -11,6 +11,9 @@ class Flange(Port):
     s: Var[Scalar, "m"] = 0.0  # position
     f: Flow[Scalar, "N"] = 0.0  # force, positive into the component
 
+    def power(self, d: Any) -> Scalar:
+        return d.s * self.f
+
 
 class Compliant(Component, partial=True):
     """A massless element between two flanges: s_rel = s_b - s_a, f = f_b = -f_a."""

@@ -12,25 +12,24 @@ from acausal._declare.component import When
 from acausal._declare.layout import complete
 
 
-def _events(model: Component, path: str = "") -> Iterator[tuple[str, Component, str, When]]:
-    for name, event in model.events().items():
+def _events(model: Component, path: str = "") -> Iterator[tuple[str, Component, When]]:
+    for event in model.events().values():
         if isinstance(event, When):
-            yield path, model, name, event
+            yield path, model, event
     for field in dataclasses.fields(model):
         part = getattr(model, field.name)
         if isinstance(part, Component):
             yield from _events(part, f"{path}{field.name}.")
 
 
-def settled(model: Any, *, every: bool = True, rounds: int = 4) -> Any:
-    """A model after the events that its values make happen, and what follows; `every` one or those of pieces."""
+def _settled(model: Any, rounds: int = 4) -> Any:
+    """A model after the events that its values make happen, and what follows."""
     for _ in range(rounds):
         new: dict[str, Any] = {}
-        for path, part, name, event in _events(model):
-            if every or name.endswith(("_up", "_down")):
-                for target, value in event.changes.items():
-                    before = new.get(path + target, getattr(part, target))
-                    new[path + target] = jnp.where(event.condition, value, before)
+        for path, part, event in _events(model):
+            for target, value in event.changes.items():
+                before = new.get(path + target, getattr(part, target))
+                new[path + target] = jnp.where(event.condition, value, before)
         model = replace(model, new)
     return model
 
@@ -40,7 +39,7 @@ def output(block: Component, *inputs: Any, names: tuple[str, ...] = ("u",)) -> j
 
     def at(*values: Any) -> Any:
         given = {f"{name}.value": value for name, value in zip(names, values, strict=True)}
-        here = settled(complete(replace(block, {**given, "y.value": 0.0})))
+        here = _settled(complete(replace(block, {**given, "y.value": 0.0})))
         (equation,) = here.equations(here).values()
         return -equation.residual
 

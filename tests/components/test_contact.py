@@ -7,17 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
-from _static_blocks import settled
 
-from acausal import Connections, ParameterError, Scalar, connect, replace, simulate
-from acausal._declare.layout import complete
+from acausal import Connections, ParameterError, Scalar, connect, simulate
+from acausal.testing import check_law
 from components import rotational, translational
-
-
-def effort(part: Any, law: str, **values: float) -> Scalar:
-    """The torque or force of a part at a relative position and speed."""
-    here = settled(complete(replace(part, values)))
-    return -here.equations(here)[law].residual
 
 
 @pytest.mark.parametrize(
@@ -35,7 +28,7 @@ def effort(part: Any, law: str, **values: float) -> Scalar:
 def test_law_of_backlash(phi_rel: float, w_rel: float, tau: float) -> None:
     """c = 1000, d = 10, play of 0.6 about 0.1: stops at 0.4 and -0.2."""
     backlash = rotational.ElastoBacklash(c=1000.0, d=10.0, play=0.6, phi_rel0=0.1)
-    np.testing.assert_allclose(effort(backlash, "law", phi_rel=phi_rel, w_rel=w_rel), tau, atol=1e-10)
+    check_law(backlash, {"phi_rel": phi_rel, "w_rel": w_rel}, {"tau": tau}, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -45,7 +38,7 @@ def test_law_of_backlash(phi_rel: float, w_rel: float, tau: float) -> None:
 def test_law_of_gap(s_rel: float, v_rel: float, f: float) -> None:
     """c = 1000, d = 10, n = 1.5, contact at 0.2: an indentation of 0.04 gives 8 N."""
     gap = translational.ElastoGap(c=1000.0, d=10.0, s_rel0=0.2, n=1.5)
-    np.testing.assert_allclose(effort(gap, "law", s_rel=s_rel, v_rel=v_rel), f, atol=1e-10)
+    check_law(gap, {"s_rel": s_rel, "v_rel": v_rel}, {"f": f}, atol=1e-9)
 
 
 def test_exponent_of_gap_has_to_be_at_least_one() -> None:

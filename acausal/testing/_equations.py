@@ -1,0 +1,217 @@
+"""The equations of a component whose own ports are open, as residuals at a point."""
+
+import functools as ft
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.array import Array, deepened
+from .._declare.component import Component, Energy
+from .._declare.fields import join
+from .._declare.layout import complete_leaves
+from .._declare.node import Port
+from .._evaluate.events import events_of
+from .._integrate.energy import accounts
+from .._reduce.connections import children
+from .._reduce.flatten import FlatModel, flatten
+from .._reduce.nominal import nominal_size
+
+Params = list[Any]  # in the order of the leaves of a component, as the modes
+Modes = list[Any]
+
+
+def quick(function: Any) -> Any:
+    """A function of stacked arguments, compiled quickly rather than well, for it is called a few times."""
+    return jax.jit(jax.vmap(function), compiler_options={"xla_backend_optimization_level": 0})
+
+
+class Balance(NamedTuple):
+    """Power through the ports and the three terms of the energy account, in W."""
+
+    ports: Any
+    supplied: Any
+    stored: Any
+    dissipated: Any
+
+
+class OpenEquations:
+    """The equations and inner connections of a component, and their derivatives in time.
+
+    A point z of shape [3, variables] holds all variables with their first and second time derivatives. What events
+    change by the way, the modes, is given apart.
+    """
+
+    def __init__(self, component: Component, sizes: float | None = None) -> None:
+        self.component = component
+        self.flat: FlatModel = flatten(component, split=True)
+        self.n: int = self.flat.n_nodes
+        self.variables = [leaf for leaf in self.flat.leaves if leaf.declaration.is_variable]
+        self.names: list[str] = [self.flat.node_name(node) for node in range(self.n)]
+        # The typical size of each variable: one for all, or else its nominal size.
+        pieces = [np.full(leaf.count, sizes or nominal_size(leaf)) for leaf in self.variables]
+        self.size: np.ndarray = _joined(pieces)
+        self._events = events_of(self.flat, ())
+        # An open port takes any flow, which its owner alone would set to zero.
+        own = self._own_flows()
+        self._flow_sets = [joint for joint in self.flat.flow_sets if len(joint[0]) > 1 or not own.issuperset(joint[0])]
+
+    def _own_flows(self) -> set[int]:
+        leaves = [leaf for leaf in self.variables if leaf.declaration.role == "flow" and leaf.path.count(".") == 1]
+        return {node for leaf in leaves for node in range(leaf.first, leaf.first + leaf.count)}
+
+    def given(self, component: Component) -> tuple[Params, Modes]:
+        """The parameters and modes of a component of the same structure."""
+        leaves, _ = complete_leaves(component)
+        pairs = list(zip(self.flat.leaves, leaves, strict=True))
+        params = [np.asarray(value, float) for leaf, value in pairs if leaf.declaration.role == "param"]
+        modes = [
+            np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack + leaf.sizes)
+            for leaf, value in pairs
+            if leaf.declaration.role == "discrete"
+        ]
+        return params, modes
+
+    def starts(self) -> np.ndarray:
+        """The point at which all variables have their start values and stand still, but for the time."""
+        leaves, _ = complete_leaves(self.component)
+        x = [
+            np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack).ravel()
+            for leaf, value in zip(self.flat.leaves, leaves, strict=True)
+            if leaf.declaration.is_variable
+        ]
+        runs = [np.full(leaf.count, float(leaf.declaration.role == "time")) for leaf in self.variables]
+        return np.stack([_joined(x), _joined(runs), np.zeros(self.n)])
+
+    def _leaves(self, x: Any, params: Params, modes: Modes) -> list[Any]:
+        param, mode = iter(params), iter(modes)
+        return [
+            jnp.reshape(x[leaf.first : leaf.first + leaf.count], leaf.stack) if leaf.declaration.is_variable
+            else next(mode if leaf.declaration.role == "discrete" else param)
+            for leaf in self.flat.leaves
+        ]  # fmt: skip
+
+    def _view(self, x: Any, params: Params, modes: Modes) -> Any:
+        return self.flat.structure.unflatten(self._leaves(x, params, modes))
+
+    @ft.cached_property
+    def rows(self) -> list[str]:
+        """What each residual belongs to."""
+        names: list[str] = []
+
+        def values(x: Any, params: Params, modes: Modes) -> list[Any]:
+            found = self._residuals(x, x, params, modes)
+            names[:] = found
+            return list(found.values())  # as a dictionary, it would come back sorted
+
+        shapes = jax.eval_shape(values, np.zeros(self.n), *self.given(self.component))
+        return [
+            f"{name}[{i}]" if shape.shape else name
+            for name, shape in zip(names, shapes, strict=True)
+            for i in range(math.prod(shape.shape))
+        ]
+
+    def _residuals(self, x: Any, dx: Any, params: Params, modes: Modes) -> dict[str, Any]:
+        here, slope = self._view(x, params, modes), self._view(dx, params, modes)
+        found = {name: jnp.asarray(value, float) for name, value in _stated(here, slope, "").items()}
+        for i, (a, b) in enumerate(self.flat.across):
+            found[f"connection {i}"] = x[a] - x[b]
+        for i, (nodes, signs) in enumerate(self._flow_sets):
+            found[f"flows {i}"] = jnp.dot(np.array(signs, float), x[np.array(nodes)])
+        for leaf in self.variables:
+            if leaf.declaration.role == "time":
+                found[f"{leaf.path} as the time"] = dx[leaf.first : leaf.first + leaf.count] - 1.0
+        return found
+
+    def residual(self, x: Any, dx: Any, params: Params, modes: Modes) -> Any:
+        """What is left of the equations; zero at a point that meets them."""
+        found = self._residuals(x, dx, params, modes)
+        return jnp.concatenate([jnp.zeros(0), *map(jnp.ravel, found.values())])
+
+    @ft.cached_property
+    def linearised(self) -> Any:
+        """For stacks of points, parameters and modes: what is left of the equations and of their derivatives in time,
+        and its Jacobian.
+        """
+
+        def both(z: Any, params: Params, modes: Modes) -> Any:
+            def residuals(z: Any) -> Any:
+                value = lambda x, dx: self.residual(x, dx, params, modes)  # noqa: E731
+                return jnp.concatenate(jax.jvp(value, (z[0], z[1]), (z[1], z[2])))
+
+            return residuals(z), jnp.reshape(jax.jacfwd(residuals)(z), (-1, 3 * self.n))
+
+        return quick(both)
+
+    def energy(self, x: Any, params: Params, modes: Modes) -> Energy:
+        """The sum of the energy accounts of the component and its parts."""
+        found = [account for _, account in accounts(self._view(x, params, modes))]
+        sums = [sum(terms) for terms in zip(*found, strict=True)] or [0.0] * 3
+        return Energy(*(jnp.asarray(term, float) for term in sums))
+
+    @ft.cached_property
+    def balance(self) -> Any:
+        """The power balance at stacks of points, parameters and modes."""
+
+        def at(z: Any, params: Params, modes: Modes) -> Balance:
+            account = lambda x: self.energy(x, params, modes)  # noqa: E731
+            now, rate = jax.jvp(account, (z[0],), (z[1],))
+            here, slope = (children(self._view(x, params, modes), "") for x in (z[0], z[1]))
+            ports = [(port, d) for (_, port), (_, d) in zip(here, slope, strict=True) if isinstance(port, Port)]
+            power = jnp.asarray(sum(port.power(d) for port, d in ports), float)
+            return Balance(power, now.supplied, rate.stored, now.dissipated)
+
+        return quick(at)
+
+    @ft.cached_property
+    def happens(self) -> Any:
+        """For stacks of points: which conditions of events hold, the modes after those that did not hold before, and
+        whether what the component refuses is the case.
+        """
+        return quick(self._happens)
+
+    def _happens(self, x: Any, params: Params, modes: Modes, before: Any) -> tuple[Any, Modes, Any]:
+        if self._events is None:
+            return before, modes, jnp.asarray(False)
+        leaves = self._leaves(x, params, modes)
+        truths = iter(self._events.truths([leaves[i] for i in self._events.truths.leaves]))
+        values = iter(self._events.actions([leaves[i] for i in self._events.actions.leaves]))
+        new, now, refused, earlier = list(leaves), [], jnp.asarray(False), iter(before)
+        for entry in self._events.entries:
+            truth = jnp.asarray(False) if entry.kind == "at" else next(truths)
+            refused |= jnp.any(truth) if entry.kind == "refuse" else False
+            now.append(jnp.broadcast_to(truth, entry.stack))
+            fires = now[-1] & ~next(earlier)
+            for target, value in zip(entry.targets, values, strict=False):
+                shape = np.shape(leaves[target])
+                fired = jnp.reshape(fires, fires.shape + (1,) * (len(shape) - fires.ndim))
+                new[target] = jnp.where(fired, jnp.broadcast_to(value, shape), new[target])
+        is_mode = [leaf.declaration.role == "discrete" for leaf in self.flat.leaves]
+        return now, [value for value, kept in zip(new, is_mode, strict=True) if kept], refused
+
+    def quiet(self, k: int) -> list[np.ndarray]:
+        """That no condition of an event holds, for k points."""
+        entries = self._events.entries if self._events is not None else ()
+        return [np.zeros((k, *entry.stack), bool) for entry in entries]
+
+
+def _stated(node: Any, d: Any, path: str) -> dict[str, Any]:
+    """The residuals of the equations of a node and its parts, by path."""
+    found: dict[str, Any] = {}
+    if isinstance(node, Component):
+        found = {join(path, name): equation.residual for name, equation in node.equations(d).items()}
+    for (where, part), (_, slope) in zip(children(node, path), children(d, path), strict=True):
+        if isinstance(node, Array):
+            found |= jax.vmap(lambda one, rate, where=where: _stated(deepened(one, -1), deepened(rate, -1), where))(
+                part, slope
+            )
+        elif isinstance(part, Component):
+            found |= _stated(part, slope, where)
+    return found
+
+
+def _joined(pieces: Sequence[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.zeros(0), *pieces])

@@ -1,0 +1,15 @@
+"""What a check raises."""
+
+from .._declare.component import Component
+from .._errors import AcausalError
+
+
+class CheckFailed(AcausalError, AssertionError):
+    """A component that does not keep what is checked; the message lists all that was found."""
+
+
+def fail(component: Component, problems: list[str]) -> None:
+    """Raise `CheckFailed` if there are problems."""
+    if problems:
+        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+        raise CheckFailed("\n".join([f"{type(component).__name__}: {count} found.", *problems]))

@@ -1,0 +1,107 @@
+"""Derivatives of a component's laws in both modes, against central differences."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ._equations import Modes, OpenEquations, Params, quick
+from ._points import Points
+
+STEP = 1e-5  # of central differences, in shares of the sizes
+AGREE = 1e-5  # what may be between them and a derivative, in shares of the terms
+ROUNDING = 1e-13  # of what the differences are of
+SAME = 1e-9  # and between both modes
+TERMS = ("stored energy", "dissipated power", "supplied power")
+
+
+def gradient_problems(equations: OpenEquations, found: Points, seed: int) -> list[str]:
+    """What is wrong with the derivatives at the points found, and at the start values."""
+    draw = np.random.default_rng(seed)
+    params, modes = equations.given(equations.component)
+    z = np.concatenate([found.z, equations.starts()[None]])[:, :2]
+    all_params, all_modes = (
+        [np.concatenate([many, one[None]]) for many, one in zip(several, last, strict=True)]
+        for several, last in ((found.params, params), (found.modes, modes))
+    )
+    z_way = np.maximum(equations.size, np.abs(z)) * draw.normal(size=z.shape)
+    p_way = [_directions(value, draw) for value in all_params]
+    weights = draw.normal(size=(len(z), len(equations.rows) + len(TERMS)))
+    results = quick(_Derivatives(equations))(z, all_params, all_modes, z_way, p_way, weights)
+    return _told([*equations.rows, *TERMS], _Found(*(np.asarray(item) for item in results)))
+
+
+def _directions(value: np.ndarray, draw: np.random.Generator) -> np.ndarray:
+    """Directions in which parameters vary: in shares of them, but zero where they are infinite."""
+    way = np.where(value == 0.0, 1.0, np.abs(value)) * draw.normal(size=value.shape)
+    return np.where(np.isfinite(value), way, 0.0)
+
+
+class _Found(NamedTuple):
+    """What is computed at each point.
+
+    `value` and `forward` are the laws and their derivatives in forward mode, `differences` those by differences, of
+    numbers as large as `of`. The sums of `one` and `other` are equal: a weighted sum of the derivatives, by forward
+    mode and by reverse mode.
+    """
+
+    value: Any
+    forward: Any
+    differences: Any
+    of: Any
+    one: Any
+    other: Any
+
+
+class _Derivatives:
+    """All derivatives at one point."""
+
+    def __init__(self, equations: OpenEquations) -> None:
+        self.equations = equations
+
+    def laws(self, z: Any, params: Params, modes: Modes) -> Any:
+        terms = jnp.stack(self.equations.energy(z[0], params, modes))
+        return jnp.concatenate([self.equations.residual(z[0], z[1], params, modes), terms])
+
+    def __call__(self, z: Any, params: Params, modes: Modes, z_way: Any, p_way: Params, weight: Any) -> _Found:
+        law = lambda z, params: self.laws(z, params, modes)  # noqa: E731
+        value, forward = jax.jvp(law, (z, params), (z_way, p_way))
+        z_slope, p_slope = jax.vjp(law, z, params)[1](weight)
+        pairs = [(z_slope, z_way), *zip(p_slope, p_way, strict=True)]
+        # An infinite parameter does not vary.
+        reverse = [jnp.where(way == 0.0, 0.0, slope * way).ravel() for slope, way in pairs]
+
+        def moved(share: Any) -> Any:
+            return law(z + share * z_way, [p + share * way for p, way in zip(params, p_way, strict=True)])
+
+        ahead, behind = jax.vmap(moved)(jnp.array([STEP, -STEP])) / (2.0 * STEP)
+        of = jnp.abs(ahead) + jnp.abs(behind)
+        return _Found(value, forward, ahead - behind, of, weight * forward, jnp.concatenate(reverse))
+
+
+def _told(labels: list[str], found: _Found) -> list[str]:
+    """What is wrong with derivatives at points, the last of which is that of the start values."""
+    is_infinite = np.isfinite(found.value[-1]) & ~np.isfinite(found.forward[-1])
+    problems = [
+        f"The derivative of {labels[i]} is not finite at the start values." for i in np.flatnonzero(is_infinite)
+    ]
+    forward, differences, of = found.forward[:-1], found.differences[:-1], found.of[:-1]
+    size = np.maximum(np.abs(forward), np.abs(differences))
+    wrong = ~(np.abs(forward - differences) <= AGREE * size + ROUNDING * of)
+    for i in np.flatnonzero(wrong.any(axis=0)):
+        k = int(np.argmax(wrong[:, i]))
+        numbers = f"{forward[k, i]:.9g} in forward mode, {differences[k, i]:.9g} by differences"
+        problems.append(f"The derivative of {labels[i]} is {numbers}.")
+    # Where forward mode is wrong, reverse mode is so, too.
+    return problems or _modes_differ(found)
+
+
+def _modes_differ(found: _Found) -> list[str]:
+    size = np.sum(np.abs(found.one), axis=1) + np.sum(np.abs(found.other), axis=1)
+    one, other = np.sum(found.one, axis=1), np.sum(found.other, axis=1)
+    wrong = np.isfinite(found.value).all(axis=1) & ~(np.abs(one - other) <= SAME * size)
+    if not wrong.any():
+        return []
+    k = int(np.argmax(wrong))
+    return [f"Its derivatives in forward and reverse mode differ: {one[k]:.9g} and {other[k]:.9g}."]

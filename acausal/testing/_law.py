@@ -1,0 +1,63 @@
+"""The law of a component: what follows from given values."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .._declare.component import Component
+from .._errors import UnknownNameError, suggestion
+from ._equations import OpenEquations
+from ._failed import fail
+from ._points import Points, nearby
+
+GUESSES = 3
+
+
+def solved(component: Component, given: Mapping[str, Any], *, sizes: float | None = None) -> dict[str, np.ndarray]:
+    """What follows from given values of some variables, by the equations of a component and their time derivatives.
+
+    `given` names variables and derivatives, as in `{"w": 10.0, "der(w)": 2.0}`; a value may be an array of several
+    cases, over which the component is solved one by one. The result holds all variables, derivatives as `der(w)` and
+    `der(w, 2)`, that do not depend on anything that is not given. The modes are those that the values imply, from the
+    modes at the start. `sizes` as in `check_power_balance`.
+
+    Raises `UnknownNameError` for a name that is no variable, `CheckFailed` where no values meet the equations.
+    """
+    equations = OpenEquations(component, sizes)
+    places = {name: _place(equations, name) for name in given}
+    values = np.broadcast_arrays(*(np.asarray(value, float) for value in given.values()))
+    shape = np.shape(values[0]) if values else ()
+    cases = int(np.prod(shape))
+    n, count = equations.n, cases * GUESSES
+    guess = equations.size * np.random.default_rng(0).normal(size=(GUESSES, cases, 3, n))
+    flat = guess.reshape(GUESSES, cases, 3 * n)
+    for place, value in zip(places.values(), values, strict=True):
+        flat[..., place] = value.ravel()
+    fixed = np.isin(np.arange(3 * n), list(places.values()))
+    params, modes = ([np.broadcast_to(v, (count, *np.shape(v))) for v in all] for all in equations.given(component))
+    start = Points(flat.reshape(count, 3, n), params, modes, np.ones(count, bool))
+    found = nearby(equations, start, fixed)
+    if not found.ok.all():
+        case = int(np.argmin(found.ok)) % cases
+        told = ", ".join(f"{name} = {value.ravel()[case]:g}" for name, value in zip(places, values, strict=True))
+        fail(component, [f"No values were found that meet its equations where {told}."])
+    z = found.z.reshape(GUESSES, cases, 3 * n)
+    scale = np.maximum(np.tile(equations.size, 3), np.abs(z[0]))
+    follows = np.all(np.ptp(z, axis=0) <= 1e-6 * scale, axis=0)
+    return {name: z[0, :, i].reshape(shape) for i, name in enumerate(names(equations)) if follows[i]}
+
+
+def names(equations: OpenEquations) -> list[str]:
+    """The names of all variables, then those of their first and second derivatives."""
+    formats = ("{}", "der({})", "der({}, 2)")
+    return [form.format(name) for form in formats for name in equations.names]
+
+
+def _place(equations: OpenEquations, name: str) -> int:
+    known = names(equations)
+    if name not in known:
+        raise UnknownNameError(
+            f"{type(equations.component).__name__} has no variable {name!r}.{suggestion(name, known)}"
+        )
+    return known.index(name)

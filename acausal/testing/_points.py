@@ -1,0 +1,141 @@
+"""Random points that meet the equations of a component, with random parameters, in the modes that they imply."""
+
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+
+from .._declare.by_name import parameters, replace
+from .._declare.component import Component
+from .._declare.node import nodes_of
+from .._declare.requirements import broken
+from .._errors import ModelError
+from ._equations import Modes, OpenEquations, Params
+
+ROUNDS = 8  # of changes of modes
+STEPS = 60  # of Newton's method
+MET = 1e-10  # what may be left of an equation, in shares of the terms in it
+
+
+@dataclasses.dataclass(frozen=True)
+class Points:
+    """Stacks of points, parameters and modes; and which of them meet the equations, in modes that agree with them."""
+
+    z: np.ndarray
+    params: Params
+    modes: Modes
+    ok: np.ndarray
+
+    def those_ok(self) -> "Points":
+        pick = lambda items: [item[self.ok] for item in items]  # noqa: E731
+        return Points(self.z[self.ok], pick(self.params), pick(self.modes), self.ok[self.ok])
+
+
+def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
+    """Points near random guesses; the first one with the parameters that are given, the others with random ones."""
+    draw = np.random.default_rng(seed)
+    variants = [equations.component] + [_varied(equations.component, draw) for _ in range(count - 1)]
+    params, modes = _stacked(equations.given(variant) for variant in variants)
+    guess = equations.size * draw.normal(size=(count, 3, equations.n))
+    for leaf in equations.variables:
+        if leaf.declaration.sign is not None:
+            own = slice(leaf.first, leaf.first + leaf.count)
+            guess[:, 0, own] = np.abs(guess[:, 0, own])
+    return nearby(equations, Points(guess, params, modes, np.ones(count, bool)))
+
+
+def _stacked(given: Iterable[tuple[Params, Modes]]) -> tuple[Params, Modes]:
+    all_params, all_modes = zip(*given, strict=True)
+    params, modes = ([np.stack(item) for item in zip(*rows, strict=True)] for rows in (all_params, all_modes))
+    return params, modes
+
+
+def _varied(component: Component, draw: np.random.Generator, spread: float = 0.4) -> Component:
+    """The component with other parameters that meet what it requires of them; zeros stay in half of the cases."""
+    noise = {path: draw.normal() for path in parameters(component)}
+    stay = {path: draw.random() < 0.5 for path in noise}
+    for _ in range(6):
+        values = {}
+        for path, value in parameters(component).items():
+            number = np.asarray(value)
+            raised = 0.0 if stay[path] else spread * abs(noise[path])
+            values[path] = np.where(number == 0.0, raised, number * np.exp(spread * noise[path]))
+        varied = _replaced(component, values)
+        if varied is not None:
+            return varied
+        spread /= 4.0
+    return component
+
+
+def _replaced(component: Component, values: dict[str, np.ndarray]) -> Component | None:
+    """The component with other parameters; None where it refuses them."""
+    try:
+        varied = replace(component, values)
+    except ModelError:
+        return None
+    return None if any(True for _, node in nodes_of(varied) for _ in broken(node)) else varied
+
+
+def nearby(equations: OpenEquations, guess: Points, fixed: np.ndarray | None = None) -> Points:
+    """Points near others that meet the equations; `fixed` are the places of a point that stay."""
+    z, params, modes, ok = guess.z, guess.params, guess.modes, guess.ok
+    free = np.ones(3 * equations.n, bool) if fixed is None else ~fixed
+    scale = np.tile(equations.size, 3)
+    before, stays, refused = equations.quiet(len(z)), np.zeros(len(z), bool), np.zeros(len(z), bool)
+    for _ in range(ROUNDS):
+        z, ok = _newton(equations, z, params, modes, scale, free)
+        # Values that jump come from the next search; here, only the modes follow each other.
+        for i in range(ROUNDS):
+            before, new, refused = equations.happens(z[:, 0], params, modes, before)
+            same = _alike(modes, new)
+            stays, modes = same if i == 0 else stays, [np.asarray(value) for value in new]
+            if same.all():
+                break
+        if stays.all():
+            break
+    return Points(z, params, modes, ok & stays & ~np.asarray(refused) & _in_range(equations, z))
+
+
+def _alike(modes: Modes, others: Modes) -> np.ndarray:
+    """For which points all modes are the same."""
+    same = [np.reshape(np.equal(a, b), (len(a), -1)).all(axis=1) for a, b in zip(modes, others, strict=True)]
+    return np.all(same, axis=0) if same else np.asarray(True)
+
+
+def _newton(
+    equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray, free: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of least norm, in shares of the scale, from stacks of points; and which of them arrived."""
+    for _ in range(STEPS):
+        residual, slope, finite = _rows(equations, z, params, modes, scale)
+        if np.max(np.abs(residual), initial=0.0) < 1e-3 * MET:
+            break
+        steps = np.zeros((len(z), 3 * equations.n))
+        for i in np.flatnonzero(finite):
+            steps[i, free] = np.linalg.lstsq(slope[i][:, free], residual[i], rcond=1e-13)[0]
+        z = z - np.reshape(scale * steps, z.shape)
+    residual, _, finite = _rows(equations, z, params, modes, scale)
+    return z, finite & (np.max(np.abs(residual), axis=1, initial=0.0) < MET)
+
+
+def _rows(
+    equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Residuals and Jacobian in shares of the terms in each equation, and for which points they are finite."""
+    residual, slope = (np.asarray(item) for item in equations.linearised(z, params, modes))
+    slope = slope * scale
+    finite = np.all(np.isfinite(residual), axis=1) & np.all(np.isfinite(slope), axis=(1, 2))
+    residual, slope = np.where(finite[:, None], residual, 0.0), np.where(finite[:, None, None], slope, 0.0)
+    reach = np.maximum(scale, np.reshape(np.abs(z), (len(z), -1))) / scale
+    size = np.sum(np.abs(slope) * reach[:, None, :], axis=2)
+    size = np.where(size > 0.0, size, 1.0)
+    return residual / size, slope / size[:, :, None], finite
+
+
+def _in_range(equations: OpenEquations, z: np.ndarray) -> np.ndarray:
+    inside = np.ones(len(z), bool)
+    for leaf in equations.variables:
+        if leaf.declaration.sign is not None:
+            values = z[:, 0, leaf.first : leaf.first + leaf.count]
+            inside &= np.all(leaf.declaration.sign.admits(values), axis=1)
+    return inside
