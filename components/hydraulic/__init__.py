@@ -1,13 +1,31 @@
-"""Hydraulics with one liquid of constant properties and pressures above the atmosphere.
+"""Hydraulics: liquids, and what they flow through; pressures count from the atmosphere.
 
-The flow variable is the volume flow rate, so mass is conserved only as far as the density is constant; liquids are
-compressible in `Line` and `Volume`. Not modelled: cavitation, dissolved air, temperature, inertia of the liquid.
+The flow q of a port is the mass flow over the density that the liquid has at atmospheric pressure. Parts that hold a
+`Liquid` know how its density changes, with entrained air and cavitation; the others, such as `Line`, `Volume` and
+`SlaveCylinder`, count on a constant density. Not modelled: dissolved air, heat.
 """
 
+from ._chamber import Chamber as Chamber
 from ._cylinders import MasterCylinder as MasterCylinder
 from ._cylinders import SlaveCylinder as SlaveCylinder
 from ._interfaces import FluidPort as FluidPort
 from ._interfaces import TwoPort as TwoPort
+from ._known_liquids import dot_4 as dot_4
+from ._known_liquids import fill as fill
+from ._known_liquids import iso_vg_32 as iso_vg_32
+from ._known_liquids import iso_vg_46 as iso_vg_46
+from ._known_liquids import iso_vg_68 as iso_vg_68
+from ._known_liquids import transformer_oil as transformer_oil
+from ._known_liquids import water as water
+from ._liquids import AnyLiquid as AnyLiquid
+from ._liquids import LinearLiquid as LinearLiquid
+from ._liquids import Liquid as Liquid
+from ._pipe_friction import BlasiusFriction as BlasiusFriction
+from ._pipe_friction import ChurchillFriction as ChurchillFriction
+from ._pipe_friction import LaminarFriction as LaminarFriction
+from ._pipe_friction import NoFriction as NoFriction
+from ._pipe_friction import PipeFriction as PipeFriction
+from ._pipes import Pipe as Pipe
 from ._pump import Pump as Pump
 from ._sensors import FlowSensor as FlowSensor
 from ._sensors import PressureSensor as PressureSensor
@@ -22,6 +40,8 @@ from ._stopped import StickingPump as StickingPump
 from ._stopped import StoppedCylinder as StoppedCylinder
 from ._switching_valves import IdealCheckValve as IdealCheckValve
 from ._switching_valves import SnapReliefValve as SnapReliefValve
+from ._unsteady_friction import FrictionMemory as FrictionMemory
+from ._unsteady_friction import UnsteadyFrictionPipe as UnsteadyFrictionPipe
 from ._valves import CheckValve as CheckValve
 from ._valves import LaminarResistance as LaminarResistance
 from ._valves import OnOffValve as OnOffValve

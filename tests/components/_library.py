@@ -17,9 +17,12 @@ def wave(x: Any) -> Any:
 LIMITS = dict(u_max=1.0, u_min=-1.0)
 CONTROL = dict(k=2.0, Ti=1.0, y_max=1.0, y_min=-1.0)
 GRID = np.arange(4.0)
+OIL = hydraulic.iso_vg_46()
+PIPE = dict(n=2, length=1.0, diameter=0.1, liquid=OIL)
 # What numbers of 1 for all parameters without a default would not do.
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "BearingFriction": dict(speeds=GRID, torques=GRID + 1.0),
+    "Chamber": dict(volume=1.0, liquid=OIL),
     "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
     "DeadZone": LIMITS,
     "Function": dict(function=wave),
@@ -29,6 +32,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "Limiter": LIMITS,
     "LossyGear": dict(ratio=2.0, losses=np.array([[0.0, 0.9, 0.8, 0.1, 0.1]])),
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
+    "Pipe": PIPE,
     "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
     "SaturatingInductor": dict(Lnom=0.5, Inom=1.0, Lzer=1.0, Linf=0.1),
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),
@@ -45,6 +49,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "TransferFunction": dict(b=[1.0], a=[1.0, 2.0, 3.0]),
     "Transformer": dict(L1=1.0, L2=1.0, M=0.5),
     "Trapezoid": dict(amplitude=1.0, period=4.0, rising=1.0, width=1.0, falling=1.0),
+    "UnsteadyFrictionPipe": PIPE,
     "WeightedSum": dict(k=[1.0, -1.0]),
     "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
 }

@@ -1,0 +1,31 @@
+"""Chambers filled with a liquid."""
+
+from typing import Self
+
+from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+
+from . import _content as content
+from ._interfaces import FluidPort
+from ._liquids import AnyLiquid
+
+
+class Chamber(Component):
+    """A closed volume of a liquid, d(V r(p))/dt = q, with rigid walls or yielding ones, V = volume (1 + wall p).
+
+    `Volume` is the same for a constant bulk modulus, without a liquid of its own.
+    """
+
+    volume: Param[Scalar, "m3", positive]  # at atmospheric pressure
+    liquid: AnyLiquid
+    wall: Param[Scalar, "1/Pa", nonnegative] = 0.0  # relative growth of the volume with the pressure
+    p: Var[Scalar, "Pa", prefer] = 0.0  # pressure
+    port: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            pressure=eq(self.p, self.port.p),
+            compression=eq(content.capacity(self.liquid, self.volume, self.p, self.wall) * d.p, self.port.q),
+        )
+
+    def energy(self) -> Energy:
+        return content.account(self.liquid, self.volume, self.p, self.wall, self.port.q)

@@ -1,0 +1,21 @@
+"""What a volume with rigid or yielding walls takes up of a liquid: V = volume (1 + wall p), content V r(p)."""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Energy
+
+from ._liquids import AnyLiquid
+
+
+def capacity(liquid: AnyLiquid, volume: Any, p: Any, wall: Any) -> Any:
+    """C in m3/Pa, the inflow q over dp/dt, with volume in m3 at atmospheric pressure and wall in 1/Pa."""
+    return volume * ((1.0 + wall * p) * liquid.compressibility(p) + wall * liquid.relative_density(p))
+
+
+def account(liquid: AnyLiquid, volume: Any, p: Any, wall: Any, inflow: Any) -> Energy:
+    """Energy account of liquid and walls together, for numbers or arrays of volumes."""
+    growth = volume * wall * inflow / capacity(liquid, volume, p, wall)
+    of_liquid = liquid.account(p, volume * (1.0 + wall * p), inflow, growth)
+    return of_liquid._replace(stored=of_liquid.stored + jnp.sum(0.5 * volume * wall * p**2))

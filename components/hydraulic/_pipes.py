@@ -1,0 +1,181 @@
+"""Pipes in which pressure waves run: compressible liquid, its inertia and its friction, in segments."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Param,
+    ParameterError,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    magnitude,
+    nonnegative,
+    positive,
+    prefer,
+    shape,
+)
+
+from .._checks import numbers
+from . import _content as content
+from ._interfaces import FluidPort
+from ._liquids import AnyLiquid
+from ._pipe_friction import ChurchillFriction, PipeFriction
+
+
+class Segments(Component, partial=True):
+    """The balances of n segments of length l = length/n between n + 1 nodes, those at the ends of half the volume.
+
+    Acoustic, without convection, with the density of the inertia and of the friction that at atmospheric pressure, rho:
+
+    - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i;
+    - C(p_i) dp_i/dt = q_(i-1) - q_i, with C of liquid and walls, V = A l (1 + wall p);
+    - steady friction f_i = 32 nu rho l/(A d^2) q_i ratio(Re), Re = |q_i| d/(A nu).
+
+    The segments follow a wave whose length is above some ten of them; a front that is steeper rings (Viersma,
+    `Analysis, Synthesis and Design of Hydraulic Servosystems and Pipelines`, 1980).
+    """
+
+    n: int  # number of segments, at least 2
+    inner: int  # n - 1
+    length: Param[Scalar, "m", positive]
+    diameter: Param[Scalar, "m", positive]  # d, inside
+    liquid: AnyLiquid
+    friction: PipeFriction
+    wall: Param[Scalar, "1/Pa", nonnegative]  # relative growth of the volume with the pressure
+    q: Var[Vector, "m3/s", prefer, shape("n")]  # flow from node to node
+    p: Var[Vector, "Pa", prefer, shape("inner")]  # pressure at the inner nodes
+    p_a: Var[Scalar, "Pa", prefer]  # pressure at the node of a
+    p_b: Var[Scalar, "Pa", prefer]  # and at that of b
+    a: FluidPort
+    b: FluidPort
+
+    def _build(
+        self,
+        n: int,
+        length: Scalar,
+        diameter: Scalar,
+        liquid: AnyLiquid,
+        friction: PipeFriction | None,
+        wall: Scalar,
+        p: Any,
+        q: Any,
+    ) -> None:
+        name = type(self).__name__
+        if not isinstance(n, int) or n < 2:
+            raise ParameterError(f"{name}.n must be a whole number of segments, at least 2, got {n!r}.")
+        self.n, self.inner = n, n - 1
+        self.length, self.diameter, self.liquid, self.wall = length, diameter, liquid, wall
+        self.friction = ChurchillFriction() if friction is None else friction
+        self.q = self._start("q", "m3/s", n, q)
+        start = self._start("p", "Pa", n + 1, p)
+        ends: Any = (None, None, None) if start is None else (start[0], start[1:-1], start[-1])
+        self.p_a, self.p, self.p_b = ends
+        self.a, self.b = FluidPort(), FluidPort()
+
+    def _start(self, name: str, unit: str, size: int, value: Any) -> Any:
+        if value is None:
+            return None
+        where = f"{type(self).__name__}.{name}"
+        start = numbers(self, name, magnitude(value, unit, where))
+        if start.shape not in ((), (size,)):
+            raise ParameterError(f"{where} must be one number or {size} of them, got an array of shape {start.shape}.")
+        return jnp.broadcast_to(start, (size,))
+
+    @property
+    def area(self) -> Scalar:
+        """A = pi/4 d^2 in m2."""
+        return 0.25 * jnp.pi * self.diameter**2
+
+    @property
+    def inertance(self) -> Scalar:
+        """rho l/A of a segment in kg/m4."""
+        return self.liquid.reference_density * self.length / (self.n * self.area)
+
+    def equations(self, d: Any) -> Equations:
+        (first, inner, last), (net_a, net, net_b) = self._capacities(), self._inflows()
+        nodes = self._pressures()
+        return dict(
+            pressure_a=eq(self.a.p, self.p_a),
+            pressure_b=eq(self.b.p, self.p_b),
+            momentum=eq(self._inertia() * d.q, nodes[:-1] - nodes[1:] - self._resistance()),
+            content_a=eq(first * d.p_a, net_a),
+            content=eq(d.p, net / inner),
+            content_b=eq(last * d.p_b, net_b),
+        )
+
+    def energy(self) -> Energy:
+        liquid, inflows = self.liquid, jnp.concatenate([jnp.atleast_1d(flow) for flow in self._inflows()])
+        account = content.account(liquid, self._volumes(), self._pressures(), self.wall, inflows)
+        return account._replace(
+            stored=account.stored + jnp.sum(0.5 * self._inertia() * self.q**2),
+            dissipated=jnp.sum(self._resistance() * self.q),
+        )
+
+    def _inertia(self) -> Scalar:
+        """What resists dq/dt in a segment."""
+        return self.inertance
+
+    def _resistance(self) -> Vector:
+        """Pressure drops of the segments by friction."""
+        return jnp.asarray(self._laminar() * self.q * self.friction.ratio(self._reynolds(), self.diameter))
+
+    def _viscosity(self) -> Vector:
+        nodes = self._pressures()
+        return jnp.asarray(self.liquid.kinematic_viscosity(0.5 * (nodes[:-1] + nodes[1:])))
+
+    def _reynolds(self) -> Vector:
+        return jnp.abs(self.q) * self.diameter / (self.area * self._viscosity())
+
+    def _laminar(self) -> Vector:
+        """Pressure drops per flow in laminar flow."""
+        return 32.0 * self._viscosity() * self.inertance / self.diameter**2
+
+    def _pressures(self) -> Vector:
+        return jnp.concatenate([jnp.atleast_1d(self.p_a), self.p, jnp.atleast_1d(self.p_b)])
+
+    def _inflows(self) -> tuple[Any, Any, Any]:
+        return self.a.q - self.q[0], self.q[:-1] - self.q[1:], self.q[-1] + self.b.q
+
+    def _volumes(self) -> Vector:
+        whole = self.area * self.length / self.n
+        return whole * jnp.ones(self.n + 1).at[jnp.array([0, -1])].set(0.5)
+
+    def _capacities(self) -> tuple[Any, Any, Any]:
+        whole = self.area * self.length / self.n
+        shares = ((0.5 * whole, self.p_a), (whole, self.p), (0.5 * whole, self.p_b))
+        first, inner, last = (content.capacity(self.liquid, volume, p, self.wall) for volume, p in shares)
+        return first, inner, last
+
+
+class Pipe(Segments):
+    """A pipe or hose of n segments with compressible liquid, inertia and friction: waves run in it.
+
+    `Pipe(n=20, length=10.0, diameter=0.01, liquid=iso_vg_46())`. `friction` is `ChurchillFriction()` unless another
+    law is given; `wall` is d V/(V dp), d/(E thickness) for a thin elastic pipe, and from the data sheet for a hose;
+    `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. The
+    work does not grow with n as a compiled program. See `Segments` for the law, `UnsteadyFrictionPipe` for the
+    friction of fast changes, `Line` for a pipe that is short against the waves.
+    """
+
+    def __init__(
+        self,
+        *,
+        n: int,
+        length: Scalar,
+        diameter: Scalar,
+        liquid: AnyLiquid,
+        friction: PipeFriction | None = None,
+        wall: Scalar = 0.0,
+        p: Any = None,
+        q: Any = None,
+    ) -> None:
+        self._build(n, length, diameter, liquid, friction, wall, p, q)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)

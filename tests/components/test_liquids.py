@@ -1,0 +1,192 @@
+"""Liquids: bulk modulus with entrained air, cavitation, viscosity, and one liquid for a whole circuit."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import (
+    ArgumentError,
+    Array,
+    Component,
+    Connections,
+    ParameterError,
+    Result,
+    connect,
+    parameters,
+    repeat,
+    replace,
+    simulate,
+)
+from components.hydraulic import (
+    Chamber,
+    ConstantFlow,
+    LinearLiquid,
+    Liquid,
+    Tank,
+    dot_4,
+    fill,
+    iso_vg_32,
+    iso_vg_46,
+    iso_vg_68,
+    transformer_oil,
+    water,
+)
+
+KNOWN = (iso_vg_32, iso_vg_46, iso_vg_68, transformer_oil, dot_4, water)
+ATMOSPHERE = 101325.0
+GAUGE = np.array([0.0, 1e5, 1e6])
+
+
+def mixture(air: float, stiffening: float) -> Liquid:
+    return Liquid(
+        density=870.0, bulk_modulus=1.5e9, nu_1=46e-6, nu_2=6.7e-6, air=air, stiffening=stiffening,
+        transition_pressure=1e-2,
+    )  # fmt: skip
+
+
+# The laws of Cho and Yu (constant modulus) and of IFAS (it grows by 11.4 p) at 0, 1 and 10 bar, by complex steps.
+@pytest.mark.parametrize(
+    ("air", "stiffening", "modulus"),
+    [
+        (0.005, 0.0, (27846936.52731, 86582785.99149, 794418020.3025)),
+        (0.005, 11.4, (27846936.52731, 86586571.95437, 797602228.2405)),
+        (0.05, 0.0, (2832011.357033, 8974077.269011, 146733533.8014)),
+        (0.05, 11.4, (2832011.357033, 8974116.987778, 146841182.0194)),
+    ],
+)
+def test_bulk_modulus_with_air(air: float, stiffening: float, modulus: tuple[float, ...]) -> None:
+    found = mixture(air, stiffening).bulk_modulus_at(jnp.asarray(GAUGE))
+    np.testing.assert_allclose(found, modulus, rtol=1e-9)
+
+
+def test_volume_with_air() -> None:
+    found = 1.0 / mixture(0.01, 11.4).relative_density(jnp.asarray(GAUGE))
+    np.testing.assert_allclose(found, (1.0, 0.9960577215811, 0.9911618193742), rtol=1e-9)
+
+
+@pytest.mark.parametrize("liquid", KNOWN, ids=lambda liquid: liquid.__name__)
+def test_density_never_turns_back(liquid: Callable[[], Liquid]) -> None:
+    """From tension, which the bubbles do not bear, to 1000 bar: the density grows, and its derivatives are right."""
+    here = liquid()
+    p = jnp.concatenate([-ATMOSPHERE * jnp.linspace(2.0, 0.0, 50), jnp.geomspace(1.0, 1e8, 50)])
+    assert np.all(np.diff(here.relative_density(p)) > 0.0)
+    slope = jax.vmap(jax.grad(lambda x: jnp.asarray(here.relative_density(x))))(p)
+    np.testing.assert_allclose(here.compressibility(p), slope, rtol=1e-9)
+    potential = jax.vmap(jax.grad(lambda x: jnp.asarray(here.potential(x))))(p)
+    np.testing.assert_allclose(potential * here.relative_density(p), 1.0, rtol=1e-9)
+    assert here.source
+
+
+@pytest.mark.parametrize("liquid", KNOWN, ids=lambda liquid: liquid.__name__)
+def test_data_sheets(liquid: Callable[..., Liquid]) -> None:
+    """The viscosity passes through its two points; heat thins, pressure compresses, cold is denser."""
+    here = liquid()
+    for temperature, nu in ((here.T_1, here.nu_1), (here.T_2, here.nu_2)):
+        assert float(jnp.asarray(liquid(temperature).kinematic_viscosity(0.0))) == pytest.approx(float(nu), rel=1e-12)
+    warm, cold = liquid(333.15), liquid(283.15)
+    assert warm.kinematic_viscosity(0.0) < cold.kinematic_viscosity(0.0)
+    assert warm.reference_density < cold.reference_density
+    assert 1.0 < float(jnp.asarray(here.relative_density(3e7))) < 1.03
+
+
+def test_water_against_tables() -> None:
+    """Kinematic viscosity and vapour pressure of the VDI-Waermeatlas, away from the points of the law."""
+    for celsius, nu, vapour in ((10.0, 1.3065e-6, 1228.0), (50.0, 0.5531e-6, 12352.0), (90.0, 0.3259e-6, 70182.0)):
+        here = water(celsius + 273.15)
+        assert float(jnp.asarray(here.kinematic_viscosity(0.0))) == pytest.approx(nu, rel=0.04)
+        # Around the vapour pressure, the volume changes from full of liquid to full of vapour.
+        assert float(jnp.asarray(here.relative_density(1.04 * vapour - ATMOSPHERE))) > 0.1
+        assert float(jnp.asarray(here.relative_density(0.96 * vapour - ATMOSPHERE))) < 0.02
+
+
+class Filling(Component):
+    """A constant flow into a chamber."""
+
+    flow: ConstantFlow
+    chamber: Chamber
+
+    def connections(self) -> Connections:
+        return (connect(self.flow.port, self.chamber.port),)
+
+
+@pytest.mark.parametrize("flow", [1e-5, -4e-5], ids=["charged", "drained"])
+def test_chamber_conserves_mass(flow: float) -> None:
+    """V r(p) = V + Q t: to 150 bar when charged; when drained by 40 %, bubbles are left near the vapour's pressure."""
+    oil, volume = iso_vg_46(), 1e-4
+    rig = Filling(flow=ConstantFlow(flow=flow), chamber=Chamber(volume=volume, liquid=oil))
+    sol = simulate(rig, 0.1 if flow > 0.0 else 1.0, save="steps", rtol=1e-8, energy=True)
+    p = np.asarray(sol["chamber.p"])
+    np.testing.assert_allclose(oil.relative_density(jnp.asarray(p)), 1.0 + flow * sol.ts / volume, rtol=1e-4)
+    assert np.all(p > float(oil.vapour_pressure) - ATMOSPHERE)
+    assert abs(float(sol.energy.imbalance)) < 1e-6 * abs(float(sol.energy.stored["chamber"]))
+
+
+def test_linear_liquid_is_the_textbooks() -> None:
+    liquid = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=32e-6)
+    rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=liquid, wall=0.0))
+    assert float(simulate(rig, 0.1, save="end").final.chamber.p) == pytest.approx(1.4e9 * 1e-2, rel=1e-9)
+
+
+def test_one_liquid_for_a_circuit() -> None:
+    """Of all its parts, arrays too; its gradient is the sum of theirs, by both modes and by differences."""
+    rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
+    filled = fill(rig, iso_vg_46(temperature=323.15))
+    assert float(filled.chamber.liquid.temperature) == 323.15
+    many = fill(repeat(rig.chamber, 3), dot_4())
+    assert isinstance(many, Array)
+    assert jnp.shape(parameters(many)["item.liquid.nu_1"]) == (3,)
+
+    def pressure(air: jax.Array) -> jax.Array:
+        liquid = replace(Chamber(volume=1.0, liquid=iso_vg_46()), {"liquid.air": air}).liquid
+        return jnp.asarray(simulate(fill(rig, liquid), 0.05, save="end", rtol=1e-9).final.chamber.p)
+
+    here, step = jnp.asarray(0.005), 1e-6
+    forward, reverse = jax.jacfwd(pressure)(here), jax.grad(pressure)(here)
+    difference = (pressure(here + step) - pressure(here - step)) / (2.0 * step)
+    np.testing.assert_allclose(forward, reverse, rtol=1e-7)
+    np.testing.assert_allclose(forward, difference, rtol=1e-5)
+
+
+def test_nothing_to_fill() -> None:
+    with pytest.raises(ArgumentError, match=r"no part of Tank that holds a liquid. Build its parts with `liquid="):
+        fill(Tank(), dot_4())
+
+
+def test_a_remark_on_the_source_does_not_change_the_structure() -> None:
+    structures = {jax.tree_util.tree_structure(liquid()) for liquid in KNOWN}
+    assert len(structures) == 1
+
+
+BAD = (
+    ({"bulk_modulus": -1.0}, r"bulk_modulus must be positive, got -1.0 Pa"),
+    ({"density": 0.0}, r"density must be positive, got 0.0 kg/m3"),
+    ({"air": 1.0}, r"air must be below 1, got 1.0"),
+    ({"air": 0.0}, r"air must be positive, got 0.0"),
+    ({"nu_1": 0.1e-6}, r"nu_1 must be above unit - shift, got nu_1 = 1e-07 m2/s"),
+    ({"vapour_pressure": 2e5}, r"vapour_pressure must be below atmosphere at the temperature"),
+    ({"T_2": 313.15}, r"T_1 must differ from T_2"),
+)
+
+
+@pytest.mark.parametrize(("change", "text"), BAD, ids=lambda item: next(iter(item), None))
+def test_unphysical_liquids_are_refused(change: dict[str, float], text: str) -> None:
+    good = dict(density=870.0, bulk_modulus=1.5e9, nu_1=46e-6, nu_2=6.7e-6)
+    with pytest.raises(ParameterError, match=rf"^Liquid\.{text}"):
+        Liquid(**(good | change))
+
+
+def test_unphysical_liquids_are_refused_under_jit() -> None:
+    rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
+
+    @jax.jit
+    def is_refused(modulus: jax.Array) -> jax.Array:
+        bad = replace(rig, {"chamber.liquid.bulk_modulus": modulus})
+        return jnp.asarray(simulate(bad, 1e-3, save="end", throw=False).result == Result.bad_parameter)
+
+    assert bool(is_refused(jnp.asarray(-1.0)))
+    assert not bool(is_refused(jnp.asarray(1e9)))
+    with pytest.raises(ParameterError, match=r"chamber\.liquid\.bulk_modulus must be positive, got -1\.0 Pa"):
+        simulate(replace(rig, {"chamber.liquid.bulk_modulus": -1.0}), 1e-3)
