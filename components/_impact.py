@@ -1,9 +1,10 @@
 """Rigid stops as a variable structure: free, or resting at the lower or upper one.
 
 The modes are -1 (resting at the lower stop), 0 (free) and 1 (at the upper one). One structure serves all of them by a
-path parameter s: while resting it is the contact effort into the component, else the acceleration. What rests is drawn
-to the stop itself within a few LAG, so that its place is determined (Baumgarte 1972); what is left to draw it by is an
-error of rounding, or what a search for a state of rest has still to find.
+path parameter s: while resting it is the contact effort into the component, else the acceleration. What rests loses its
+speed within a few LAG, and is drawn to the stop itself, so that a search for a state of rest finds its place (Baumgarte
+1972). In a run it is there already, but for an error of rounding. This must not accelerate it by as much as friction
+that sticks at the same place creeps under its load, and so it is drawn weakly.
 
 What lies at a stop unloaded has a speed, an acceleration and a contact effort that are zero but for rounding, and no
 event follows from their signs: an impact needs a speed above 1e-6 of the largest one that comes to rest, and to be
@@ -17,6 +18,7 @@ import jax.numpy as jnp
 from acausal import Events, Scalar, when
 
 LAG = 1e-3  # s
+DRAW = 10.0  # 1/s2, acceleration towards the stop over the distance from it
 PRESS = 1e-6  # in SI units
 
 
@@ -24,7 +26,7 @@ def acceleration(
     mode: Scalar, s: Scalar, creep: Scalar, *, place: Scalar, speed: Scalar, low: Scalar, high: Scalar
 ) -> Scalar:
     beyond = jnp.where(mode > 0.0, place - high, jnp.where(mode < 0.0, place - low, 0.0))
-    return jnp.where(mode == 0.0, s, creep * s - 2.0 * speed / LAG - beyond / LAG**2)
+    return jnp.where(mode == 0.0, s, creep * s - speed / LAG - DRAW * beyond)
 
 
 def effort(mode: Scalar, s: Scalar) -> Scalar:

@@ -111,6 +111,36 @@ def test_a_mass_with_a_length_comes_to_rest_at_its_stops(start: tuple[float, flo
         assert solution.stats["num_rejected_steps"] == 0
 
 
+def wire_pressed(ramp: Any, push: Any, mass: Any, friction: Any, stop: Any) -> Connections:
+    return connect(ramp.y, push.u), connect(push.flange, mass.a, friction.flange, stop.flange)
+
+
+def test_what_rests_at_a_stop_breaks_away_with_its_static_friction() -> None:
+    """Pressed on by 1 N until t = 1; at 1 - 1.5 (t - 1) = -peak Fc it leaves, whatever rounding left at the stop."""
+    rng, n = np.random.default_rng(0), 12
+    s_max = rng.uniform(0.1, 0.9, n) * rng.choice([1.0, 100.0], n)
+    v, Fc, peak = s_max * rng.uniform(2.0, 8.0, n), rng.uniform(0.1, 0.4, n), rng.uniform(1.0, 2.5, n)
+
+    def run(v: Scalar, s_max: Scalar, Fc: Scalar, peak: Scalar) -> Any:
+        friction = translational.SupportFriction(speeds=jnp.array([0.0, 1.0]), forces=jnp.stack([Fc, Fc]), peak=peak)
+        ramp = blocks.Ramp(offset=1.0, height=-3.0, duration=2.0, start_time=1.0)
+        parts = (
+            ramp,
+            translational.SignalForce(),
+            translational.Mass(m=1.0, v=v),
+            friction,
+            translational.HardStop(s_max=s_max),
+        )
+        solution = simulate(Rig(parts=parts, wiring=wire_pressed), 3.0, save="end", rtol=1e-8)
+        return solution.final.parts[2].b.s, solution.events.of_event("parts[3].backward")
+
+    place, times = jax.jit(jax.vmap(run))(v, s_max, Fc, peak)
+    leaves = 1.0 + (1.0 + Fc * peak) / 1.5
+    left = 3.0 - leaves
+    np.testing.assert_allclose(np.min(times, axis=1), leaves, rtol=1e-9)
+    np.testing.assert_allclose(place, s_max - 0.5 * Fc * (peak - 1.0) * left**2 - 0.25 * left**3, rtol=1e-9)
+
+
 class Wet(translational.DryFriction):
     """A law of one's own: sliding force F0 + k v^2, held up to 3 F0."""
 
