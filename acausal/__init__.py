@@ -57,7 +57,7 @@ from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
 from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
 from ._jax_settings import (
-    compile_loops_whole,
+    choose_compiler_options,
     enable_double_precision,
     keep_compiled_programs,
     silence_slow_compilation,
@@ -71,7 +71,7 @@ from ._units.quantity import magnitude as magnitude
 from ._units.quantity import quantity as quantity
 
 enable_double_precision()
-compile_loops_whole()
+choose_compiler_options()
 keep_compiled_programs()
 silence_slow_compilation()
 announce_compilation()

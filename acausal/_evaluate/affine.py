@@ -121,6 +121,8 @@ def _selected(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     shapes = [shape_of(atom) for atom in eqn.invars[1:]]
 
     def pick(values: Sequence[Any]) -> Any:
+        if all(value is None for value in values):
+            return None
         filled = [
             jnp.broadcast_to(jnp.asarray(0.0 if value is None else computed(value), float), shape)
             for value, shape in zip(values, shapes, strict=True)

@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._reduce.ranges import is_within, within
 from .affine import Affine, Minus, computed, evaluate, plus, scale, solved_for, times
-from .elimination import UNROLLED, eliminated
+from .elimination import UNROLLED, eliminated, stacked
 from .program import Arg, Program, Step
 from .roots import scaled_root
 
@@ -110,9 +110,8 @@ def tear_matrix(program: Program, known: Known) -> Any:
     """The square matrices, stacked, of the linear equations that determine the tearing variables."""
     if not program.is_elementwise:
         return _dense_system(program, known)[0][None]
-    rows, shape, indices = _symbolic(program, known)[1], program.shapes[0], _tear_indices(program)
-    entries = [[jnp.broadcast_to(computed(row.terms.get(i, 0.0)), shape) for i in indices] for row in rows]
-    return jnp.moveaxis(jnp.array(entries).reshape(len(rows), len(rows), -1), -1, 0)
+    rows = _symbolic(program, known)[1]
+    return stacked([[computed(row.terms.get(i)) for i in _tear_indices(program)] for row in rows])
 
 
 def _inserted(value: Affine, tears: dict[int, Any]) -> Any:

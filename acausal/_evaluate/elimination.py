@@ -2,32 +2,99 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 
-from .affine import computed, negated, over
+from .._linear_solver import linear_solver
+from .affine import computed, negated, over, plus, times
 
-UNROLLED = 6  # linear systems up to this size are eliminated in the traced program, larger ones by LAPACK
+UNROLLED = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
+WRITTEN_OUT = 3  # up to this size entry by entry, which is the fastest but takes about n^3 operations to compile
+_Row = list[Any]  # the coefficients of an equation, then its constant; None is a structural zero
 
 
 def eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
-    """Solve A x + b = 0, entry by entry, with partial pivoting; None stands for a structural zero."""
+    """Solve A x + b = 0 with partial pivoting, element by element of arrays; None stands for a structural zero."""
     n = len(matrix)
     if n == 1:
         return [0.0 if constant[0] is None else negated(over(constant[0], matrix[0][0]))]
-    rows = [
-        [0.0 if value is None else computed(value) for value in (*row, b)]
-        for row, b in zip(matrix, constant, strict=True)
-    ]
+    rows = [[computed(value) for value in (*row, b)] for row, b in zip(matrix, constant, strict=True)]
+    if n > WRITTEN_OUT:
+        return _solved(rows)
     for k in range(n):
+        _bring_pivot(rows, k)
         for other in range(k + 1, n):
-            swap = jnp.abs(rows[other][k]) > jnp.abs(rows[k][k])
-            above = [jnp.where(swap, b, a) for a, b in zip(rows[k], rows[other], strict=True)]
-            rows[other] = [jnp.where(swap, a, b) for a, b in zip(rows[k], rows[other], strict=True)]
-            rows[k] = above
-        for other in range(k + 1, n):
-            factor = rows[other][k] / rows[k][k]
-            rows[other] = [b - factor * a for a, b in zip(rows[k], rows[other], strict=True)]
-    x: list[Any] = [0.0] * n
+            rows[other] = _reduced(rows[other], rows[k], k)
+    x: list[Any] = [None] * n
     for k in reversed(range(n)):
-        x[k] = -(rows[k][n] + sum(rows[k][j] * x[j] for j in range(k + 1, n))) / rows[k][k]
-    return x
+        total = rows[k][n]
+        for j in range(k + 1, n):
+            total = plus(total, _product(rows[k][j], x[j]))
+        x[k] = None if total is None else negated(over(total, _pivot(rows[k], k)))
+    return [0.0 if value is None else value for value in x]
+
+
+def _bring_pivot(rows: list[_Row], k: int) -> None:
+    """Exchange rows so that the largest coefficient of the k-th unknown is in the k-th one."""
+    for other in range(k + 1, len(rows)):
+        if rows[other][k] is None:
+            continue
+        if rows[k][k] is None:
+            rows[k], rows[other] = rows[other], rows[k]
+            continue
+        here, there = rows[k][k], rows[other][k]
+        if isinstance(here, float) and isinstance(there, float):
+            if abs(there) > abs(here):
+                rows[k], rows[other] = rows[other], rows[k]
+            continue
+        swap = jnp.abs(there) > jnp.abs(here)
+        pairs = list(zip(rows[k], rows[other], strict=True))
+        rows[k] = [_either(swap, b, a) for a, b in pairs]
+        rows[other] = [_either(swap, a, b) for a, b in pairs]
+
+
+def _reduced(row: _Row, pivot: _Row, k: int) -> _Row:
+    """A row without the k-th unknown, by the row that has its pivot."""
+    if row[k] is None:
+        return row
+    factor = negated(over(row[k], _pivot(pivot, k)))
+    return [None] * (k + 1) + [
+        computed(plus(b, _product(factor, a))) for a, b in zip(pivot[k + 1 :], row[k + 1 :], strict=True)
+    ]
+
+
+def _pivot(row: _Row, k: int) -> Any:
+    return 0.0 if row[k] is None else row[k]
+
+
+def _product(a: Any, b: Any) -> Any:
+    return None if a is None or b is None else times(a, b)
+
+
+def _either(which: Any, a: Any, b: Any) -> Any:
+    """One of two coefficients; no operation where they are the same."""
+    if a is b:
+        return a
+    shape = jnp.broadcast_shapes(*(jnp.shape(x) for x in (which, a, b) if x is not None))
+    first, second = (jnp.broadcast_to(jnp.asarray(0.0 if x is None else x, float), shape) for x in (a, b))
+    return jax.lax.select(jnp.broadcast_to(which, shape), first, second)
+
+
+def _solved(rows: list[_Row]) -> list[Any]:
+    """The same by operations on arrays, of which there are fewer."""
+    n = len(rows)
+    matrices = stacked(rows)
+    solutions = jax.vmap(lambda a: linear_solver(a[:, :n], is_refined=True)(-a[:, n]))(matrices)
+    shape = jnp.broadcast_shapes(*(jnp.shape(value) for row in rows for value in row if value is not None))
+    return [solutions[:, i].reshape(shape) for i in range(n)]
+
+
+def stacked(rows: list[_Row]) -> Any:
+    """[elements, rows, columns], the coefficients of equations that hold for each element of arrays."""
+    values = [value for row in rows for value in row if value is not None]
+    shape = jnp.broadcast_shapes(*(jnp.shape(value) for value in values))
+    flat = [jnp.broadcast_to(jnp.asarray(value, float), shape).ravel() for value in (0.0, *values)]
+    is_own = np.array([[value is not None for value in row] for row in rows])
+    # What is unsigned is not negative, and needs no operation that asks.
+    return jnp.stack(flat, axis=-1)[:, np.where(is_own, np.cumsum(is_own).reshape(is_own.shape), 0).astype(np.uint32)]

@@ -19,7 +19,8 @@ from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.jaxpr import assembled, structs
-from .._reduce.margins import Bounds, Logic, relations
+from .._reduce.logic import Expression
+from .._reduce.margins import relations
 
 Kind = Literal["when", "at", "kink", "refuse"]
 _KINDS: dict[type, Kind] = {When: "when", At: "at", Kink: "kink", Refuse: "refuse"}
@@ -62,7 +63,8 @@ class EventSet:
     """The events of a model, one entry after the other, each with its members.
 
     - `truths`: whether conditions hold, those of the entries that are not scheduled; `margins` of the relations that
-      they are made of, numbers that are positive where these hold, and `logic`, how they are.
+      they are made of, numbers that are positive where these hold, and `logic`, of each event how it is, None for
+      those that are scheduled.
     - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
     - `actions`: the new values, one array for each target of each entry.
     - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
@@ -71,7 +73,7 @@ class EventSet:
     entries: tuple[Entry, ...]
     truths: Function
     margins: Function
-    logic: tuple[Logic, ...]
+    logic: tuple[Expression | None, ...]
     times: Function
     actions: Function
     instants: Instants | None
@@ -105,28 +107,8 @@ class EventSet:
         return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
 
     @property
-    def relation_sizes(self) -> list[int]:
-        return [math.prod(aval.shape) for aval in self.margins.closed.out_avals]
-
-    @ft.cached_property
-    def reads(self) -> np.ndarray:
-        """[events, relations], which conditions are made of which relations."""
-        sizes, nodes, rows = self.relation_sizes, iter(self.logic), []
-        for entry in self.entries:
-            numbers = frozenset() if entry.kind == "at" else next(nodes).numbers
-            members = [np.eye(entry.count) if size == entry.count else np.ones((entry.count, size)) for size in sizes]
-            rows.append(np.hstack([np.zeros((entry.count, 0)), *(m * (i in numbers) for i, m in enumerate(members))]))
-        return np.vstack(rows).astype(bool)
-
-    def combined(self, low: Any, high: Any) -> list[Bounds]:
-        """Bounds of the margins of conditions from those of relations, given as flat vectors."""
-        shapes = [aval.shape for aval in self.margins.closed.out_avals]
-        ends = np.cumsum([0, *self.relation_sizes])
-        parts = [
-            [bound[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
-            for bound in (low, high)
-        ]
-        return [node.combined(*parts) for node in self.logic]
+    def n_relations(self) -> int:
+        return sum(math.prod(aval.shape) for aval in self.margins.closed.out_avals)
 
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
@@ -158,7 +140,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
-    logic: list[Logic] = []
+    logic: list[np.ndarray] = []
 
     def real(*leaves: Any) -> list[Any]:
         margins, logic[:] = relations(closed, leaves, n)
@@ -170,12 +152,18 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         tuple(entries),
         _function(truths, 0, n),
         _function(margins, 0, len(margins.out_avals)),
-        tuple(logic),
+        _in_order(entries, logic),
         _function(closed, n, m),
         _function(closed, m, end),
         found,
         read,
     )
+
+
+def _in_order(entries: Sequence[Entry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
+    remaining = iter(logic)
+    parts = [[None] * e.count if e.kind == "at" else next(remaining).ravel().tolist() for e in entries]
+    return tuple(expression for part in parts for expression in part)
 
 
 def _condition(event: When | Kink | Refuse) -> Any:

@@ -18,7 +18,7 @@ Pair = tuple[int, int]  # a variable and the order of its derivative
 Packed = dict[tuple[int, int], Any]  # by (component kind, slot): one value for each member, stacked where they are many
 Guess = Callable[[Sequence[Pair]], Any]
 MANY_RUNS = 64  # more pieces than this are gathered by index
-UNROLLED = 8  # up to so many alike blocks are written out one by one, more are mapped over
+UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
 
 
 class Place(NamedTuple):
@@ -69,7 +69,7 @@ class Store:
 
     def is_finite(self) -> Any:
         """Whether all that was computed so far is finite."""
-        return jnp.all(jnp.stack([jnp.all(jnp.isfinite(self.flat(segment))) for segment in self._segments]))
+        return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self._segments])))
 
     def gather(self, read: Read) -> Any:
         """The values of all members, stacked in front."""

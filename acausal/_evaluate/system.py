@@ -264,7 +264,10 @@ class System:
         if values is None:
             return {}
         shapes = {i: self.flat.leaves[i].stack + self.flat.leaves[i].sizes for i in self.discrete_places}
-        return {i: values[places - start].reshape(shapes[i]) for i, places in self.discrete_places.items()}
+        return {
+            i: jax.lax.slice(values, (places[0] - start,), (places[-1] + 1 - start,)).reshape(shapes[i])
+            for i, places in self.discrete_places.items()
+        }
 
     def with_discrete(self, inputs: Inputs, y: Any) -> Inputs:
         """The inputs with the discrete variables that an extended state vector holds."""

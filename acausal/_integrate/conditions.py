@@ -17,18 +17,19 @@ def signs(g: Any, above: Any) -> Any:
 
 
 class EventConditions(NamedTuple):
-    """`margins` of relations at a time; `logic`, bounds of the margins of conditions from those of relations; which
-    relations each condition `reads`; and which are `either`: events that happen when they become false, too.
+    """`margins` of relations at a time; `logic`, a bound of the margins of conditions from those of relations and of
+    their negatives; which relations each condition `reads`; and which are `either`: events that happen when they become
+    false, too.
     """
 
     margins: Callable[[Any], Any]
-    logic: Callable[[Any, Any], tuple[Any, Any]]
+    logic: Callable[[Any, Any], Any]
     reads: np.ndarray
     either: np.ndarray
 
     def true(self, above: Any) -> Any:
         """Which conditions hold where these relations do."""
-        return self.logic(sign_of(above), sign_of(above))[0] > 0
+        return self.logic(sign_of(above), -sign_of(above)) > 0
 
     def begin(self, above: Any, holds: Any) -> Any:
         """Which events begin where these relations hold, after `holds`."""
@@ -40,7 +41,8 @@ class EventConditions(NamedTuple):
 
         A condition that holds must become false and true again for that.
         """
-        unsettled = changes | turns
-        low, high = self.logic(jnp.where(unsettled, -1.0, sign_of(above)), jnp.where(unsettled, 1.0, sign_of(above)))
+        least = jnp.where(changes | turns, -1.0, sign_of(above))
+        most = jnp.where(changes | turns, 1.0, sign_of(above))
+        low, high = self.logic(least, -most), self.logic(most, -least)
         many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
         return jnp.where(holds, (low < 0) & (self.either | many), high > 0)

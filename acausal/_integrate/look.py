@@ -110,10 +110,12 @@ def look(
     def narrowed(s: _Search, new: Point, at_once: Any) -> _Search:
         """The search after a look at a point between `low` and `high`."""
         now = jnp.any(at_once)
-        judged = ft.partial(_judged, conditions, length, short, s.count)
         above = signs(new.g, s.above)
         holds = s.holds & conditions.true(above)
-        before, behind = judged(s.low, new, s.above, s.holds), judged(new, s.high, above, holds)
+        judged = jax.vmap(ft.partial(_judged, conditions, length, short, s.count))(
+            *_both((s.low, new, s.above, s.holds), (new, s.high, above, holds))
+        )
+        before, behind = (jax.tree.map(lambda x, i=i: x[i], judged) for i in (0, 1))
         last = signs(s.high.g, above)
         verdict = _pick(before.passes, behind, before)
         low = _pick(before.passes, _pick(behind.passes, s.high, new), s.low)
@@ -160,6 +162,10 @@ def look(
     without = jnp.where(jnp.abs(s.high.g - s.low.g) > least, s.above, after)
     leaps = begins & ~conditions.begin(without, s.holds) & jnp.any(after != s.above)
     return Found(s.is_found, s.high.t, s.low.t, begins, leaps, s.holds, last)
+
+
+def _both(a: Any, b: Any) -> Any:
+    return jax.tree.map(lambda x, y: jnp.stack([x, y]), a, b)
 
 
 def _pick(condition: Any, a: Any, b: Any) -> Any:

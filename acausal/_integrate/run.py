@@ -76,7 +76,7 @@ def _given(settings: Settings, numbers: Numbers) -> Given:
 def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, numbers: Numbers) -> _Integrated:
     given = _given(settings, numbers)
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
-    y0, events, memory = begin_run(settings, given, y0)
+    y0, events, memory = begin_run(settings, given, y0, is_reversible=not isinstance(adjoint, diffrax.ForwardMode))
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(term_of(settings)),
         solver_of(settings, events, memory),

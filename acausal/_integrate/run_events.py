@@ -1,21 +1,17 @@
-"""All that can happen in a run, in one numbering."""
+"""All that can happen in a run, as functions of a point."""
 
 import dataclasses
-import functools as ft
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from .._evaluate.events import Kind
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
-from .._evaluate.system import System
+from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .schedule import last_before, next_after
-from .settings import Settings
-from .state_vector import StateVector
 
 
 class Here(NamedTuple):
@@ -30,88 +26,12 @@ class Here(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class RunEvents:
-    """The events of a model, then the times at which its equations or conditions change, and last the stop condition.
-
-    Their functions take the time, the stepped vector and the numbers of the run, and give one number for each event.
+class RunEvents(EventNumbers):
+    """The events of a run; their functions take the time, the stepped vector and the numbers of the run, and give one
+    number for each event. A run that `is_reversible` can be differentiated in reverse mode, too.
     """
 
-    settings: Settings
-    layout: StateVector
-
-    @property
-    def system(self) -> System:
-        return self.settings.system
-
-    @ft.cached_property
-    def n_model(self) -> int:
-        return 0 if self.system.events is None else self.system.events.total
-
-    @ft.cached_property
-    def n_curved(self) -> int:
-        """Zeros of functions of time that have to be searched for, because these are not affine."""
-        return self.system.instants.n_curved
-
-    @ft.cached_property
-    def n_instants(self) -> int:
-        """Times at which an equation changes, and the next at which a condition does that time alone tells."""
-        events = self.system.events
-        return self.system.instants.total + (events is not None and events.instants is not None)
-
-    @ft.cached_property
-    def total(self) -> int:
-        return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
-
-    def _mask(self, model: Any, instants: bool, curved: bool, stop: bool) -> np.ndarray:
-        model = np.broadcast_to(np.asarray(model, bool), self.n_model)
-        others = [instants] * self.n_instants + [curved] * self.n_curved
-        return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
-
-    def _of_model(self, *kinds: Kind) -> np.ndarray:
-        """Which of the events of the model are of one of some kinds."""
-        events = self.system.events
-        return np.zeros(0, bool) if events is None else np.any([events.mask(kind) for kind in kinds], axis=0)
-
-    @ft.cached_property
-    def scheduled(self) -> np.ndarray:
-        """Those whose time is known ahead."""
-        return self._mask(self._of_model("at"), True, False, False)
-
-    @ft.cached_property
-    def bends(self) -> np.ndarray:
-        """Those at which equations bend, in either direction: no accepted step goes over them."""
-        return self._mask(self._of_model("kink"), False, True, False)
-
-    @ft.cached_property
-    def either(self) -> np.ndarray:
-        """Those that happen when their condition becomes true and when it becomes false."""
-        return self.bends | self._mask(False, False, False, self.settings.direction is None)
-
-    @ft.cached_property
-    def stops(self) -> np.ndarray:
-        return self._mask(False, False, False, True)
-
-    @ft.cached_property
-    def refused(self) -> np.ndarray:
-        """Those that must not happen."""
-        return self._mask(self._of_model("refuse"), False, False, False)
-
-    @ft.cached_property
-    def acts(self) -> np.ndarray:
-        """Those that change variables."""
-        return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
-
-    @ft.cached_property
-    def is_listed(self) -> np.ndarray:
-        """Those that are listed in the log."""
-        events = self.system.events
-        named = np.zeros(0, bool) if events is None else ~events.is_internal
-        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
-
-    @property
-    def is_searched(self) -> bool:
-        """Whether there are any whose time is not known ahead."""
-        return not np.all(self.scheduled)
+    is_reversible: bool
 
     # The laws of `carried_to_moment`
 
@@ -130,7 +50,7 @@ class RunEvents:
         if not self.is_searched:
             return late
         margins = self.margins(t, y, given)
-        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.combined(margins, margins)[0][number])
+        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.conditions(margins, -margins)[number])
 
     # What is read at a point
 
@@ -153,33 +73,12 @@ class RunEvents:
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
 
-    @ft.cached_property
-    def n_margins(self) -> int:
-        events = self.system.events
-        return (sum(events.relation_sizes) if events else 0) + self.n_curved + (self.settings.stop is not None)
-
-    @ft.cached_property
-    def reads(self) -> np.ndarray:
-        """[events, margins], which events are decided by which margins."""
-        events, n_own = self.system.events, self.n_curved + (self.settings.stop is not None)
-        found = np.zeros((self.total, self.n_margins), bool)
-        found[self.total - n_own :, self.n_margins - n_own :] = np.eye(n_own, dtype=bool)
-        if events:
-            found[: self.n_model, : self.n_margins - n_own] = events.reads
-        return found
-
-    def combined(self, low: Any, high: Any) -> tuple[Any, Any]:
-        """Bounds of how far the condition of each event is above zero, from those of `margins`; -1 for what is
-        scheduled.
+    def conditions(self, holds: Any, fails: Any) -> Any:
+        """How far the condition of each event is above zero, at least or at most, from such bounds of `margins` and of
+        their negatives; -1 for what is scheduled.
         """
-        events = self.system.events
-        n = self.n_margins - self.n_curved - (self.settings.stop is not None)
-        pairs = events.combined(low[:n], high[:n]) if events else []
-        bounds = [
-            jnp.concatenate([*self._in_order([pair[k] for pair in pairs], -1.0), bound[n:]])
-            for k, bound in enumerate((low, high))
-        ]
-        return bounds[0], bounds[1]
+        never = jnp.full(1, -1.0)
+        return self.circuit(jnp.concatenate([holds, never]), jnp.concatenate([fails, -never]))
 
     def here(self, t: Any, y: Any, given: Given) -> Here:
         """What holds at a point, and what events would change there."""
@@ -189,7 +88,8 @@ class RunEvents:
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted))
         values = self._values(t, y, given, store, wanted)
-        parts = self._in_order(events.truths([values[leaf] for leaf in events.truths.leaves]) if events else [], False)
+        truths = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
+        parts = [_spread(truths, ~self.scheduled[: self.n_model + self.n_instants], False)]
         if self.n_curved:
             parts.append(self._curved(t, y, given) > 0)
         margin = self._stop(given, values) if stop else jnp.asarray(-1.0)
@@ -208,11 +108,10 @@ class RunEvents:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
         done = jnp.full(self.total, -jnp.inf) if done is None else jnp.where(jnp.isfinite(done), done, -jnp.inf)
-        found, parts, start = iter(self._times(t, y, given)), [jnp.zeros(0)], 0
-        for entry in events.entries if events else ():
-            after = jnp.maximum(t, done[start : start + entry.count])
-            parts.append(next_after(*next(found), t, after) if entry.kind == "at" else jnp.full(entry.count, far))
-            start += entry.count
+        own = [
+            next_after(time, every, t, jnp.maximum(t, done[places])) for time, every, places in self._times(t, y, given)
+        ]
+        parts = [_spread(own, self.scheduled[: self.n_model], far)]
         params = self.bound(y, given).params
         parts.append(self.system.instants.following(t, params, given.direction))
         if events and events.instants:
@@ -223,13 +122,10 @@ class RunEvents:
 
     def past(self, t: Any, y: Any, given: Given) -> Any:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
-        events = self.system.events
-        found = iter([last_before(time, every, t) for time, every in self._times(t, y, given)])
-        parts = [
-            next(found) if entry.kind == "at" else jnp.full(entry.count, jnp.inf)
-            for entry in (events.entries if events else ())
-        ]
-        return jnp.concatenate([*parts, jnp.full(self.total - self.n_model, jnp.inf)])
+        own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
+        return jnp.concatenate(
+            [_spread(own, self.scheduled[: self.n_model], jnp.inf), jnp.full(self.total - self.n_model, jnp.inf)]
+        )
 
     def bound(self, y: Any, given: Given) -> Inputs:
         """The inputs with the discrete variables of a point."""
@@ -244,26 +140,18 @@ class RunEvents:
         value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
         return -value if self.settings.direction is False else value
 
-    def _times(self, t: Any, y: Any, given: Given) -> list[tuple[Any, Any]]:
-        """Time or times, and period, of each entry that is scheduled."""
+    def _times(self, t: Any, y: Any, given: Given) -> list[tuple[Any, Any, slice]]:
+        """Time or times, and period, of each entry that is scheduled, and its place among the events."""
         events = self.system.events
         if events is None:
             return []
         values = self._values(t, y, given, None, events.times.leaves)
         found = events.times([values[leaf] for leaf in events.times.leaves])
-        counts = [entry.count for entry in events.entries if entry.kind == "at"]
+        entries = [(first, entry.count) for first, entry in self.numbered if entry.kind == "at"]
         return [
-            (time.reshape(count, -1), jnp.broadcast_to(jnp.ravel(every), (count,))[:, None])
-            for time, every, count in zip(found[::2], found[1::2], counts, strict=True)
+            (time.reshape(count, -1), jnp.broadcast_to(jnp.ravel(every), (count,))[:, None], slice(n, n + count))
+            for time, every, (n, count) in zip(found[::2], found[1::2], entries, strict=True)
         ]
-
-    def _in_order(self, found: list[Any], filler: Any) -> list[Any]:
-        """What is found of conditions as flat vectors, with a filler for what is scheduled."""
-        remaining, events, parts = iter(found), self.system.events, []
-        for entry in events.entries if events else ():
-            value = jnp.full(entry.count, filler) if entry.kind == "at" else jnp.ravel(next(remaining))
-            parts.append(value)
-        return [jnp.full(0, filler), *parts, jnp.full(self.n_instants, filler)]
 
     def _values(self, t: Any, y: Any, given: Given, store: Store | None, leaves: Iterable[int]) -> dict[int, Any]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
@@ -286,3 +174,9 @@ class RunEvents:
         first = dict(zip(self.system.algebraic, self.system.plan.starts[len(solved.states) :].tolist(), strict=False))
         places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.memory]
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
+
+
+def _spread(parts: list[Any], is_own: np.ndarray, filler: Any) -> Any:
+    """One vector of several, in the places that are their own, and a filler in the others."""
+    values = jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])
+    return values[np.where(is_own, np.cumsum(is_own), 0).astype(np.uint32)]

@@ -1,5 +1,6 @@
 """What happens at one instant: events and what follows from them, until nothing more does."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox.internal as eqxi
@@ -135,12 +136,19 @@ def settle(
         jnp.asarray(0.0), jnp.asarray(0.0), jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
-    end = eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+    end = _repeated(next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)
+
+
+def _repeated(next_round: Callable[[_Round], _Round], start: _Round, most: int, is_reversible: bool) -> _Round:
+    """Round after round, for `most` at most."""
+    if is_reversible:
+        return eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+    return jax.lax.while_loop(lambda r: r.goes_on & (r.count < most), next_round, start)
 
 
 def _consequences(events: RunEvents, truths: Any, held: Any, r: _Round) -> Any:
@@ -169,21 +177,17 @@ def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, g
 
 def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[Any, dict[int, tuple[Any, Any]]]:
     """The vector with the discrete variables that these events set; and for other leaves the new value, and where."""
-    stated, system = events.system.events, events.system
-    assert stated is not None
+    new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
+    for number, element, is_own in events.writes:
+        discrete = jnp.where(fired[number] & is_own, new[element], discrete)
+    y = events.layout.with_part(y, events.layout.discrete, discrete)
     wanted: dict[int, tuple[Any, Any]] = {}
-    start, new = 0, iter(values)
-    for entry in stated.entries:
-        is_here = fired[start : start + entry.count]
-        start += entry.count
-        for leaf in entry.targets:
-            value = next(new)
-            old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
-            wanted[leaf] = (jnp.where(is_here, value, old), was | is_here)
-    for leaf in [leaf for leaf in wanted if leaf in system.discrete_places]:
-        value, is_here = wanted.pop(leaf)
-        places = system.discrete_places[leaf]
-        y = placed(y, places, jnp.where(is_here, value, y[places]))
+    for (first, count, leaf), value in zip(events.targets, values, strict=True):
+        if leaf in events.system.discrete_places:
+            continue
+        is_here = fired[first : first + count]
+        old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
+        wanted[leaf] = (jnp.where(is_here, value, old), was | is_here)
     return y, wanted
 
 

@@ -57,7 +57,9 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
     )
 
 
-def begin_run(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents | None, EventMemory | None]:
+def begin_run(
+    settings: Settings, given: Given, y0: Any, *, is_reversible: bool = True
+) -> tuple[Any, RunEvents | None, EventMemory | None]:
     """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
     carried from step to step.
     """
@@ -68,7 +70,7 @@ def begin_run(settings: Settings, given: Given, y0: Any) -> tuple[Any, RunEvents
     y = jnp.concatenate([y0, guess, *discrete, rest])
     if not settings.has_events:
         return _remembered(settings, given, y), None, None
-    events, t0 = RunEvents(settings, layout), numbers.t0
+    events, t0 = RunEvents(settings, layout, is_reversible), numbers.t0
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
     record = Record.empty(settings.max_events, layout.size if settings.save == "steps" else 0)

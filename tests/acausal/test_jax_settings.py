@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from acausal._jax_settings import compile_loops_whole, forget_oldest
+from acausal._jax_settings import choose_compiler_options, forget_oldest
 
 HERE = Path(__file__).parent
 
@@ -95,5 +95,5 @@ def test_xla_does_not_complain_of_slow_compilation_unless_asked_to(level: str) -
 @pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
 def test_flags_of_the_user_win(monkeypatch: pytest.MonkeyPatch, flags: str, is_set: bool) -> None:
     monkeypatch.setenv("XLA_FLAGS", flags)
-    compile_loops_whole()
+    choose_compiler_options()
     assert ("xla_cpu_small_while_loop_byte_threshold" in os.environ["XLA_FLAGS"]) is is_set

@@ -12,8 +12,8 @@ import pytest
 from jaxtyping import Array, Float
 
 from acausal._integrate.solvers import Rodas3P, Rodas5P
-from acausal._integrate.solvers._linear import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
+from acausal._linear_solver import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
 
 Vector = Float[Array, " n"]
 METHODS = [Rodas5P, Rodas3P]

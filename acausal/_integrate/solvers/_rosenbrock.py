@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._linear import linear_solver
+from ..._linear_solver import linear_solver
 
 if TYPE_CHECKING:
     from typing import ClassVar as AbstractClassVar

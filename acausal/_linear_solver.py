@@ -35,24 +35,36 @@ def gauss_jordan_inverse(matrix: _Matrix) -> _Matrix:
     return a[row_of[:, None], pivot_of]
 
 
-def _factorised(matrix: _Matrix) -> tuple[_Solve, _Solve]:
+def _factorised(matrix: _Matrix, is_refined: bool) -> tuple[_Solve, _Solve]:
     """Functions that solve with the matrix and with its transpose."""
     if len(matrix) <= LARGEST_INVERSE:
         inverse = gauss_jordan_inverse(matrix)
+        if is_refined:
+            return _refined(matrix, inverse), _refined(matrix.T, inverse.T)
         return lambda b: inverse @ b, lambda b: b @ inverse
     factors = jsl.lu_factor(matrix)
     return lambda b: jsl.lu_solve(factors, b), lambda b: jsl.lu_solve(factors, b, trans=1)
 
 
-def linear_solver(matrix: _Matrix, nominal: _Vector | None = None) -> _Solve:
-    r"""A function that solves $A x = b$ for many `b`.
+def _refined(matrix: _Matrix, inverse: _Matrix) -> _Solve:
+    """One step of iterative refinement brings the residual down to what elimination leaves."""
+
+    def solve(b: _Vector) -> _Vector:
+        x = inverse @ b
+        return x + inverse @ (b - matrix @ x)
+
+    return solve
+
+
+def linear_solver(matrix: _Matrix, nominal: _Vector | None = None, *, is_refined: bool = False) -> _Solve:
+    r"""A function that solves $A x = b$ for many `b`; where `is_refined`, as exactly as elimination does.
 
     Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
     units of the equations nor those of `x` matter. The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$.
     """
     terms = jnp.abs(matrix if nominal is None else matrix * nominal)
     scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
-    solve, solve_transposed = _factorised(scale[:, None] * lax.stop_gradient(matrix))
+    solve, solve_transposed = _factorised(scale[:, None] * lax.stop_gradient(matrix), is_refined)
     return lambda b: lax.custom_linear_solve(
         lambda x: matrix @ x, b, lambda _, b: solve(scale * b), lambda _, b: scale * solve_transposed(b)
     )

@@ -1,0 +1,166 @@
+"""The numbering of all that can happen in a run."""
+
+import dataclasses
+import functools as ft
+import math
+from typing import Any
+
+import numpy as np
+
+from .._evaluate.events import Entry, Kind
+from .._evaluate.system import System
+from .._reduce.logic import Circuit, Expression, circuit, relations_of
+from .settings import Settings
+from .state_vector import StateVector
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EventNumbers:
+    """The events of a model, then the times at which its equations or conditions change, and last the stop condition,
+    in one numbering: of which kind each is, how it is made of relations, and what it writes.
+    """
+
+    settings: Settings
+    layout: StateVector
+
+    @property
+    def system(self) -> System:
+        return self.settings.system
+
+    @ft.cached_property
+    def n_model(self) -> int:
+        return 0 if self.system.events is None else self.system.events.total
+
+    @ft.cached_property
+    def n_curved(self) -> int:
+        """Zeros of functions of time that have to be searched for, because these are not affine."""
+        return self.system.instants.n_curved
+
+    @ft.cached_property
+    def n_instants(self) -> int:
+        """Times at which an equation changes, and the next at which a condition does that time alone tells."""
+        events = self.system.events
+        return self.system.instants.total + (events is not None and events.instants is not None)
+
+    @ft.cached_property
+    def total(self) -> int:
+        return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
+
+    def _mask(self, model: Any, instants: bool, curved: bool, stop: bool) -> np.ndarray:
+        model = np.broadcast_to(np.asarray(model, bool), self.n_model)
+        others = [instants] * self.n_instants + [curved] * self.n_curved
+        return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
+
+    def _of_model(self, *kinds: Kind) -> np.ndarray:
+        """Which of the events of the model are of one of some kinds."""
+        events = self.system.events
+        return np.zeros(0, bool) if events is None else np.any([events.mask(kind) for kind in kinds], axis=0)
+
+    @ft.cached_property
+    def scheduled(self) -> np.ndarray:
+        """Those whose time is known ahead."""
+        return self._mask(self._of_model("at"), True, False, False)
+
+    @ft.cached_property
+    def bends(self) -> np.ndarray:
+        """Those at which equations bend, in either direction: no accepted step goes over them."""
+        return self._mask(self._of_model("kink"), False, True, False)
+
+    @ft.cached_property
+    def either(self) -> np.ndarray:
+        """Those that happen when their condition becomes true and when it becomes false."""
+        return self.bends | self._mask(False, False, False, self.settings.direction is None)
+
+    @ft.cached_property
+    def stops(self) -> np.ndarray:
+        return self._mask(False, False, False, True)
+
+    @ft.cached_property
+    def refused(self) -> np.ndarray:
+        """Those that must not happen."""
+        return self._mask(self._of_model("refuse"), False, False, False)
+
+    @ft.cached_property
+    def acts(self) -> np.ndarray:
+        """Those that change variables."""
+        return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
+
+    @ft.cached_property
+    def is_listed(self) -> np.ndarray:
+        """Those that are listed in the log."""
+        events = self.system.events
+        named = np.zeros(0, bool) if events is None else ~events.is_internal
+        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
+
+    @ft.cached_property
+    def targets(self) -> list[tuple[int, int, int]]:
+        """Of each new value that the events of the model give: their first number, how many they are, and its leaf."""
+        return [(first, entry.count, leaf) for first, entry in self.numbered for leaf in entry.targets]
+
+    @ft.cached_property
+    def numbered(self) -> list[tuple[int, Entry]]:
+        """The entries of the model, each with the number of its first event."""
+        entries = self.system.events.entries if self.system.events else ()
+        return list(zip(np.cumsum([0, *(entry.count for entry in entries)]).tolist(), entries, strict=False))
+
+    @property
+    def _sizes_written(self) -> list[int]:
+        events = self.system.events
+        return [math.prod(aval.shape) for aval in events.actions.closed.out_avals] if events else []
+
+    @ft.cached_property
+    def writes(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """What may be written to the discrete variables, in turns, the last of which counts: for each of them the event
+        that writes it, which element of all new values it becomes, and whether there is such a one in this turn.
+        """
+        places, start = self.system.discrete_places, 0
+        found: dict[int, list[tuple[int, int]]] = {}
+        for (first, count, leaf), size in zip(self.targets, self._sizes_written, strict=True):
+            own, width = places.get(leaf, np.zeros(0, int)), size // count
+            for i, place in enumerate((own - self.layout.discrete.start).tolist()):
+                member, element = divmod(i, len(own) // count)
+                # As in any assignment, one number is given to all elements.
+                found.setdefault(place, []).append((first + member, start + member * width + element % width))
+            start += size
+        n, turns = self.layout.n_discrete, max(map(len, found.values()), default=0)
+        number, element = np.zeros((turns, n), np.uint32), np.zeros((turns, n), np.uint32)
+        is_own = np.zeros((turns, n), bool)
+        for place, items in found.items():
+            for turn, (event, index) in enumerate(items):
+                number[turn, place], element[turn, place], is_own[turn, place] = event, index, True
+        return list(zip(number, element, is_own, strict=True))
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether there are any whose time is not known ahead."""
+        return not np.all(self.scheduled)
+
+    @ft.cached_property
+    def n_margins(self) -> int:
+        return (self.system.events.n_relations if self.system.events else 0) + self._n_own
+
+    @property
+    def _n_own(self) -> int:
+        """Those that are margins of their own."""
+        return self.n_curved + (self.settings.stop is not None)
+
+    @ft.cached_property
+    def logic(self) -> list[Expression | None]:
+        """How each event is made of relations, None for what is scheduled."""
+        own: list[Expression | None] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
+        model = self.system.events.logic if self.system.events else ()
+        return [*model, *[None] * self.n_instants, *own]
+
+    @ft.cached_property
+    def reads(self) -> np.ndarray:
+        """[events, margins], which events are decided by which margins."""
+        found = np.zeros((self.total, self.n_margins), bool)
+        for i, expression in enumerate(self.logic):
+            found[i, list(relations_of(expression) if expression else ())] = True
+        return found
+
+    @ft.cached_property
+    def circuit(self) -> Circuit:
+        """Of all events; what is scheduled reads a last relation, which never holds."""
+        never = ("holds", self.n_margins)
+        return circuit([expression or never for expression in self.logic], self.n_margins + 1)

@@ -1,0 +1,111 @@
+"""Conditions as expressions in relations, and all of them together as one small circuit on arrays."""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeAlias
+
+import jax.numpy as jnp
+import numpy as np
+
+# ("holds", k) and ("fails", k) for relation k; ("and", a, b) and ("or", a, b) for expressions.
+Expression: TypeAlias = tuple[Any, ...]
+_OPPOSITE = {"holds": "fails", "fails": "holds", "and": "or", "or": "and"}
+
+
+def negation(a: Expression) -> Expression:
+    name, *parts = a
+    return (_OPPOSITE[name], *(part if isinstance(part, int) else negation(part) for part in parts))
+
+
+def both(a: Expression, b: Expression) -> Expression:
+    return a if a == b else ("and", a, b)
+
+
+def either(a: Expression, b: Expression) -> Expression:
+    return a if a == b else ("or", a, b)
+
+
+def differ(a: Expression, b: Expression) -> Expression:
+    return either(both(a, negation(b)), both(negation(a), b))
+
+
+def choice(which: Expression, if_false: Expression, if_true: Expression) -> Expression:
+    return either(both(negation(which), if_false), both(which, if_true))
+
+
+def relations_of(a: Expression) -> frozenset[int]:
+    """The numbers of the relations in an expression."""
+    return frozenset().union(*({part} if isinstance(part, int) else relations_of(part) for part in a[1:]))
+
+
+def mapped(function: Callable[..., Expression], *arrays: np.ndarray) -> np.ndarray:
+    """An array of expressions from arrays of them, element by element."""
+    together = np.broadcast_arrays(*arrays)
+    found = np.empty(together[0].shape, object)
+    for index in np.ndindex(found.shape):
+        found[index] = function(*(array[index] for array in together))
+    return found
+
+
+def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequence[int]) -> np.ndarray:
+    """An array of expressions, those along some axes taken together."""
+    for axis in sorted(axes, reverse=True):
+        parts = np.moveaxis(array, axis, 0)
+        array = parts[0, ...]  # with the dots it stays an array where one axis is all there is
+        for i in range(1, len(parts)):
+            array = mapped(function, array, parts[i, ...])
+    return array
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Circuit:
+    """Expressions in `n_relations` relations: `levels` say, of each gate, whether it is an "and" and which earlier
+    values it reads, and `outputs` where the expressions are. First of all come the relations and their opposites.
+    """
+
+    n_relations: int
+    levels: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    outputs: np.ndarray
+
+    def __call__(self, holds: Any, fails: Any) -> Any:
+        """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
+        the smaller one, of `or` the larger one.
+        """
+        values = jnp.concatenate([holds, fails])
+        for is_and, first, second in self.levels:
+            a, b = values[first], values[second]
+            values = jnp.concatenate([values, jnp.where(is_and, jnp.minimum(a, b), jnp.maximum(a, b))])
+        return values[self.outputs]
+
+
+def circuit(expressions: Sequence[Expression], n_relations: int) -> Circuit:
+    """All expressions as one circuit, in which equal parts are one."""
+    depths: dict[Expression, int] = {}
+    for expression in expressions:
+        _measure(expression, depths)
+    places: dict[Expression, int] = {}
+    levels, total = [], 2 * n_relations
+
+    def place(a: Expression) -> int:
+        return places[a] if len(a) == 3 else a[1] + n_relations * (a[0] == "fails")
+
+    for depth in range(1, max(depths.values(), default=0) + 1):
+        gates = [a for a, own in depths.items() if own == depth]
+        reads = [[place(part) for part in gate[1:]] for gate in gates]
+        levels.append((np.array([gate[0] == "and" for gate in gates]), *_indices(*zip(*reads, strict=True))))
+        places |= {gate: total + i for i, gate in enumerate(gates)}
+        total += len(gates)
+    return Circuit(n_relations, tuple(levels), next(_indices([place(a) for a in expressions])))
+
+
+def _measure(a: Expression, depths: dict[Expression, int]) -> int:
+    if len(a) != 3:
+        return 0
+    if a not in depths:
+        depths[a] = 1 + max(_measure(part, depths) for part in a[1:])
+    return depths[a]
+
+
+def _indices(*columns: Sequence[int]) -> Iterator[np.ndarray]:
+    # What is unsigned is not negative, and needs no operation that asks.
+    return (np.array(column, np.uint32) for column in columns)

@@ -1,0 +1,81 @@
+"""Conditions as circuits: against python's own logic, over all truth values."""
+
+import itertools
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal._reduce.logic import (
+    Expression,
+    both,
+    choice,
+    circuit,
+    differ,
+    either,
+    folded,
+    mapped,
+    negation,
+    relations_of,
+)
+
+N = 4
+
+
+def _truth(a: Expression, truths: tuple[bool, ...]) -> bool:
+    match a:
+        case ("holds", k):
+            return truths[k]
+        case ("fails", k):
+            return not truths[k]
+        case ("and", first, second):
+            return _truth(first, truths) and _truth(second, truths)
+        case (_, first, second):
+            return _truth(first, truths) or _truth(second, truths)
+    raise AssertionError(a)
+
+
+def _random(rng: np.random.Generator, depth: int) -> Expression:
+    if depth == 0 or rng.random() < 0.2:
+        return (str(rng.choice(["holds", "fails"])), int(rng.integers(N)))
+    parts = [_random(rng, depth - 1) for _ in range(3)]
+    return (negation(parts[0]), both(*parts[:2]), either(*parts[:2]), differ(*parts[:2]), choice(*parts))[
+        rng.integers(5)
+    ]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_circuit_has_the_truths_of_its_expressions(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    expressions = [_random(rng, int(rng.integers(4))) for _ in range(5)]
+    made = circuit(expressions, N)
+    for truths in itertools.product([False, True], repeat=N):
+        margins = jnp.where(jnp.array(truths), 1.0, -1.0) * jnp.array(rng.uniform(0.1, 2.0, N))
+        assert ((made(margins, -margins) > 0) == np.array([_truth(a, truths) for a in expressions])).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bounds_hold_for_all_that_lies_between(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    expressions = [_random(rng, 3) for _ in range(5)]
+    made = circuit(expressions, N)
+    low = rng.normal(size=N)
+    high = low + rng.exponential(size=N)
+    least, most = made(jnp.array(low), -jnp.array(high)), made(jnp.array(high), -jnp.array(low))
+    for _ in range(20):
+        between = jnp.array(rng.uniform(low, high))
+        value = made(between, -between)
+        assert ((least <= value) & (value <= most)).all()
+
+
+def test_arrays_of_expressions() -> None:
+    relations = mapped(lambda k: ("holds", int(k)), np.arange(6).reshape(2, 3))
+    folds = folded(both, relations, [1])
+    assert [relations_of(a) for a in folds] == [{0, 1, 2}, {3, 4, 5}]
+    assert relations_of(folded(either, relations, [0, 1])[()]) == set(range(6))
+
+
+def test_equal_parts_are_computed_once() -> None:
+    shared = both(("holds", 0), ("holds", 1))
+    made = circuit([either(shared, ("holds", 2)), either(shared, ("holds", 3))], N)
+    assert [len(is_and) for is_and, _, _ in made.levels] == [1, 2]
