@@ -27,7 +27,6 @@ def check_component(
     rtol: float = 1e-6,
     atol: float = 1e-12,
     sizes: float | None = None,
-    passive: bool = True,
     points: int = 8,
     seed: int = 0,
 ) -> None:
@@ -42,7 +41,7 @@ def check_component(
     equations = OpenEquations(component, sizes)
     found, too_few = _found(equations, points, seed)
     if not too_few:
-        problems += _balance_problems(equations, found, passive) + gradient_problems(equations, found, seed)
+        problems += _balance_problems(equations, found) + gradient_problems(equations, found, seed)
     fail(component, problems + too_few)
 
 
@@ -97,22 +96,20 @@ def _law_problems(
     return problems
 
 
-def check_power_balance(
-    component: Component, *, sizes: float | None = None, passive: bool = True, points: int = 8, seed: int = 0
-) -> None:
+def check_power_balance(component: Component, *, sizes: float | None = None, points: int = 8, seed: int = 0) -> None:
     """Check the energy account: power through the ports + supplied = d(stored)/dt + dissipated, dissipated >= 0.
 
     It has to hold for any motion, and is evaluated at random points that meet the equations and their derivatives in
     time: the first with the parameters that are given, the others with random ones around them, each in the modes that
     its values imply. `sizes` is the typical size of all variables in SI units; by default, each has its nominal size.
-    A component that gives energy on purpose, such as a negative resistance set by a signal, is not `passive`.
+    What a component gives on purpose, as a negative resistance does, it has to state as `supplied`.
     """
     equations = OpenEquations(component, sizes)
     found, too_few = _found(equations, points, seed)
-    fail(component, too_few or _balance_problems(equations, found, passive))
+    fail(component, too_few or _balance_problems(equations, found))
 
 
-def _balance_problems(equations: OpenEquations, found: Points, passive: bool) -> list[str]:
+def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
     # What the terms are where all variables have their sizes, to tell rounding from power.
     anywhere = np.broadcast_to(equations.size, found.z.shape)
     balance, usual = (
@@ -131,7 +128,7 @@ def _balance_problems(equations: OpenEquations, found: Points, passive: bool) ->
             f"{stored[i]:.6g} W + dissipated {dissipated[i]:.6g} W, {_where(equations, found, i)}. Remedy: a flow is "
             "positive into the component; state in `energy` what is stored, dissipated or supplied."
         )
-    if passive and (dissipated < -rounding - CREEP * usual).any():
+    if (dissipated < -rounding - CREEP * usual).any():
         i = int(np.argmin(dissipated))
         problems.append(
             f"It dissipates {dissipated[i]:.6g} W, {_where(equations, found, i)}: what gives energy supplies."

@@ -25,10 +25,13 @@ class Constant(Component):
 
 
 class Clock(SignalSource):
-    """y = t."""
+    """y = offset, and from `start_time` on offset plus the time since then in s (MSL `ContinuousClock`)."""
+
+    offset: Param[Scalar, ""] = 0.0  # value before it
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        return dict(clock=eq(self.y.value, self.t))
+        return dict(clock=eq(self.y.value, self.offset + jnp.maximum(self.t - self.start_time, 0.0)))
 
 
 class Step(SignalSource):
@@ -63,16 +66,21 @@ class Ramp(SignalSource):
 
 
 class Sine(SignalSource):
-    """y = offset + amplitude sin(2 pi frequency t + phase)."""
+    """y = offset, and from `start_time` on offset + amplitude sin(2 pi frequency t' + phase), t' = t - start_time.
+
+    With another phase than zero it has a jump at the start (MSL `Sine`).
+    """
 
     amplitude: Param[Scalar, ""]  # amplitude
     frequency: Param[Scalar, "Hz"]  # f
-    phase: Param[Scalar, "rad"] = 0.0  # phase at t = 0
+    phase: Param[Scalar, "rad"] = 0.0  # phase at the start
     offset: Param[Scalar, ""] = 0.0  # mean value
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        angle = 2.0 * jnp.pi * self.frequency * self.t + self.phase
-        return dict(sine=eq(self.y.value, self.offset + self.amplitude * jnp.sin(angle)))
+        angle = 2.0 * jnp.pi * self.frequency * (self.t - self.start_time) + self.phase
+        on = jnp.where(self.t < self.start_time, 0.0, self.amplitude)
+        return dict(sine=eq(self.y.value, self.offset + on * jnp.sin(angle)))
 
 
 class TimeFunction(SignalSource):

@@ -133,17 +133,20 @@ class Exponentials(SignalSource):
 
 
 class ChirpSine(SignalSource):
-    """A sine whose frequency grows linearly: y = offset + amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration))).
+    """A sine whose frequency grows linearly: y = offset + amplitude sin(2 pi (f0 t' + (f1 - f0) t'^2 / (2 duration))).
 
-    For frequency responses. The sweep goes on after `duration`.
+    For frequency responses. It starts at `start_time`, t' = t - start_time, and goes on after `duration`; before it,
+    y = offset.
     """
 
     amplitude: Param[Scalar, ""]  # amplitude
-    f0: Param[Scalar, "Hz"]  # frequency at t = 0
-    f1: Param[Scalar, "Hz"]  # frequency at t = duration
+    f0: Param[Scalar, "Hz"]  # frequency at the start
+    f1: Param[Scalar, "Hz"]  # frequency after `duration`
     duration: Param[Scalar, "s", positive]  # of the sweep
     offset: Param[Scalar, ""] = 0.0  # mean value
+    start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        cycles = self.f0 * self.t + (self.f1 - self.f0) * self.t**2 / (2.0 * self.duration)
+        elapsed = jnp.maximum(self.t - self.start_time, 0.0)
+        cycles = self.f0 * elapsed + (self.f1 - self.f0) * elapsed**2 / (2.0 * self.duration)
         return dict(chirp=eq(self.y.value, self.offset + self.amplitude * jnp.sin(2.0 * jnp.pi * cycles)))

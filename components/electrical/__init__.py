@@ -13,6 +13,7 @@ from ._passive import Capacitor as Capacitor
 from ._passive import Conductor as Conductor
 from ._passive import Ground as Ground
 from ._passive import Inductor as Inductor
+from ._passive import NegativeResistor as NegativeResistor
 from ._passive import Resistor as Resistor
 from ._sensors import CurrentSensor as CurrentSensor
 from ._sensors import PowerSensor as PowerSensor

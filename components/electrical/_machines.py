@@ -61,10 +61,8 @@ class TranslationalEMF(Component):
 class DCMotor(Component):
     """Permanent-magnet direct-current motor: v = R i + L di/dt + k w and J dw/dt = k i - C w + tau.
 
-    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`: winding resistance in ohm, torque constant in N.m/A, moment of
-    inertia of the rotor in kg.m2, inductance in H (`None`: the current follows the voltage at once), viscous friction
-    coefficient C in N.m.s/rad (`None`: none). Not modelled: iron losses, brush voltage drop, commutation, saturation,
-    warming of the winding.
+    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`. Not modelled: iron losses, brush voltage drop, commutation,
+    saturation, warming of the winding.
     """
 
     resistor: Resistor
@@ -77,7 +75,13 @@ class DCMotor(Component):
     shaft: Flange = Flange()
 
     def __init__(
-        self, *, R: Scalar, k: Scalar, J: Scalar, L: Scalar | None = None, friction: Scalar | None = None
+        self,
+        *,
+        R: Param[Scalar, "ohm"],  # winding resistance
+        k: Param[Scalar, "N.m/A"],  # torque constant
+        J: Param[Scalar, "kg.m2"],  # moment of inertia of the rotor
+        L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
+        friction: Param[Scalar, "N.m.s/rad"] | None = None,  # viscous friction coefficient C
     ) -> None:
         self.resistor = Resistor(R=R)
         self.inductor = None if L is None else Inductor(L=L)

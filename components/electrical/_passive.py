@@ -17,7 +17,7 @@ class Ground(Component):
 
 
 class Resistor(TwoPin):
-    """Ohm's law, v = R i. Not modelled: temperature dependence."""
+    """Ohm's law, v = R i. Not modelled: temperature dependence. For R < 0, see `NegativeResistor`."""
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance
 
@@ -26,6 +26,21 @@ class Resistor(TwoPin):
 
     def energy(self) -> Energy:
         return Energy(dissipated=self.R * self.i**2)
+
+
+class NegativeResistor(TwoPin):
+    """v = -R i: an active element that gives the power R i^2, as a converter that undoes the damping of a circuit does.
+
+    MSL `Resistor` with R < 0. Not modelled: the limits within which a real one does so.
+    """
+
+    R: Param[Scalar, "ohm", nonnegative]  # size of the resistance
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(ohm=eq(self.v, -self.R * self.i))
+
+    def energy(self) -> Energy:
+        return Energy(supplied=self.R * self.i**2)
 
 
 class Conductor(TwoPin):

@@ -83,18 +83,12 @@ class IdealClosingSwitch(ControlledSwitch):
     def closed(self) -> Any:
         return self.high > 0.5
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class IdealOpeningSwitch(ControlledSwitch):
     """A contact that is open while the signal u is above `threshold` (MSL `IdealOpeningSwitch`)."""
 
     def closed(self) -> Any:
         return self.high < 0.5
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
 
 class IdealCommutingSwitch(Component):

@@ -1,6 +1,6 @@
 """Ideal and coupled two-ports, controlled sources, and the averaged converter."""
 
-from typing import Any, Self
+from typing import Self
 
 from acausal import (
     Connections,
@@ -91,16 +91,21 @@ class HBridge(TwoPort):
     """A full bridge of ideal switches, switched by pulse-width modulation: v2 = g v1 - 2 Ron i2' and i1 = -g i2.
 
     Here g is the sign of the duty for the first share |duty| of each period, and 0, where the load is short-circuited,
-    for the rest; i2' = -i2 flows into the load through two switches. `HBridge(frequency=..., Ron=...)`, in Hz and ohm.
-    The duty is read when a period begins; see `blocks.PWM`. Left out: dead time, losses of switching. The average over
-    a period is an `AveragedBridge`.
+    for the rest; i2' = -i2 flows into the load through two switches. `HBridge(frequency=..., Ron=...)`. The duty is
+    read when a period begins; see `blocks.PWM`. Left out: dead time, losses of switching. The average over a period is
+    an `AveragedBridge`.
     """
 
     Ron: Param[Scalar, "ohm", nonnegative]  # resistance of a closed switch
     pwm: PWM
     duty: Input = Input()
 
-    def __init__(self, *, frequency: Scalar, Ron: Scalar = 0.0) -> None:
+    def __init__(
+        self,
+        *,
+        frequency: Param[Scalar, "Hz"],  # switching frequency
+        Ron: Param[Scalar, "ohm"] = 0.0,
+    ) -> None:
         self.Ron, self.pwm = Ron, PWM.of_frequency(frequency)
         self.p1, self.n1, self.p2, self.n2, self.duty = Pin(), Pin(), Pin(), Pin(), Input()
 
@@ -120,9 +125,6 @@ class HBridge(TwoPort):
 
 class Controlled(TwoPort, partial=True):
     """A source at port 2, controlled at port 1 without power."""
-
-    def equations(self, d: Any) -> Equations:
-        return super().equations(d)
 
     def energy(self) -> Energy:
         return Energy(supplied=-self.v2 * self.i2)

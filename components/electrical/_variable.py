@@ -2,6 +2,8 @@
 
 from typing import Self
 
+import jax.numpy as jnp
+
 from acausal import (
     Component,
     Discrete,
@@ -24,7 +26,7 @@ from ._interfaces import Pin, TwoPin
 
 
 class VariableResistor(TwoPin):
-    """v = u i, with the resistance u in ohm. A negative one would give energy."""
+    """v = u i, with the resistance u in ohm; a negative one supplies energy."""
 
     u: Input = Input()
 
@@ -32,7 +34,8 @@ class VariableResistor(TwoPin):
         return super().equations(d) | dict(ohm=eq(self.v, self.u.value * self.i))
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self.u.value * self.i**2)
+        power = self.u.value * self.i**2
+        return Energy(dissipated=jnp.maximum(power, 0.0), supplied=jnp.maximum(-power, 0.0))
 
 
 class VariableCapacitor(TwoPin):

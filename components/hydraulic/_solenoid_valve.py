@@ -75,19 +75,19 @@ class SolenoidValve(Component):
     def __init__(
         self,
         *,
-        R: Scalar,
-        L0: Scalar,
-        g0: Scalar,
-        m: Scalar,
-        spring: Scalar,
-        preload: Scalar,
-        stroke: Scalar,
-        area: Scalar,
-        density: Scalar,
-        damping: Scalar = 0.0,
-        residual_gap: Scalar = 0.0,
-        restitution: Scalar = 0.0,
-        discharge_coefficient: Scalar = 0.61,
+        R: Param[Scalar, "ohm"],  # resistance of the coil
+        L0: Param[Scalar, "H"],  # its inductance without a gap
+        g0: Param[Scalar, "m"],  # gap at which the inductance has halved
+        m: Param[Scalar, "kg"],  # mass of the armature
+        spring: Param[Scalar, "N/m"],  # stiffness of the spring
+        preload: Param[Scalar, "N"],  # force of the spring on the closed valve
+        stroke: Param[Scalar, "m"],  # lift between the stops
+        area: Param[Scalar, "m2"],  # of the open valve
+        density: Param[Scalar, "kg/m3"],  # of the liquid
+        damping: Param[Scalar, "N.s/m"] = 0.0,  # of the armature
+        residual_gap: Param[Scalar, "m"] = 0.0,  # gap of the coil at full lift
+        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
+        discharge_coefficient: Param[Scalar, "1"] = 0.61,  # of the valve
     ) -> None:
         self.coil = Solenoid(R=R, L0=L0, g0=g0, closed=stroke + residual_gap)
         self.armature = Mass(m=m)

@@ -1,8 +1,8 @@
 """Cylinder and pump with what limits and holds them: rigid end stops, dry friction."""
 
-from acausal import Component, Connections, Scalar, connect
+from acausal import Component, Connections, Param, Scalar, connect
 
-from ..rotational import Flange, StribeckBearing
+from ..rotational import Flange, StribeckFriction
 from ..translational import Flange as Rod
 from ..translational import HardStop
 from ._cylinders import SlaveCylinder
@@ -22,7 +22,13 @@ class StoppedCylinder(Component):
     rod: Rod = Rod()
     port: FluidPort = FluidPort()
 
-    def __init__(self, *, bore: Scalar, stroke: Scalar, restitution: Scalar = 0.0) -> None:
+    def __init__(
+        self,
+        *,
+        bore: Param[Scalar, "m"],  # diameter of the piston
+        stroke: Param[Scalar, "m"],  # way between the ends
+        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
+    ) -> None:
         self.cylinder = SlaveCylinder(bore=bore)
         self.stop = HardStop(s_min=0.0, s_max=stroke, restitution=restitution)
         self.rod, self.port = Rod(), FluidPort()
@@ -35,14 +41,14 @@ class StoppedCylinder(Component):
 
 
 class StickingPump(Component):
-    """A `Pump` with dry friction: it turns only where the torque exceeds Ts, and slides with Tc (`StribeckBearing`).
+    """A `Pump` with dry friction: it turns only where the torque exceeds Ts, and slides with Tc (`StribeckFriction`).
 
     `StickingPump(displacement=..., J=..., Tc=..., Ts=..., ws=..., friction=..., leakage=...)`. With laminar leakage the
     delivery falls to zero at a low speed, leakage dp / displacement.
     """
 
     pump: Pump
-    bearing: StribeckBearing
+    bearing: StribeckFriction
     shaft: Flange = Flange()
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
@@ -50,16 +56,16 @@ class StickingPump(Component):
     def __init__(
         self,
         *,
-        displacement: Scalar,
-        J: Scalar,
-        Tc: Scalar,
-        Ts: Scalar,
-        ws: Scalar,
-        friction: Scalar = 0.0,
-        leakage: Scalar = 0.0,
+        displacement: Param[Scalar, "m3/rad"],  # volume per angle
+        J: Param[Scalar, "kg.m2"],  # moment of inertia
+        Tc: Param[Scalar, "N.m"],  # Coulomb (sliding) torque
+        Ts: Param[Scalar, "N.m"],  # break-away torque, at least Tc
+        ws: Param[Scalar, "rad/s"],  # Stribeck speed, at which the excess has dropped to 1/e
+        friction: Param[Scalar, "N.m.s/rad"] = 0.0,  # viscous friction coefficient
+        leakage: Param[Scalar, "m3/(s.Pa)"] = 0.0,  # leakage flow per pressure difference
     ) -> None:
         self.pump = Pump(displacement=displacement, J=J, leakage=leakage)
-        self.bearing = StribeckBearing(Tc=Tc, Ts=Ts, ws=ws, C=friction)
+        self.bearing = StribeckFriction(Tc=Tc, Ts=Ts, ws=ws, C=friction)
         self.shaft, self.a, self.b = Flange(), FluidPort(), FluidPort()
 
     def connections(self) -> Connections:

@@ -19,10 +19,10 @@ from ._dry_friction import CouplingFriction as CouplingFriction
 from ._dry_friction import DryFriction as DryFriction
 from ._dry_friction import OneWayClutch as OneWayClutch
 from ._dry_friction import ShaftFriction as ShaftFriction
-from ._dry_friction import StribeckBearing as StribeckBearing
+from ._dry_friction import StribeckFriction as StribeckFriction
 from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._friction import Bearing as Bearing
-from ._friction import StribeckFriction as StribeckFriction
+from ._friction import SmoothStribeckFriction as SmoothStribeckFriction
 from ._gears import IdealGear as IdealGear
 from ._gears import MeshLoss as MeshLoss
 from ._gears import PlanetaryGear as PlanetaryGear

@@ -2,10 +2,9 @@
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative
 
+from .. import _contact as contact
 from .. import _pieces as pieces
 from ._interfaces import Compliant
 
@@ -34,9 +33,7 @@ class ElastoBacklash(Compliant):
         return pieces.size(self.c * self._beyond(), self.contact)
 
     def _damping(self) -> Scalar:
-        most = self._most()
-        damping = pieces.limited(self.d * self.w_rel, self.damped, -most, most)
-        return jnp.where(self.contact == 1.0, 0.0, damping)
+        return contact.damping(self.d * self.w_rel, self._most(), self.damped, self.contact != 1.0)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -48,8 +45,6 @@ class ElastoBacklash(Compliant):
         return Energy(stored=0.5 * self.c * self._beyond() ** 2, dissipated=self._damping() * self.w_rel)
 
     def events(self) -> Events:
-        half, most = 0.5 * self.play, self._most()
-        touches = self.contact != 1.0
-        return pieces.passes(self.phi_rel - self.phi_rel0, self.contact, -half, half, name="contact") | pieces.passes(
-            self.d * self.w_rel, self.damped, -most, most, name="damped", only=touches
-        )
+        x, half = self.phi_rel - self.phi_rel0, 0.5 * self.play
+        ends = pieces.passes(x, self.contact, -half, half, name="contact")
+        return ends | contact.limits(self.d * self.w_rel, self._most(), self.damped, self.contact != 1.0)

@@ -2,18 +2,37 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
 
 from ._interfaces import Compliant, Flange
 
 
-class Fixed(Component):
-    """A flange held at phi = 0."""
+class Angle(Record):
+    """Where a flange is held."""
 
+    phi0: Param[Scalar, "rad"]  # angle
+
+
+class Fixed(Component):
+    """A flange held at the angle phi0, zero unless it is given (MSL `Fixed`).
+
+    What is given is the parameter `place.phi0`. What is not is no parameter, so that the flange drops out.
+    """
+
+    place: Angle | None = None
     flange: Flange = Flange()
 
+    def __init__(
+        self,
+        *,
+        phi0: Param[Scalar, "rad"] | None = None,  # angle of the flange
+        flange: Flange | None = None,
+    ) -> None:
+        self.place = None if phi0 is None else Angle(phi0=phi0)
+        self.flange = Flange() if flange is None else flange
+
     def equations(self, d: Self) -> Equations:
-        return dict(held=eq(self.flange.phi))
+        return dict(held=eq(self.flange.phi, 0.0 if self.place is None else self.place.phi0))
 
 
 class Inertia(Component):

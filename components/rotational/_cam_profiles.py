@@ -70,7 +70,12 @@ class TabulatedLift(CamProfile):
     angles: Param[Vector, "rad"]  # knots
     coefficients: Param[Vector, "m"]  # of the powers 0 to 3 (rows) of the angle on each interval (columns)
 
-    def __init__(self, *, angles: Vector, lifts: Vector) -> None:
+    def __init__(
+        self,
+        *,
+        angles: Param[Vector, "rad"],  # increasing, over one period
+        lifts: Param[Vector, "m"],  # at these angles, equal at both ends
+    ) -> None:
         self.angles = numbers(self, "angles", magnitude(angles, "rad", "TabulatedLift.angles"))
         lifts = numbers(self, "lifts", magnitude(lifts, "m", "TabulatedLift.lifts"))
         self.coefficients = periodic_spline(self.angles, lifts)

@@ -1,6 +1,6 @@
 """Dry friction that truly sticks (as in MSL): bearing, brake, clutch, freewheel. See `components/_stick_slip.py`."""
 
-from typing import Any, Self
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -26,6 +26,7 @@ from acausal import (
 from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
+from .._friction_laws import stribeck
 from .._tables import linear
 from ..blocks import Input
 from ._interfaces import Flange
@@ -47,9 +48,9 @@ class DryFriction(Component, partial=True):
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = stick_slip.CREEP  # relative acceleration per torque while stuck
     rest: Param[Scalar, "rad/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
     w: Var[Scalar, "rad/s", prefer] = 0.0  # relative speed
-    a_rel: Var[Scalar, "rad/s2"] = 0.0  # relative acceleration
+    acceleration: Var[Scalar, "rad/s2"] = 0.0  # relative acceleration
     tau: Var[Scalar, "N.m"] = 0.0  # friction torque
-    s: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, else a_rel as a number
+    path: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, else the acceleration as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
 
@@ -66,14 +67,15 @@ class DryFriction(Component, partial=True):
         return True
 
     def equations(self, d: Any) -> Equations:
+        held = stick_slip.acceleration(self.mode, self.path, self.w, self.creep)
         return dict(
-            acceleration=eq(self.a_rel, d.w),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.w, self.creep), check_units=False),
+            acceleration=eq(self.acceleration, d.w),
+            held=eq(self.acceleration, held, check_units=False),
             friction=eq(self.tau, self._effort()),
         )
 
     def _effort(self) -> Scalar:
-        return stick_slip.effort(self.mode, self.s, self.sliding(self._along()))
+        return stick_slip.effort(self.mode, self.path, self.sliding(self._along()))
 
     def _along(self) -> Scalar:
         return stick_slip.along(self.mode, self.w)
@@ -81,7 +83,7 @@ class DryFriction(Component, partial=True):
     def events(self) -> Events:
         peak = self.breakaway()
         return stick_slip.changes(
-            self.mode, self.moving, self.w, self.s,
+            self.mode, self.moving, self.w, self.path,
             low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
         )  # fmt: skip
 
@@ -137,14 +139,11 @@ class BearingFriction(ShaftFriction):
     def events(self) -> Events:
         return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
-
-class StribeckBearing(ShaftFriction):
+class StribeckFriction(ShaftFriction):
     """Sliding torque Tc + (Ts - Tc) exp(-(w/ws)^2) + C |w|, break-away at Ts (Bo, Pavelescu 1982).
 
-    The smooth counterpart, which creeps instead of sticking, is `StribeckFriction`.
+    The smooth counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
     """
 
     Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
@@ -156,13 +155,10 @@ class StribeckBearing(ShaftFriction):
         return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
     def sliding(self, speed: Scalar) -> Scalar:
-        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((speed / self.ws) ** 2)) + self.C * speed
+        return stribeck(speed, self.Tc, self.Ts, self.ws) + self.C * speed
 
     def breakaway(self) -> Scalar:
         return self.Ts
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
 
 class CouplingFriction(DryFriction, partial=True):
@@ -214,15 +210,9 @@ class Pressed(DryFriction, partial=True):
 class Brake(Pressed, ShaftFriction):
     """A brake between a shaft and the ground, or a `support=Flange()` of its own (MSL `Brake`). See `Pressed`."""
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class Clutch(Pressed, CouplingFriction):
     """A friction clutch between two shafts (MSL `Clutch`). See `Pressed` for the law."""
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
 
 class OneWayClutch(Pressed, CouplingFriction):
@@ -234,9 +224,6 @@ class OneWayClutch(Pressed, CouplingFriction):
     """
 
     pressing: Discrete[Scalar, "1"] = 0.0  # 1 while u > 0
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
     def pressed(self) -> Any:
         return True

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 
 from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
+from .._friction_laws import stribeck
 from ._interfaces import ToGround
 
 
@@ -21,8 +22,8 @@ class Bearing(ToGround):
         return Energy(dissipated=self.C * self.w**2)
 
 
-class StribeckFriction(ToGround):
-    """Dry friction with a drop after break-away, smoothed at rest.
+class SmoothStribeckFriction(ToGround):
+    """Dry friction with a drop after break-away, smoothed at rest: it creeps where `StribeckFriction` sticks.
 
     tau = [Tc + (Ts - Tc) exp(-(w/ws)^2)] tanh(w/w0), after Bo and Pavelescu (1982) with the sign replaced by tanh.
 
@@ -37,8 +38,7 @@ class StribeckFriction(ToGround):
 
     def torque(self) -> Scalar:
         """The friction torque at the present speed."""
-        level = self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2))
-        return level * jnp.tanh(self.w / self.w0)
+        return stribeck(self.w, self.Tc, self.Ts, self.ws) * jnp.tanh(self.w / self.w0)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(friction=eq(self.flange.tau, self.torque()))

@@ -55,9 +55,9 @@ class LossyGear(Component):
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = stick_slip.CREEP  # acceleration of a per torque while stuck
     rest: Param[Scalar, "rad/s", nonnegative] = stick_slip.REST  # speed of a that counts as rest
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of a
-    a_rel: Var[Scalar, "rad/s2"] = 0.0  # acceleration of a
+    acceleration: Var[Scalar, "rad/s2"] = 0.0  # acceleration of a
     x: Var[Scalar, "N.m"] = 0.0  # torque at a without losses
-    s: Var[Scalar, "N.m"] = 0.0  # path parameter: lost torque tau_a - x while stuck, else a_rel as a number
+    path: Var[Scalar, "N.m"] = 0.0  # lost torque tau_a - x while stuck, else the acceleration as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
     side: Discrete[Scalar, "1"] = 1.0  # sign of x
@@ -96,19 +96,21 @@ class LossyGear(Component):
     def equations(self, d: Self) -> Equations:
         forward, backward = self._limits(self.side)
         sliding = jnp.where(self.mode == 1.0, forward, jnp.where(self.mode == -1.0, backward, self.x))
+        torque = jnp.where(stick_slip.stuck(self.mode), self.x + self.path, sliding)
+        held = stick_slip.acceleration(self.mode, self.path, self.w, self.creep)
         return dict(
             kinematics=eq(self.a.phi, self.ratio * self.b.phi),
             speed=eq(self.w, d.a.phi),
-            acceleration=eq(self.a_rel, d.w),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.w, self.creep), check_units=False),
+            acceleration=eq(self.acceleration, d.w),
+            held=eq(self.acceleration, held, check_units=False),
             ideal=eq(self.ratio * self.x + self.b.tau),
-            losses=eq(self.a.tau, jnp.where(stick_slip.stuck(self.mode), self.x + self.s, sliding), check_units=False),
+            losses=eq(self.a.tau, torque, check_units=False),
         )
 
     def events(self) -> Events:
         forward, backward = self._limits(jnp.where(self.x >= 0.0, 1.0, -1.0))
         known = stick_slip.changes(
-            self.mode, self.moving, self.w, self.s,
+            self.mode, self.moving, self.w, self.path,
             low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
         )  # fmt: skip
         if len(self.losses) > 1:

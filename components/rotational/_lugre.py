@@ -2,8 +2,6 @@
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from acausal import (
     Discrete,
     Energy,
@@ -21,6 +19,7 @@ from acausal import (
 )
 
 from .. import _pieces as pieces
+from .._friction_laws import bristle_energy, bristle_force, bristle_slip, stribeck
 from ._interfaces import ToGround
 
 
@@ -46,12 +45,13 @@ class LuGreFriction(ToGround):
     def requirements(self) -> Requirements:
         return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
-    def _level(self) -> Scalar:
-        return self.Tc + (self.Ts - self.Tc) * jnp.exp(-((self.w / self.ws) ** 2))
+    def _slip(self) -> Scalar:
+        level = stribeck(self.w, self.Tc, self.Ts, self.ws)
+        return bristle_slip(pieces.size(self.w, self.forward), self.z, self.stiffness, level)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
-            slip=eq(self.slip, self.stiffness * pieces.size(self.w, self.forward) * self.z / self._level()),
+            slip=eq(self.slip, self._slip()),
             bristles=eq(d.z, self.w - self.slip),
             friction=eq(self.flange.tau, self._torque()),
         )
@@ -60,11 +60,7 @@ class LuGreFriction(ToGround):
         return pieces.passes(self.w, self.forward, 0.0, name="forward")
 
     def _torque(self) -> Scalar:
-        return self.stiffness * self.z + self.damping * (self.w - self.slip) + self.C * self.w
+        return bristle_force(self.w, self.slip, self.z, stiffness=self.stiffness, damping=self.damping, viscous=self.C)
 
     def energy(self) -> Energy:
-        elastic = self.stiffness * self.z
-        return Energy(
-            stored=0.5 * self.stiffness * self.z**2,
-            dissipated=self._torque() * self.w - elastic * (self.w - self.slip),
-        )
+        return bristle_energy(self.w, self.slip, self.z, stiffness=self.stiffness, force=self._torque())

@@ -26,7 +26,7 @@ from ._interfaces import Flange
 class HardStop(Component):
     """Rigid stops on the ground that keep a shaft within phi_min <= phi <= phi_max, with Newton's law of impact.
 
-    At a stop the speed w turns to -restitution w. A rebound no faster than `w_rest` does not happen: the shaft rests
+    At a stop the speed w turns to -restitution w. A rebound no faster than `rest` does not happen: the shaft rests
     there, held by the contact torque, until it is pulled away. This ends infinitely many
     jumps after a finite number. Impacts and lift-off are events. The shaft has to have an inertia. An
     impact changes the speed of what is rigidly joined to the shaft, and no other: it is right for one moving body, but
@@ -39,7 +39,7 @@ class HardStop(Component):
     phi_min: Param[Scalar, "rad"] = -jnp.inf  # angle of the lower stop
     phi_max: Param[Scalar, "rad"] = jnp.inf  # angle of the upper stop
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    w_rest: Param[Scalar, "rad/s", nonnegative] = 1e-3  # rebound speed up to which it rests
+    rest: Param[Scalar, "rad/s", nonnegative] = 1e-3  # rebound speed up to which it rests
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = 0.0  # acceleration per torque while it rests
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "rad/s2"] = 0.0
@@ -69,5 +69,5 @@ class HardStop(Component):
     def events(self) -> Events:
         return _impact.stops(
             self.mode, self.flange.phi, self.w, self.path, self.phi_min, self.phi_max,
-            e=self.restitution, slow=self.w_rest, name="w",
+            e=self.restitution, slow=self.rest, name="w",
         )  # fmt: skip

@@ -10,7 +10,7 @@ from ._interfaces import HeatPort
 class FixedTemperature(Component):
     """Surroundings at constant temperature, which give and take any heat."""
 
-    temperature: Param[Scalar, "K", nonnegative]
+    temperature: Param[Scalar, "K", nonnegative]  # of the surroundings
     port: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:

@@ -12,10 +12,11 @@ from ._dry_friction import DryFriction as DryFriction
 from ._dry_friction import StribeckFriction as StribeckFriction
 from ._dry_friction import SupportFriction as SupportFriction
 from ._dry_friction import TustinFriction as TustinFriction
+from ._friction import SmoothStribeckFriction as SmoothStribeckFriction
+from ._friction import ViscousFriction as ViscousFriction
 from ._gap import ElastoGap as ElastoGap
 from ._housing import ClutchSpring as ClutchSpring
 from ._housing import TabulatedSpring as TabulatedSpring
-from ._housing import ViscousFriction as ViscousFriction
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround

@@ -2,18 +2,37 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
 
 from ._interfaces import Compliant, Flange
 
 
-class Fixed(Component):
-    """A flange held at s = 0."""
+class Position(Record):
+    """Where a flange is held."""
 
+    s0: Param[Scalar, "m"]  # position
+
+
+class Fixed(Component):
+    """A flange held at the position s0, zero unless it is given (MSL `Fixed`).
+
+    What is given is the parameter `place.s0`. What is not is no parameter, so that the flange drops out.
+    """
+
+    place: Position | None = None
     flange: Flange = Flange()
 
+    def __init__(
+        self,
+        *,
+        s0: Param[Scalar, "m"] | None = None,  # position of the flange
+        flange: Flange | None = None,
+    ) -> None:
+        self.place = None if s0 is None else Position(s0=s0)
+        self.flange = Flange() if flange is None else flange
+
     def equations(self, d: Self) -> Equations:
-        return dict(held=eq(self.flange.s))
+        return dict(held=eq(self.flange.s, 0.0 if self.place is None else self.place.s0))
 
 
 class Mass(Component):
@@ -36,7 +55,7 @@ class Mass(Component):
 
 
 class Rod(Component):
-    """A rigid rod without mass, s_b = s_a + L."""
+    """A rigid rod without mass, s_b = s_a + L (MSL `Rod`)."""
 
     L: Param[Scalar, "m"]  # length from a to b
     a: Flange = Flange()

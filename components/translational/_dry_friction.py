@@ -1,8 +1,6 @@
 """Dry friction that truly sticks (as in MSL): guides, brake, a mass with friction. See `components/_stick_slip.py`."""
 
-from typing import Any, Self
-
-import jax.numpy as jnp
+from typing import Any
 
 from acausal import (
     Component,
@@ -25,6 +23,7 @@ from acausal import (
 from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
+from .._friction_laws import stribeck, tustin
 from .._tables import linear
 from ..blocks import Input
 from ._interfaces import Flange
@@ -45,9 +44,9 @@ class DryFriction(Component, partial=True):
     creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # relative acceleration per force while stuck
     rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
     v: Var[Scalar, "m/s", prefer] = 0.0  # relative speed
-    a_rel: Var[Scalar, "m/s2"] = 0.0  # relative acceleration
+    acceleration: Var[Scalar, "m/s2"] = 0.0  # relative acceleration
     f: Var[Scalar, "N"] = 0.0  # friction force
-    s: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else a_rel as a number
+    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
     flange: Flange = Flange()
@@ -66,9 +65,10 @@ class DryFriction(Component, partial=True):
         return True
 
     def equations(self, d: Any) -> Equations:
+        held = stick_slip.acceleration(self.mode, self.path, self.v, self.creep)
         laws = dict(
-            acceleration=eq(self.a_rel, d.v),
-            held=eq(self.a_rel, stick_slip.acceleration(self.mode, self.s, self.v, self.creep), check_units=False),
+            acceleration=eq(self.acceleration, d.v),
+            held=eq(self.acceleration, held, check_units=False),
             friction=eq(self.f, self._effort()),
             force=eq(self.flange.f, self.f),
         )
@@ -80,7 +80,7 @@ class DryFriction(Component, partial=True):
         )
 
     def _effort(self) -> Scalar:
-        return stick_slip.effort(self.mode, self.s, self.sliding(self._along()))
+        return stick_slip.effort(self.mode, self.path, self.sliding(self._along()))
 
     def _along(self) -> Scalar:
         return stick_slip.along(self.mode, self.v)
@@ -88,7 +88,7 @@ class DryFriction(Component, partial=True):
     def events(self) -> Events:
         peak = self.breakaway()
         return stick_slip.changes(
-            self.mode, self.moving, self.v, self.s,
+            self.mode, self.moving, self.v, self.path,
             low=-peak, high=peak, rest=self.rest, creep=self.creep, pressed=self.pressed(),
         )  # fmt: skip
 
@@ -124,14 +124,12 @@ class SupportFriction(DryFriction):
     def events(self) -> Events:
         return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class StribeckFriction(DryFriction):
     """Sliding force Fc + (Fs - Fc) exp(-(v/vs)^2) + C |v|, break-away at Fs (Bo, Pavelescu 1982).
 
-    With `support=Flange()` it acts between two bodies, such as a block and the belt that carries it.
+    With `support=Flange()` it acts between two bodies, such as a block and the belt that carries it. The smooth
+    counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
     """
 
     Fc: Param[Scalar, "N", nonnegative]  # Coulomb (sliding) force
@@ -143,18 +141,10 @@ class StribeckFriction(DryFriction):
         return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)
 
     def sliding(self, speed: Scalar) -> Scalar:
-        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((speed / self.vs) ** 2)) + self.C * speed
+        return stribeck(speed, self.Fc, self.Fs, self.vs) + self.C * speed
 
     def breakaway(self) -> Scalar:
         return self.Fs
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
-
-def tustin(speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar, fexp: Scalar) -> Scalar:
-    """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v)."""
-    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(-fexp * speed)
 
 
 class TustinFriction(DryFriction):
@@ -170,9 +160,6 @@ class TustinFriction(DryFriction):
 
     def sliding(self, speed: Scalar) -> Scalar:
         return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
 
 class Brake(DryFriction):
@@ -199,9 +186,6 @@ class Brake(DryFriction):
 
     def breakaway(self) -> Scalar:
         return self.peak * self.sliding(0.0)
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
     def events(self) -> Events:
         return super().events() | stick_slip.lets_go(self.mode, self.u.value <= 0.0)

@@ -19,6 +19,7 @@ from acausal import (
     require,
 )
 
+from .. import _contact as contact
 from .. import _pieces as pieces
 from ._interfaces import Compliant
 
@@ -54,8 +55,7 @@ class ElastoGap(Compliant):
         return self.c * self.s_ref * self._power(self.n)
 
     def _damping(self) -> Scalar:
-        size = self._elastic()
-        return jnp.where(self.apart > 0.5, 0.0, pieces.limited(self.d * self.v_rel, self.damped, -size, size))
+        return contact.damping(self.d * self.v_rel, self._elastic(), self.damped, self.apart < 0.5)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -68,7 +68,5 @@ class ElastoGap(Compliant):
         return Energy(stored=stored, dissipated=self._damping() * self.v_rel)
 
     def events(self) -> Events:
-        size = self._elastic()
-        return pieces.passes(self.s_rel, self.apart, self.s_rel0, name="apart") | pieces.passes(
-            self.d * self.v_rel, self.damped, -size, size, name="damped", only=self.apart < 0.5
-        )
+        ends = pieces.passes(self.s_rel, self.apart, self.s_rel0, name="apart")
+        return ends | contact.limits(self.d * self.v_rel, self._elastic(), self.damped, self.apart < 0.5)

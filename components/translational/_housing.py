@@ -1,4 +1,4 @@
-"""Springs and friction between a rod and the housing, which is the ground."""
+"""Springs between a rod and the housing, which is the ground."""
 
 from typing import Self
 
@@ -19,7 +19,7 @@ from acausal import (
 from .. import _pieces as pieces
 from .._checks import sampled
 from .._tables import monotone_cubic, monotone_cubic_integral
-from ._interfaces import Flange, ToGround
+from ._interfaces import Flange
 
 
 class ClutchSpring(Component):
@@ -60,15 +60,3 @@ class TabulatedSpring(Component):
 
     def energy(self) -> Energy:
         return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces, self.piece))
-
-
-class ViscousFriction(ToGround):
-    """Viscous friction against the housing, f = C v."""
-
-    C: Param[Scalar, "N.s/m", nonnegative]  # friction coefficient
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(friction=eq(self.flange.f, self.C * self.v))
-
-    def energy(self) -> Energy:
-        return Energy(dissipated=self.C * self.v**2)

@@ -2,8 +2,6 @@
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from acausal import (
     Discrete,
     Energy,
@@ -21,6 +19,7 @@ from acausal import (
 )
 
 from .. import _pieces as pieces
+from .._friction_laws import bristle_energy, bristle_force, bristle_slip, stribeck
 from ._interfaces import ToGround
 
 
@@ -46,12 +45,13 @@ class LuGreFriction(ToGround):
     def requirements(self) -> Requirements:
         return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)
 
-    def _level(self) -> Scalar:
-        return self.Fc + (self.Fs - self.Fc) * jnp.exp(-((self.v / self.vs) ** 2))
+    def _slip(self) -> Scalar:
+        level = stribeck(self.v, self.Fc, self.Fs, self.vs)
+        return bristle_slip(pieces.size(self.v, self.forward), self.z, self.stiffness, level)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
-            slip=eq(self.slip, self.stiffness * pieces.size(self.v, self.forward) * self.z / self._level()),
+            slip=eq(self.slip, self._slip()),
             bristles=eq(d.z, self.v - self.slip),
             friction=eq(self.flange.f, self._force()),
         )
@@ -60,11 +60,7 @@ class LuGreFriction(ToGround):
         return pieces.passes(self.v, self.forward, 0.0, name="forward")
 
     def _force(self) -> Scalar:
-        return self.stiffness * self.z + self.damping * (self.v - self.slip) + self.C * self.v
+        return bristle_force(self.v, self.slip, self.z, stiffness=self.stiffness, damping=self.damping, viscous=self.C)
 
     def energy(self) -> Energy:
-        elastic = self.stiffness * self.z
-        return Energy(
-            stored=0.5 * self.stiffness * self.z**2,
-            dissipated=self._force() * self.v - elastic * (self.v - self.slip),
-        )
+        return bristle_energy(self.v, self.slip, self.z, stiffness=self.stiffness, force=self._force())

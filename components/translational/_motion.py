@@ -4,7 +4,7 @@ A motion has to be smooth enough to have the accelerations that masses need. To 
 filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before a position.
 """
 
-from typing import Any, Self
+from typing import Self
 
 from acausal import Energy, Equations, Param, Scalar, Var, eq, prefer
 
@@ -14,9 +14,6 @@ from ._interfaces import ToGround
 
 class Motion(ToGround, partial=True):
     """A drive by motion."""
-
-    def equations(self, d: Any) -> Equations:
-        return super().equations(d)
 
     def energy(self) -> Energy:
         return Energy(supplied=-self.flange.f * self.v)

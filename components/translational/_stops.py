@@ -23,14 +23,14 @@ from acausal import (
 
 from .. import _impact
 from .. import _stick_slip as stick_slip
-from ._dry_friction import tustin
+from .._friction_laws import tustin
 from ._interfaces import Flange
 
 
 class HardStop(Component):
     """Rigid stops on the ground that keep a rod within s_min <= s <= s_max, with Newton's law of impact.
 
-    At a stop the speed v turns to -restitution v. A rebound no faster than `v_rest` does not happen: the rod rests
+    At a stop the speed v turns to -restitution v. A rebound no faster than `rest` does not happen: the rod rests
     there, held by the contact force f, until it is pulled away. This ends the infinitely many jumps of a ball after a
     finite number; as |f| only pushes, nothing sticks. Impacts and lift-off are events. The rod has to have a mass. An
     impact changes the speed of what is rigidly joined to the rod, and no other: it is right for one moving body, but
@@ -43,7 +43,7 @@ class HardStop(Component):
     s_min: Param[Scalar, "m"] = -jnp.inf  # position of the lower stop
     s_max: Param[Scalar, "m"] = jnp.inf  # position of the upper stop
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    v_rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests
+    rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests
     creep: Param[Scalar, "1/kg", nonnegative] = 0.0  # acceleration per force while it rests
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "m/s2"] = 0.0
@@ -73,7 +73,7 @@ class HardStop(Component):
     def events(self) -> Events:
         return _impact.stops(
             self.mode, self.flange.s, self.v, self.path, self.s_min, self.s_max,
-            e=self.restitution, slow=self.v_rest, name="v",
+            e=self.restitution, slow=self.rest, name="v",
         )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ class MassWithStopAndFriction(Component):
     F_Stribeck: Param[Scalar, "N", nonnegative] = 0.0  # what is added to it at rest
     fexp: Param[Scalar, "s/m", nonnegative] = 0.0  # decay of that with the speed
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    v_rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests at a stop
+    rest_at_stop: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests at a stop
     creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # acceleration per force while it sticks
     rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # speed that counts as rest
     s: Var[Scalar, "m", prefer] = 0.0  # position of the centre
@@ -102,8 +102,8 @@ class MassWithStopAndFriction(Component):
     acceleration: Var[Scalar, "m/s2"] = 0.0
     f: Var[Scalar, "N"] = 0.0  # friction force
     contact: Var[Scalar, "N"] = 0.0  # contact force into the stops; negative at the lower one
-    slip: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
-    lift: Var[Scalar, "N"] = 0.0  # path parameter: the contact force while at a stop, else the acceleration
+    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
+    path_at_stop: Var[Scalar, "N"] = 0.0  # path parameter: the contact force while at a stop, else the acceleration
     mode: Discrete[Scalar, "1"] = stick_slip.FREE  # of the friction, see `DryFriction`
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
     stopped: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
@@ -117,7 +117,7 @@ class MassWithStopAndFriction(Component):
         )
 
     def equations(self, d: Self) -> Equations:
-        stuck = stick_slip.acceleration(self.mode, self.slip, self.v, self.creep)
+        stuck = stick_slip.acceleration(self.mode, self.path, self.v, self.creep)
         return dict(
             back=eq(self.a.s, self.s - 0.5 * self.L),
             front=eq(self.b.s, self.s + 0.5 * self.L),
@@ -127,28 +127,29 @@ class MassWithStopAndFriction(Component):
             stuck=eq(self.acceleration, stuck, check_units=False),
             friction=eq(self.f, self._friction()),
             stopped=eq(self.acceleration, self._stopped(), check_units=False),
-            contact=eq(self.contact, _impact.effort(self.stopped, self.lift)),
+            contact=eq(self.contact, _impact.effort(self.stopped, self.path_at_stop)),
         )
 
     def _stopped(self) -> Scalar:
         half = 0.5 * self.L
+        low, high = self.s_min + half, self.s_max - half
         return _impact.acceleration(
-            self.stopped, self.lift, 0.0, place=self.s, speed=self.v, low=self.s_min + half, high=self.s_max - half
+            self.stopped, self.path_at_stop, 0.0, place=self.s, speed=self.v, low=low, high=high
         )
 
     def _sliding(self, speed: Scalar) -> Scalar:
         return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
 
     def _friction(self) -> Scalar:
-        return stick_slip.effort(self.mode, self.slip, self._sliding(stick_slip.along(self.mode, self.v)))
+        return stick_slip.effort(self.mode, self.path, self._sliding(stick_slip.along(self.mode, self.v)))
 
     def events(self) -> Events:
         peak, half = self.F_Coulomb + self.F_Stribeck, 0.5 * self.L
         return stick_slip.changes(
-            self.mode, self.moving, self.v, self.slip, low=-peak, high=peak, rest=self.rest, creep=self.creep
+            self.mode, self.moving, self.v, self.path, low=-peak, high=peak, rest=self.rest, creep=self.creep
         ) | _impact.stops(
-            self.stopped, self.s, self.v, self.lift, self.s_min + half, self.s_max - half,
-            e=self.restitution, slow=self.v_rest, name="v", mode_name="stopped",
+            self.stopped, self.s, self.v, self.path_at_stop, self.s_min + half, self.s_max - half,
+            e=self.restitution, slow=self.rest_at_stop, name="v", mode_name="stopped",
         )  # fmt: skip
 
     def energy(self) -> Energy:

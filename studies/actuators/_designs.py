@@ -15,7 +15,7 @@ from components.rotational import (
     EccentricDisc,
     LinearLift,
     PlanetaryGearbox,
-    StribeckBearing,
+    SmoothStribeckFriction,
     StribeckFriction,
     WormGear,
 )
@@ -171,9 +171,9 @@ def ehs_sticking(
         motor=base.motor,
         pump=base.pump,
         bearing=(
-            StribeckBearing(Ts=break_away, Tc=coulomb, ws=stribeck_speed)
+            StribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed)
             if width is None
-            else StribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed, w0=width)
+            else SmoothStribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed, w0=width)
         ),
         line=base.line,
         slave=base.slave,

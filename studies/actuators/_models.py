@@ -4,7 +4,7 @@ from acausal import Component, Connections, connect
 from components.blocks import Constant, Ramp
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
 from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, Tank
-from components.rotational import Cam, Fixed, PlanetaryGearbox, StribeckBearing, StribeckFriction, WormGear
+from components.rotational import Cam, Fixed, PlanetaryGearbox, SmoothStribeckFriction, StribeckFriction, WormGear
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
 
@@ -96,12 +96,12 @@ class ElectrohydraulicActuator(PumpActuator):
 class StickingActuator(PumpActuator):
     """The electrohydraulic actuator with dry friction on its shaft, and a supply that may take time to rise.
 
-    The bearing sticks (`StribeckBearing`, by events) or creeps (`StribeckFriction`, smoothed).
+    The bearing sticks (`StribeckFriction`, by events) or creeps (`SmoothStribeckFriction`, smoothed).
     """
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     command: Constant | Ramp
-    bearing: StribeckBearing | StribeckFriction
+    bearing: StribeckFriction | SmoothStribeckFriction
 
     def connections(self) -> Connections:
         return (

@@ -37,7 +37,7 @@ from acausal.testing import (
 )
 from components.electrical import Capacitor, Inductor, Pin, Resistor, TwoPin
 from components.hydraulic import Orifice
-from components.rotational import ElastoBacklash, Flange, Inertia, SpringDamper, StribeckBearing, ToGround
+from components.rotational import ElastoBacklash, Flange, Inertia, SpringDamper, StribeckFriction, ToGround
 
 
 class Fan(ToGround):
@@ -161,8 +161,8 @@ def test_laws_in_the_modes_that_the_values_imply() -> None:
     """A play of 0.6 about 0.1, and sliding friction either way."""
     backlash = ElastoBacklash(c=1000.0, d=0.0, play=0.6, phi_rel0=0.1)
     check_law(backlash, {"phi_rel": [0.5, 0.3, -0.3], "w_rel": 0.0}, {"tau": [100.0, 0.0, -100.0]}, atol=1e-9)
-    bearing = StribeckBearing(Tc=0.4, Ts=0.6, ws=0.5, C=0.7)
-    check_law(bearing, {"w": [50.0, -50.0], "a_rel": 0.0}, {"tau": [35.4, -35.4]})
+    bearing = StribeckFriction(Tc=0.4, Ts=0.6, ws=0.5, C=0.7)
+    check_law(bearing, {"w": [50.0, -50.0], "acceleration": 0.0}, {"tau": [35.4, -35.4]})
 
 
 def test_what_does_not_follow_is_missing() -> None:

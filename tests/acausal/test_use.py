@@ -77,7 +77,7 @@ class Bouncing(Component):
 
 def bouncing() -> Bouncing:
     return Bouncing(
-        mass=Mass(m=1.0), push=ConstantForce(force=1.0), stop=HardStop(s_max=0.3, restitution=0.5, v_rest=0.1)
+        mass=Mass(m=1.0), push=ConstantForce(force=1.0), stop=HardStop(s_max=0.3, restitution=0.5, rest=0.1)
     )
 
 

@@ -33,7 +33,7 @@ def shaken(amplitude: Scalar, frequency: Scalar, J: Scalar, c: Scalar, Ts: Scala
         rotational.Inertia(J=ROTOR),
         rotational.SpringDamper(c=c, d=1e-3 * c),
         rotational.Inertia(J=J),
-        rotational.StribeckBearing(Tc=TC, Ts=Ts, ws=WS, C=C),
+        rotational.StribeckFriction(Tc=TC, Ts=Ts, ws=WS, C=C),
     )
     return Rig(parts=parts, wiring=wire)
 

@@ -239,7 +239,7 @@ TABLE = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.5, 1.0]))
             lambda: rotational.BearingFriction(speeds=jnp.array([0.1, 1.0]), torques=jnp.ones(2)),
             "BearingFriction.speeds must be led by zero",
         ),
-        (lambda: rotational.StribeckBearing(Tc=2.0, Ts=1.0, ws=1.0), "StribeckBearing.Tc must be at most Ts"),
+        (lambda: rotational.StribeckFriction(Tc=2.0, Ts=1.0, ws=1.0), "StribeckFriction.Tc must be at most Ts"),
         (lambda: translational.StribeckFriction(Fc=2.0, Fs=1.0, vs=1.0), "StribeckFriction.Fc must be at most Fs"),
         (lambda: translational.Brake(mu=0.5, fn_max=1.0, peak=0.9), "Brake.peak must be at least 1"),
         (lambda: rotational.LossyGear(ratio=2.0, losses=jnp.ones((1, 4))), "LossyGear.losses must have rows"),

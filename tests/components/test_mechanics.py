@@ -18,8 +18,8 @@ from components.rotational import (
     PlanetaryGear,
     PlanetaryGearbox,
     SignalSpeed,
+    SmoothStribeckFriction,
     SpeedSensor,
-    StribeckFriction,
     TorqueSensor,
     WormGear,
 )
@@ -214,7 +214,7 @@ def test_torsional_frequency() -> None:
 @settings(deadline=None, max_examples=50)
 @given(st.floats(-300.0, 300.0))
 def test_stribeck_curve(w: float) -> None:
-    friction = StribeckFriction(Tc=0.05, Ts=0.18, ws=30.0, w0=0.1, w=w)
+    friction = SmoothStribeckFriction(Tc=0.05, Ts=0.18, ws=30.0, w0=0.1, w=w)
     expected = (0.05 + 0.13 * np.exp(-((w / 30.0) ** 2))) * np.tanh(w / 0.1)
     np.testing.assert_allclose(friction.torque(), expected, rtol=1e-12, atol=1e-300)
     assert float(jnp.asarray(friction.torque())) * w >= 0.0

@@ -20,11 +20,11 @@ def wire_drop(weight: Any, ball: Any, floor: Any) -> Connections:
     return connect(weight.flange, ball.a), connect(ball.b, floor.flange)
 
 
-def drop(e: Scalar, end: float, v_rest: float = 0.3) -> Any:
+def drop(e: Scalar, end: float, rest: float = 0.3) -> Any:
     """A ball of 2 kg dropped from 1 m."""
     weight = translational.ConstantForce(force=-2.0 * G)
     ball = translational.Mass(m=2.0, a=translational.Flange(s=1.0))
-    floor = translational.HardStop(s_min=0.0, restitution=e, v_rest=v_rest)
+    floor = translational.HardStop(s_min=0.0, restitution=e, rest=rest)
     return simulate(Rig(parts=(weight, ball, floor), wiring=wire_drop), end, save="end", rtol=TIGHT)
 
 

@@ -53,7 +53,7 @@ def model_of(x: Shaken, *, is_rigid: bool) -> Rig:
     law: Any = dict(F_prop=x.viscous, F_Coulomb=x.level, F_Stribeck=x.excess, fexp=x.fexp)
     if is_rigid:
         body = translational.MassWithStopAndFriction(
-            m=x.m, v=x.v, s_min=LOW, s_max=HIGH, restitution=x.e, v_rest=V_REST, **law
+            m=x.m, v=x.v, s_min=LOW, s_max=HIGH, restitution=x.e, rest_at_stop=V_REST, **law
         )
         return Rig(parts=(source, translational.SignalForce(), body), wiring=wire_rigid)
     parts = (

@@ -1,0 +1,102 @@
+"""What components are called in the Modelica Standard Library 4, below the package that heads each list.
+
+Components that are not listed have no counterpart of the same meaning there.
+"""
+
+PACKAGES = {
+    "blocks": "Modelica.Blocks",
+    "electrical": "Modelica.Electrical.Analog",
+    "rotational": "Modelica.Mechanics.Rotational",
+    "translational": "Modelica.Mechanics.Translational",
+    "thermal": "Modelica.Thermal.HeatTransfer",
+}
+
+_SAME = {
+    "blocks": {
+        "Continuous": "Derivative FirstOrder Integrator LimPID PI PID SecondOrder StateSpace TransferFunction",
+        "Math": "Division Gain Product",
+        "Nonlinear": "DeadZone Limiter SlewRateLimiter",
+        "Sources": "Constant ExpSine Exponentials Pulse Ramp SawTooth Sine Step Trapezoid",
+        "Logical": "Switch",
+    },
+    "electrical": {
+        "Basic": "CCC CCV Capacitor Conductor Ground Gyrator HeatingResistor Inductor Potentiometer Resistor "
+        "SaturatingInductor Transformer TranslationalEMF VCC VCV VariableCapacitor VariableInductor VariableResistor",
+        "Ideal": "IdealClosingSwitch IdealCommutingSwitch IdealDiode IdealOpeningSwitch IdealTransformer",
+        "Semiconductors": "Diode",
+        "Sensors": "CurrentSensor PowerSensor VoltageSensor",
+        "Sources": "ConstantCurrent ConstantVoltage SignalCurrent SignalVoltage",
+    },
+    "rotational": {
+        "Components": "BearingFriction Brake Clutch Damper Disc ElastoBacklash Fixed IdealGear IdealGearR2T "
+        "IdealRollingWheel Inertia LossyGear OneWayClutch Spring SpringDamper",
+        "Sensors": "AngleSensor MultiSensor PowerSensor SpeedSensor TorqueSensor",
+        "Sources": "ConstantSpeed ConstantTorque LinearSpeedDependentTorque QuadraticSpeedDependentTorque",
+    },
+    "translational": {
+        "Components": "Brake Damper ElastoGap Fixed Mass MassWithStopAndFriction Rod Spring SpringDamper "
+        "SupportFriction",
+        "Sensors": "ForceSensor MultiSensor PositionSensor PowerSensor SpeedSensor",
+        "Sources": "ConstantForce ConstantSpeed LinearSpeedDependentForce QuadraticSpeedDependentForce",
+    },
+    "thermal": {
+        "Components": "BodyRadiation Convection HeatCapacitor ThermalConductor",
+        "Sensors": "HeatFlowSensor TemperatureSensor",
+        "Sources": "FixedTemperature",
+    },
+}
+
+_OTHER = {
+    "blocks": {
+        "Clock": "Sources.ContinuousClock",
+        "LimPI": "Continuous.LimPID",
+        "Maximum": "Math.Max",
+        "Minimum": "Math.Min",
+        "SampleHold": "Discrete.ZeroOrderHold",
+        "Sum": "Math.Add",
+        "Table1D": "Tables.CombiTable1Ds",
+        "Table2D": "Tables.CombiTable2Ds",
+        "TimeSeries": "Sources.CombiTimeTable",
+        "TwoPointController": "Logical.OnOffController",
+        "WeightedSum": "Math.Sum",
+    },
+    "electrical": {
+        "EMF": "Basic.RotationalEMF",
+        "IdealOpAmp": "Ideal.IdealOpAmp3Pin",
+        "NegativeResistor": "Basic.Resistor",
+    },
+    "rotational": {
+        "AccelerationSensor": "Sensors.AccSensor",
+        "EddyCurrentBrake": "Sources.EddyCurrentTorque",
+        "PlanetaryGear": "Components.IdealPlanetary",
+        "RelativeAngleSensor": "Sensors.RelAngleSensor",
+        "RelativeSpeedSensor": "Sensors.RelSpeedSensor",
+        "SignalAcceleration": "Sources.Accelerate",
+        "SignalAngle": "Sources.Position",
+        "SignalSpeed": "Sources.Speed",
+        "SignalTorque": "Sources.Torque",
+        "SignalTorque2": "Sources.Torque2",
+    },
+    "translational": {
+        "AccelerationSensor": "Sensors.AccSensor",
+        "RelativePositionSensor": "Sensors.RelPositionSensor",
+        "RelativeSpeedSensor": "Sensors.RelSpeedSensor",
+        "SignalAcceleration": "Sources.Accelerate",
+        "SignalForce": "Sources.Force",
+        "SignalForce2": "Sources.Force2",
+        "SignalPosition": "Sources.Position",
+        "SignalSpeed": "Sources.Speed",
+    },
+    "thermal": {
+        "ConstantHeatFlow": "Sources.FixedHeatFlow",
+        "RelativeTemperatureSensor": "Sensors.RelTemperatureSensor",
+        "SignalHeatFlow": "Sources.PrescribedHeatFlow",
+        "SignalTemperature": "Sources.PrescribedTemperature",
+    },
+}
+
+MODELICA: dict[str, dict[str, str]] = {
+    domain: {name: f"{package}.{name}" for package, names in _SAME[domain].items() for name in names.split()}
+    | _OTHER[domain]
+    for domain in PACKAGES
+}

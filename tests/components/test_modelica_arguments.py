@@ -1,0 +1,113 @@
+"""What users of the Modelica Standard Library pass, in its meaning, and what bears one name in several domains."""
+
+import inspect
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from _rig import Rig
+
+from acausal import ArgumentError, Component, Connections, connect, simulate
+from acausal.testing import check_law, solved
+from components import blocks, electrical, rotational, translational
+
+
+def test_fixed_points_lie_where_they_are_said_to() -> None:
+    check_law(rotational.Fixed(phi0=0.4), {}, {"flange.phi": 0.4, "der(flange.phi)": 0.0})
+    check_law(translational.Fixed(s0=-0.3), {}, {"flange.s": -0.3, "der(flange.s)": 0.0})
+
+
+TIMES = np.array([-1.0, 0.0, 0.2, 0.3, 1.0, 2.5])
+SINCE = np.maximum(TIMES - 0.3, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        (blocks.Clock(offset=0.5, start_time=0.3), 0.5 + SINCE),
+        (
+            blocks.Sine(amplitude=2.0, frequency=0.5, phase=0.1, offset=0.5, start_time=0.3),
+            0.5 + 2.0 * np.sin(np.pi * SINCE + 0.1) * (TIMES >= 0.3),
+        ),
+        (
+            blocks.ChirpSine(amplitude=2.0, f0=0.2, f1=0.6, duration=2.0, offset=0.5, start_time=0.3),
+            0.5 + 2.0 * np.sin(2.0 * np.pi * (0.2 * SINCE + 0.1 * SINCE**2)),
+        ),
+    ],
+)
+def test_sources_wait_for_their_start_time(source: Component, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(solved(source, {"t": TIMES})["y.value"], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("build", "right"),
+    [
+        (lambda: blocks.Sine(amplitude=1.0, frequency=1.0, startTime=0.1), "start_time"),  # pyright: ignore[reportCallIssue]
+        (lambda: rotational.Fixed(phi=0.1), "phi0"),  # pyright: ignore[reportCallIssue]
+        (lambda: translational.Fixed(s=0.1), "s0"),  # pyright: ignore[reportCallIssue]
+    ],
+)
+def test_other_names_are_answered_with_the_right_one(build: Any, right: str) -> None:
+    with pytest.raises(ArgumentError, match=rf"takes no argument .* (It takes|\b).*\b{right}\b"):
+        build()
+
+
+def _twins(name: str) -> tuple[Any, Any]:
+    return getattr(rotational, name), getattr(translational, name)
+
+
+def _classes(domain: ModuleType) -> set[str]:
+    return {name for name, item in inspect.getmembers(domain, inspect.isclass) if issubclass(item, Component)}
+
+
+def test_what_has_one_name_in_both_domains_has_one_law() -> None:
+    """Smooth or sticking, with events or without, with the same discrete variables and path parameters."""
+    for name in sorted(_classes(rotational) & _classes(translational)):
+        one, other = _twins(name)
+        assert hasattr(one, "__mro__")
+        for aspect in ("events", "energy"):
+            states = [getattr(cls, aspect) is not getattr(Component, aspect) for cls in (one, other)]
+            assert states[0] == states[1], f"{name}.{aspect}"
+        general = {"acceleration", "path", "rest", "creep", "mode", "moving", "restitution", "piece", "forward"}
+        names = [general & set(inspect.signature(cls.__init__).parameters) for cls in (one, other)]
+        assert names[0] == names[1], name
+
+
+def test_friction_twins_give_the_same_numbers() -> None:
+    speeds = np.array([-2.0, -0.01, 0.3, 1.5])
+    for name, extra in (("SmoothStribeckFriction", {"0": 0.1}), ("StribeckFriction", {})):
+        one, other = _twins(name)
+        turning = one(Tc=0.4, Ts=0.6, ws=0.5, **{f"w{key}": value for key, value in extra.items()})
+        sliding = other(Fc=0.4, Fs=0.6, vs=0.5, **{f"v{key}": value for key, value in extra.items()})
+        rest = {} if extra else {"acceleration": 0.0}
+        torque = solved(turning, {"w": speeds} | rest)["flange.tau"]
+        np.testing.assert_allclose(torque, solved(sliding, {"v": speeds} | rest)["flange.f"], rtol=1e-12)
+        level = 0.4 + 0.2 * np.exp(-((speeds / 0.5) ** 2))
+        sign = np.tanh(speeds / 0.1) if extra else np.sign(speeds)
+        np.testing.assert_allclose(torque, level * sign, rtol=1e-9)
+
+
+def ring(supply: Any, inductor: Any, capacitor: Any, resistor: Any, helper: Any, ground: Any) -> Connections:
+    return (
+        connect(supply.p, inductor.p),
+        connect(inductor.n, resistor.p),
+        connect(resistor.n, helper.p),
+        connect(helper.n, capacitor.p),
+        connect(capacitor.n, supply.n, ground.p),
+    )
+
+
+def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
+    """The circuit swings on as if it had no resistance, and the account says where the energy comes from."""
+    parts = (
+        electrical.ConstantVoltage(V=0.0),
+        electrical.Inductor(L=0.5),
+        electrical.Capacitor(C=0.5, v=1.0),
+        electrical.Resistor(R=0.3),
+        electrical.NegativeResistor(R=0.3),
+        electrical.Ground(),
+    )
+    solution = simulate(Rig(parts=parts, wiring=ring), np.pi, save="end", rtol=1e-9, energy=True)
+    np.testing.assert_allclose(solution.final.parts[2].v, 1.0, rtol=1e-6)
+    np.testing.assert_allclose(solution.energy.supplied["parts[4]"], solution.energy.dissipated["parts[3]"], rtol=1e-6)

@@ -1,0 +1,49 @@
+"""The page of the library shows all of it."""
+
+import dataclasses
+import inspect
+import types
+
+import pytest
+
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from docs._execute import DOCS
+from docs._modelica import MODELICA
+from docs.library import exported, listing
+
+PACKAGES = (blocks, electrical, hydraulic, rotational, thermal, translational)
+page = pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.__name__)
+
+
+@page
+def test_every_exported_component_is_on_the_page(package: types.ModuleType) -> None:
+    names = {line.split()[0] for line in (DOCS / "library.md").read_text().splitlines() if line[:1].isupper()}
+    assert {item.__name__ for item in exported(package)} <= names
+
+
+@page
+def test_every_parameter_is_listed_with_its_unit(package: types.ModuleType) -> None:
+    """Whether it is a field, or an argument of a constructor of its own."""
+    for item in exported(package):
+        entry = next(entry for entry in listing(package).split("\n\n") if entry.split()[0] == item.__name__)
+        shown = {line.split()[0]: line.split(maxsplit=1)[1] for line in entry.splitlines()[1:]}
+        fields = {field.name: field.metadata.get("declaration") for field in dataclasses.fields(item)}
+        for name in list(inspect.signature(item.__init__).parameters)[1:]:
+            declaration = fields.get(name)
+            if name not in fields or (declaration is not None and declaration.role == "param"):
+                assert shown.get(name), f"{item.__name__}.{name} is not listed with its unit"
+
+
+def test_entries_read_as_they_should() -> None:
+    electric = listing(electrical)
+    assert "Resistor                      Basic.Resistor                          Ohm's law" in electric
+    assert "\n    R                         ohm                                     winding resistance\n" in electric
+    assert "\n    L                         H, optional                             inductance" in electric
+    assert "\n    ports                     p: Pin, n: Pin, shaft: Flange, support: Flange (optional)" in electric
+    assert "\n    parts                     profile: CamProfile" in listing(rotational)
+
+
+@pytest.mark.parametrize("domain", MODELICA)
+def test_names_of_the_standard_library_belong_to_components(domain: str) -> None:
+    packages = {package.__name__.rpartition(".")[2]: package for package in PACKAGES}
+    assert MODELICA[domain].keys() <= {item.__name__ for item in exported(packages[domain])}
