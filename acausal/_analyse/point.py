@@ -1,5 +1,6 @@
 """The operating point: where a model is linearised."""
 
+import dataclasses
 import functools as ft
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -17,6 +18,7 @@ from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._integrate.started import started
 from .._integrate.starting import start_of, why_ended
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
@@ -33,6 +35,7 @@ class Point(eqx.Module):
     starts: Any
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
+    is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
 
     def inputs(self, params: Sequence[Any] | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
@@ -58,6 +61,9 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     """The point that `linearise` is asked for; see there."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
+    unmet = None
+    if at is None and system.initial_equations is not None:
+        leaves, unmet = started(system, leaves, 0.0 if t is None else t)
     params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
     params = system.enforced(params)
     starts = jnp.asarray(system.starts.pack(leaves))
@@ -68,8 +74,10 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         seen = jax.tree_util.tree_leaves(at)
         params = [jnp.asarray(seen[i], float) if i in system.discrete_places else p for i, p in enumerate(params)]
     t, given = jnp.asarray(0.0 if t is None else t, float), system.given(leaves)
-    point = Point(t, jnp.zeros(0), params, starts, given, system)
-    point = Point(t, _state(point, at), params, starts, given, system)
+    point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None)
+    y = _state(point, at)
+    y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
+    point = dataclasses.replace(point, y=y)
     return point if system.events is None or isinstance(at, Component) else _after_events(point, at)
 
 
@@ -79,14 +87,14 @@ def _after_events(point: Point, at: Any) -> Point:
     if not is_traced(outcome) and outcome != 0:
         raise SimulationError(f"There is no start. {why_ended(point.system, float(outcome), holds)}")
     y = jnp.where(outcome == 0, y if at is None else point.y, jnp.nan)
-    return Point(point.t, y, params, point.starts, point.given, point.system)
+    return dataclasses.replace(point, y=y, params=params)
 
 
 @jax.jit
 def _started(point: Point) -> tuple[Any, list[Any], Any, Any]:
     """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
     system, inputs = point.system, point.inputs()
-    start = start_of(system, point.t, point.y, inputs, point.params)
+    start = start_of(system, point.t, point.y, inputs, point.params, is_started=point.is_started)
     held = system.discrete_values(start.y[start.events.layout.point], inputs)
     params = [held.get(i, leaf) for i, leaf in enumerate(point.params)]
     return start.states, params, start.outcome, start.holds
@@ -122,7 +130,12 @@ def check_structure(model: Any, system: System, what: str) -> None:
 
 
 def _check_one_instant(system: System, view: Any) -> None:
-    for leaf, value in zip(system.flat.leaves, jax.tree_util.tree_leaves(view), strict=True):
+    for leaf, value in zip(system.flat.leaves, complete_leaves(view)[0], strict=True):
+        if value is None:
+            raise ModelError(
+                f"The operating point gives no value for {leaf.path}: it has to be a view of all variables, such as "
+                "sol.final or sol.at(t). The start values of a model are the point where at= is left out."
+            )
         if leaf.declaration.is_variable and np.shape(value) not in ((), leaf.stack + leaf.sizes):
             raise ModelError(
                 f"The operating point is not one instant: {leaf.path} has shape {np.shape(value)}. Give sol.final or "

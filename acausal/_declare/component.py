@@ -144,6 +144,13 @@ class Component(Node, partial=True):
         """The equations by name; `d` has the shape of `self` and holds the time derivatives of its variables."""
         return {}
 
+    def initial_equations(self, d: Any) -> Equations:
+        """The equations by name that hold at the start, besides `equations`, between variables and their derivatives.
+
+        Start values that are not given follow from them, those of the component itself first.
+        """
+        return {}
+
     def connections(self) -> Connections:
         """The connections among the ports of this component and of its parts."""
         return ()

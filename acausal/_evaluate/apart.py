@@ -1,6 +1,7 @@
 """Start values given for algebraic unknowns, which follow from the states: conditions on where the states start."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import jax.numpy as jnp
@@ -56,10 +57,11 @@ class Apart:
         return jnp.concatenate([constraints.residuals(x, t0, inputs.params), self._lack(x, t0, inputs)])
 
     def _lack(self, x: Any, t0: Any, inputs: Inputs) -> Any:
-        """What the unknowns differ from their start values by, relative to their sizes."""
-        system = self.system
-        wanted = system.start_values(inputs, self.pairs)
-        sizes = system.sizes_of(self.pairs)
-        ordinary = system.solved or system
-        values = ordinary.collected(t0, x[system.constraints.states], inputs, self.pairs)
-        return (values - wanted) / (sizes + jnp.abs(wanted))
+        return lack_of_given(self.system, t0, x[self.system.constraints.states], inputs, self.pairs)
+
+
+def lack_of_given(system: System, t0: Any, states: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
+    """What unknowns differ from their start values by, relative to their sizes."""
+    wanted = system.start_values(inputs, pairs)
+    values = (system.solved or system).collected(t0, states, inputs, pairs)
+    return (values - wanted) / (system.sizes_of(pairs) + jnp.abs(wanted))

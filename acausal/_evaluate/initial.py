@@ -1,5 +1,6 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -8,6 +9,7 @@ import numpy as np
 
 from .apart import Apart, apart_pairs
 from .constraints import TOLERANCE
+from .plan import Pair
 from .starts import Inputs
 from .system import System
 
@@ -77,15 +79,18 @@ def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
 
 def checked_names(system: System, given: frozenset[int]) -> list[str]:
     """The variable behind each element of what `initial_state` checks."""
-    table, size = system.ordered.table, system.plan.size
-    apart = [table.variable_name(*pair) for pair in apart_pairs(system, given) for _ in range(size(pair[0]))]
-    return apart + constrained_names(system)
+    return pair_names(system, apart_pairs(system, given)) + constrained_names(system)
 
 
 def constrained_names(system: System) -> list[str]:
     """The variable behind each element of the constrained pairs."""
+    return pair_names(system, system.constraints.pairs)
+
+
+def pair_names(system: System, pairs: Sequence[Pair]) -> list[str]:
+    """The variable behind each element of pairs."""
     table, size = system.ordered.table, system.plan.size
-    return [table.variable_name(*pair) for pair in system.constraints.pairs for _ in range(size(pair[0]))]
+    return [table.variable_name(*pair) for pair in pairs for _ in range(size(pair[0]))]
 
 
 def _disagreement(system: System, inputs: Inputs) -> Any:

@@ -26,12 +26,32 @@ def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
 
 
 def observe_with_rates(
-    system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]
+    system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int], moving: Sequence[int]
 ) -> tuple[dict[int, Any], dict[int, Any]]:
-    """The values of variable leaves by number, and their derivatives along the motion."""
-    direction = (jnp.ones_like(t), system.vector_field(t, y, inputs))
-    values, rates = jax.jvp(lambda t, y: observe(system, t, y, inputs, leaves), (t, y), direction)
-    return dict(zip(leaves, values, strict=True)), dict(zip(leaves, rates, strict=True))
+    """The values of variable leaves by number, and the derivatives of `moving` ones along the motion.
+
+    Most derivatives are themselves among what a system computes. Others take its vector field for a direction.
+    """
+    rates = {leaf: found for leaf in moving if (found := _rates(system, leaf)) is not None}
+    others = [leaf for leaf in moving if leaf not in rates]
+    wanted = {pair for item in rates.values() for pair, _ in item if pair is not None}
+    states = [(variable, order + 1) for variable, order in system.states] if others else []
+    store = system.evaluate(t, y, inputs, sorted({*pairs_of(system, leaves), *wanted, *states}))
+    seen = {leaf: leaf_value(system, store, leaf, t) for leaf in leaves}
+    moved = {leaf: _stacked(system, store, leaf, item, 1.0) for leaf, item in rates.items()}
+    if others:
+        direction = (jnp.ones_like(t), system.plan.collect(store, states))
+        along = jax.jvp(lambda t, y: observe(system, t, y, inputs, others), (t, y), direction)[1]
+        moved |= dict(zip(others, along, strict=True))
+    return seen, moved
+
+
+def _rates(system: System, leaf: int) -> list[tuple[Pair | None, int]] | None:
+    """The pairs that are the derivatives of a leaf, with signs, as `_pairs` has those of its values; None where some of
+    them are not computed.
+    """
+    found = [(None if pair is None else (pair[0], pair[1] + 1), sign) for pair, sign in _pairs(system, leaf)]
+    return found if all(pair is None or pair in system.plan.places for pair, _ in found) else None
 
 
 def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
@@ -41,8 +61,12 @@ def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
 
 def leaf_value(system: System, store: Store, leaf: int, t: Any) -> Any:
     """The value of a variable leaf, from what was computed at a point."""
+    return _stacked(system, store, leaf, _pairs(system, leaf), t)
+
+
+def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | None, int]], time: Any) -> Any:
+    """The values of the pairs of a leaf; what stands for the time is `time`."""
     flat_leaf = system.flat.leaves[leaf]
-    pairs = _pairs(system, leaf)
     known = [pair for pair, _ in pairs if pair is not None]
     values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
     if values is not None:
@@ -54,5 +78,5 @@ def leaf_value(system: System, store: Store, leaf: int, t: Any) -> Any:
     signs = np.array([sign for _, sign in pairs])
     timed = np.array([pair is None and sign == 1 for pair, sign in pairs])
     shape = (-1,) + (1,) * len(flat_leaf.sizes)
-    stacked = jnp.where(timed.reshape(shape), t, stacked * signs.reshape(shape))
+    stacked = jnp.where(timed.reshape(shape), time, stacked * signs.reshape(shape))
     return stacked.reshape(flat_leaf.stack + flat_leaf.sizes)

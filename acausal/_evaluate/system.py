@@ -22,6 +22,7 @@ from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .constraints import Constraints, constraints_of, placed
 from .events import EventSet, events_of
+from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
 from .packing import discrete_start, packed
 from .plan import Group, Packed, Pair, Plan, Store, group_residuals
@@ -229,6 +230,11 @@ class System:
     def events(self) -> EventSet | None:
         """The events that components state."""
         return events_of(self.flat, self.time_leaves)
+
+    @ft.cached_property
+    def initial_equations(self) -> InitialEquations | None:
+        """Those that components state."""
+        return initial_equations_of(self.flat)
 
     @ft.cached_property
     def instants(self) -> EquationInstants:

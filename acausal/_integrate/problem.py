@@ -9,14 +9,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.component import Component, Equation
+from .._declare.component import Equation
 from .._errors import ModelError, suggestion
+from .._evaluate.apart import apart_pairs, lack_of_given
+from .._evaluate.initial import given_pairs, pair_names
 from .._evaluate.observe import observe_with_rates
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .quantity import Quantity, as_function, trace
-from .trim import Trim, trimmed_leaves
+from .trim import Trim
 
 Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
@@ -58,8 +60,31 @@ class Problem:
     given: frozenset[int]
     fixed: frozenset[int]  # those of the given ones that must not move
     wanted: tuple[int, ...]  # the leaves that get start values
+    apart: tuple[Pair, ...]  # algebraic unknowns that must have the start values that are given for them
     strict: bool
     trim: Trim  # the parameters that are searched for
+
+    @property
+    def of_components(self) -> "Problem":
+        """The search for start values that meet the initial equations of components alone."""
+        return dataclasses.replace(
+            self, conditions=None, names=(), rests=(), apart=(), strict=False, trim=Trim(self.system, ())
+        )
+
+    @property
+    def held(self) -> np.ndarray:
+        """For each element of the constrained pairs, whether its start value is given and must not move."""
+        return given_pairs(self.system, Inputs({}, jnp.zeros(0), self.fixed))
+
+    @property
+    def foreign(self) -> np.ndarray:
+        """For each element of them, whether it is a state that the components with initial equations do not own."""
+        system, initial = self.system, self.system.initial_equations
+        leaves = () if initial is None else initial.own()
+        own = _tied(system, {pair for leaf in leaves for pair in _pairs_of(system, leaf)})
+        sizes = [system.plan.size(variable) for variable, _ in system.constraints.pairs]
+        is_own = np.repeat([pair in own for pair in system.constraints.pairs], sizes).astype(bool)
+        return system.constraints.is_state & ~is_own
 
     def residual(self, x: Any, values: Values) -> Any:
         """What is to vanish at x: the constraints between its elements, and what the conditions are short of."""
@@ -68,41 +93,58 @@ class Problem:
 
     def _lack(self, x: Any, values: Values) -> Any:
         system, (inputs, params, t0, constants, _) = self.system, values
-        y = x[system.constraints.states]
+        y, initial = x[system.constraints.states], system.initial_equations
+        seen, rates = {}, {}
         parts = [jnp.zeros(0)]
         if self.rests:
             parts.append(system.vector_field(t0, y, inputs)[np.array(self.rests)])
-        if self.conditions is not None:
+        leaves, moving = self._read
+        if leaves or moving:
+            seen, rates = observe_with_rates(system, t0, y, inputs, leaves, moving)
+        if initial is not None:
+            parts.append(initial.residuals(params, seen, rates))
+        if self.apart:
+            parts.append(lack_of_given(system, t0, y, inputs, self.apart))
+        if self.conditions is not None and self.names:
             n = len(system.flat.leaves)
-            wanted = [i for i in self.conditions.leaves if i % n in system.variable_leaves]
-            seen, rates = observe_with_rates(system, t0, y, inputs, sorted({i % n for i in wanted}))
-            read = [
-                params[i] if i < n and i not in system.variable_leaves else (seen if i < n else rates)[i % n]
-                for i in self.conditions.leaves
-            ]
+            read = [rates[i - n] if i >= n else seen.get(i, params[i]) for i in self.conditions.leaves]
             parts.append(jnp.stack(self.conditions(constants, read)))
         return jnp.concatenate(parts)
 
     @property
+    def _read(self) -> tuple[list[int], list[int]]:
+        """The variables whose values are needed, and those whose derivatives are."""
+        system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.leaves)
+        read = () if self.conditions is None else self.conditions.leaves
+        values, rates = {i for i in read if i < n} & system.variable_leaves, {i - n for i in read if i >= n}
+        if initial is not None:
+            values, rates = values | initial.variables, rates | initial.rates
+        return sorted(values), sorted(rates)
+
+    @property
     def residual_names(self) -> list[str]:
         """Of what is to vanish."""
-        names = self.system.element_names
-        return [*self.system.constraints.names, *(f"der({names[i]}) = 0" for i in self.rests), *self.names]
+        system, names = self.system, self.system.element_names
+        initial = [] if system.initial_equations is None else system.initial_equations.names
+        apart = [f"the start value of {name}" for name in pair_names(system, self.apart)]
+        rests = [f"der({names[i]}) = 0" for i in self.rests]
+        return [*system.constraints.names, *rests, *initial, *apart, *self.names]
 
 
 def problem_of(
     system: System,
-    model: Component,
     leaves: list[Any],
-    conditions: Conditions | None,
+    conditions: Conditions | None = None,
     *,
-    steady: bool,
-    moving: Sequence[str],
-    free: Any,
-    strict: bool,
-    solve_for: Sequence[str],
+    steady: bool = False,
+    moving: Sequence[str] = (),
+    free: Any = None,
+    strict: bool = False,
+    trimmed: tuple[int, ...] = (),
 ) -> tuple[Problem, list[Any]]:
-    """The problem that `initialise` is asked to solve, and the numbers in its conditions."""
+    """What `initialise` is asked for, and the numbers in its conditions; by default, to meet the initial equations of
+    components.
+    """
     quantity, constants, names = None, [], ()
     if conditions is not None:
         quantity, constants = trace(
@@ -114,8 +156,9 @@ def problem_of(
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:
         raise ModelError("moving= exempts derivatives from steady=True, which is not asked for.")
-    trim = Trim(system, trimmed_leaves(model, solve_for))
-    return Problem(system, quantity, names, rests, given, fixed, _wanted(system, given), strict, trim), constants
+    apart = tuple(apart_pairs(system, fixed))
+    trim = Trim(system, trimmed)
+    return Problem(system, quantity, names, rests, given, fixed, _wanted(system, given), apart, strict, trim), constants
 
 
 def _residuals(conditions: Conditions, s: Any, d: Any) -> dict[str, Any]:
@@ -151,11 +194,7 @@ def _rests(system: System, moving: Sequence[str]) -> tuple[int, ...]:
 
 def _states_of(system: System, name: str) -> set[Pair]:
     """The states that a variable is, or that constraints tie it to, by its path."""
-    leaf = system.flat.leaves[_leaf(system, name, "moving")]
-    pairs = {system.pair_of_node(leaf.first + i)[0] for i in range(leaf.count)}
-    for group in system.constraints.groups:
-        for use in group.uses:
-            pairs |= set(use.values) if not pairs.isdisjoint(use.values) else set()
+    pairs = _tied(system, _pairs_of(system, _leaf(system, name, "moving")))
     found = {state for state in system.states if state in pairs}
     if not found:
         raise ModelError(
@@ -163,6 +202,19 @@ def _states_of(system: System, name: str) -> set[Pair]:
             f"{', '.join(system.state_names) or 'there is none'}."
         )
     return found
+
+
+def _pairs_of(system: System, leaf: int) -> set[Pair]:
+    """The pairs whose values a variable leaf has."""
+    flat_leaf = system.flat.leaves[leaf]
+    pairs = {system.pair_of_node(flat_leaf.first + i)[0] for i in range(flat_leaf.count)}
+    return {pair for pair in pairs if pair is not None}
+
+
+def _tied(system: System, pairs: set[Pair]) -> set[Pair]:
+    """Pairs, with those that constraints tie to them."""
+    uses = [use for group in system.constraints.groups for use in group.uses]
+    return pairs.union(*(use.values for use in uses if not pairs.isdisjoint(use.values)))
 
 
 def _wanted(system: System, given: frozenset[int]) -> tuple[int, ...]:

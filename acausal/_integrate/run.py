@@ -167,6 +167,7 @@ def _outcome(
         (jnp.any(singular), Result.undetermined),
         (~everything.is_finite(), Result.not_finite),
         (jnp.any(bad_starts), Result.bad_start),
+        (jnp.asarray(0.0 if given.numbers.unmet is None else given.numbers.unmet) > 0.0, Result.bad_start),
         (jnp.any(bad_values), Result.bad_parameter),
     ]
     result = Result.reached_end if settings.stop is None else Result.never_stopped

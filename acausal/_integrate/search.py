@@ -59,12 +59,27 @@ class Search:
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
-    def best(self, x0: Any, numbers: Any, easy: Any) -> Any:
-        """The x that comes nearest to satisfying the conditions, or the nearest one that does; a constant."""
+    def best(self, x0: Any, numbers: Any, easy: Any = None) -> Any:
+        """The x that comes nearest to satisfying the conditions, or the nearest one that does; a constant.
+
+        Directly, or in stages where that fails: from `easy` numbers to the real ones, or else from what the conditions
+        lack at x0 to nothing.
+        """
         x0, numbers, easy = jax.lax.stop_gradient((x0, numbers, easy))
-        rows = self._rows(x0, numbers)
-        z = _searched(self._measured, (x0, numbers, rows), (x0, easy, rows))
-        return x0 + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
+        args = (x0, numbers, self._rows(x0, numbers))
+        direct, missed = _least(self._measured, jnp.zeros_like(x0), args)
+        z = jax.lax.cond(missed <= CLOSE, lambda: direct, lambda: _in_stages(self._measured, args, easy))
+        return self._settled(z, args)
+
+    def direct(self, x0: Any, numbers: Any) -> Any:
+        """As `best`, but without stages; x0 where nothing satisfies the conditions."""
+        x0, numbers = jax.lax.stop_gradient((x0, numbers))
+        args = (x0, numbers, self._rows(x0, numbers))
+        z, missed = _least(self._measured, jnp.zeros_like(x0), args)
+        return jnp.where(missed <= CLOSE, self._settled(z, args), x0)
+
+    def _settled(self, z: Any, args: Any) -> Any:
+        return args[0] + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(z), args)
 
     def found(self, best: Any, x0: Any, numbers: Any) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
@@ -83,24 +98,21 @@ def _inverse(matrix: Any) -> Any:
     return jnp.linalg.pinv(matrix, rtol=RANK)
 
 
-def _searched(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any:
-    """Directly, or in stages where that fails: from easy numbers to the real ones, conditions taken on bit by bit."""
-    direct, missed = _least(measured, jnp.zeros_like(args[0]), args)
+def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any:
+    """Along a homotopy, each stage from where the last one ended."""
+    origin = jnp.zeros_like(args[0])
+    if easy is None:
+        first, others, lacking = origin, args, measured(origin, args)
+    else:
+        others = (args[0], easy, args[2])
+        first, lacking = _least(measured, origin, others)[0], 0.0
 
-    def in_stages() -> Any:
-        lacking = measured(jnp.zeros_like(args[0]), easy)
-        is_easier = any(a is not b for a, b in zip(jax.tree.leaves(args), jax.tree.leaves(easy), strict=True))
-        share = 0.0 if is_easier else 1.0
+    def stage(z: Any, s: Any) -> tuple[Any, None]:
+        # What is the same may be infinite, as the place of a stop that there is none of.
+        between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
+        return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)[0], None
 
-        def stage(z: Any, s: Any) -> tuple[Any, None]:
-            between = jax.tree.map(lambda a, b: a + (1.0 - s) * (b - a), args, easy)
-            found, _ = _least(lambda z, args: measured(z, args) - share * (1.0 - s) * lacking, z, between)
-            return found, None
-
-        first, _ = _least(measured, jnp.zeros_like(args[0]), easy) if is_easier else (jnp.zeros_like(args[0]), None)
-        return jax.lax.scan(stage, first, jnp.linspace(0.0, 1.0, STAGES + 1)[1:])[0]
-
-    return jax.lax.cond(missed <= CLOSE, lambda: direct, in_stages)
+    return jax.lax.scan(stage, first, jnp.linspace(0.0, 1.0, STAGES + 1)[1:])[0]
 
 
 def _least(function: Callable[[Any, Any], Any], z: Any, args: Any) -> tuple[Any, Any]:

@@ -28,6 +28,7 @@ class Settings:
     max_events: int
     given: frozenset[int]  # the leaves whose start values are given
     progress: diffrax.AbstractProgressMeter
+    is_started: bool = False  # whether what happens at the start has happened already
 
     @property
     def has_events(self) -> bool:
@@ -77,3 +78,4 @@ class Numbers:
     stop: list[Any]  # numbers in the stop condition
     rates: list[Any]  # numbers in the integrands
     stored: list[Any]  # and in the energy
+    unmet: Any = None  # 1 where no start values meet the initial equations of components, else 0

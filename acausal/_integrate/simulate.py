@@ -26,6 +26,8 @@ from .run import run
 from .settings import Numbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
+from .start_search import search_start
+from .started import started
 from .unresolved import warn_of_unresolved
 
 MAX_STEPS = 4096
@@ -89,7 +91,11 @@ def simulate(
     system = _system_of(structure, given) if system is None else kind_of(system, "system", System, "compile(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
-    leaves = layout.spread(given)
+    leaves, unmet = layout.spread(given), None
+    t0 = number(t0, "t0")
+    if system.initial_equations is not None:
+        with compiling("the start", model, search_start, progress):
+            leaves, unmet = started(system, leaves, t0, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     stored_energy, stored_constants = _traced(_total_stored if energy and system.events else None, system, "energy")
@@ -106,6 +112,7 @@ def simulate(
         max_events=count(max_events, "max_events"),
         given=system.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
+        is_started=unmet is not None,
     )
     params = [_strong(leaf) for leaf in system.parameters(leaves)]
     is_large = len(params) > LARGE
@@ -113,7 +120,7 @@ def simulate(
         params=_read_singly(settings, params) if is_large else params,
         packed=system.pack_params(params) if is_large else None,
         starts=system.starts.pack(leaves),
-        t0=number(t0, "t0"),
+        t0=t0,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
         dtmin=None if dtmin is None else number(dtmin, "dtmin"),
@@ -122,6 +129,7 @@ def simulate(
         stop=stop_constants,
         rates=rate_constants,
         stored=stored_constants,
+        unmet=unmet,
     )
     check_known(system, numbers)
     with compiling("a run", model, run, progress):

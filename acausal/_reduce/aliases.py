@@ -10,7 +10,8 @@ from jaxtyping import Int
 
 from .._errors import ModelError, StructureError, complain
 from .flatten import FlatModel, Instances
-from .template import Template, sum_template, templates
+from .stated import templates
+from .template import Template, sum_template
 
 ZERO = -2  # the representative of a node that is identically zero
 TIME = -3  # of a node that is the simulation time

@@ -110,6 +110,7 @@ class FlatModel:
     n_nodes: int
     instances: list[Instances]
     composites: list[Instances]  # those without equations that parameters have to meet requirements in
+    starters: list[Instances]  # those that state initial equations
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
     name: str  # the class of the model
@@ -181,7 +182,10 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
             for sentence in required(holder.kind).never:
                 complain(ParameterError(f"{join(path, sentence)}."))
     name = type(model).__name__
-    return FlatModel(structure, walker.leaves, walker.n_nodes, instances, composites, across, flow_sets, name, split)
+    starters = list(walker.starters.values())
+    return FlatModel(
+        structure, walker.leaves, walker.n_nodes, instances, composites, starters, across, flow_sets, name, split
+    )
 
 
 class _Walker:
@@ -193,6 +197,7 @@ class _Walker:
         self.leaves: list[FlatLeaf] = []
         self.instances: dict[Kind, Instances] = {}
         self.composites: dict[Kind, Instances] = {}
+        self.starters: dict[Kind, Instances] = {}
         self.n_nodes: int = 0
 
     def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
@@ -213,6 +218,8 @@ class _Walker:
             self._note(self.instances, node, path, stack, first_leaf)
         elif isinstance(node, Component) and any(is_held_to(part) for _, part in own_records(node)):
             self._note(self.composites, node, path, stack, first_leaf)
+        if isinstance(node, Component) and type(node).initial_equations is not Component.initial_equations:
+            self._note(self.starters, node, path, stack, first_leaf)
         if sizes := sizes_of(node):
             self._size(node, sizes, first_leaf)
 

@@ -9,17 +9,19 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.fields import join
+from .._declare.layout import complete_leaves, with_leaves
 from .._declare.node import nodes_of
 from .._declare.requirements import broken
-from .._errors import ModelError, collecting
+from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._integrate.failure import about_block, about_range
 from .._integrate.simulate import system_of
+from .._integrate.started import started
 from .._reduce.flatten import flatten
-from .._reduce.template import templates
+from .._reduce.stated import initial_templates, templates
 from .structure import structure
 
 
@@ -71,8 +73,11 @@ def _declared(model: Component) -> list[str]:
     """Shapes, connections and the equations of each class."""
     problems = _raised(lambda: flatten(model))
     if not problems:
-        for instances in flatten(model).instances:
+        flat = flatten(model)
+        for instances in flat.instances:
             problems += _raised(ft.partial(templates, instances.kind))
+        for instances in flat.starters:
+            problems += _raised(ft.partial(initial_templates, instances.kind))
     return problems
 
 
@@ -83,6 +88,12 @@ def _parameters(model: Component) -> list[str]:
 
 def _start(system: System, model: Component) -> list[str]:
     """Contradictions among start values, and equations that cannot be solved there."""
+    if system.initial_equations is not None:
+        leaves, _ = complete_leaves(model)
+        try:
+            model = with_leaves(model, started(system, leaves, 0.0)[0])
+        except SimulationError as error:
+            return [str(error)]
     inputs = system.pack(model)
     y, bad = initial_state(system, jnp.asarray(0.0), inputs)
     names = sorted(

@@ -15,7 +15,10 @@ _REMEDY = (
 def unit_problems(flat: FlatModel) -> list[str]:
     """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
     places = [(_instances(instances), instances.kind) for instances in flat.instances]
-    places += [(path, kind) for kind, path in {kind: path for path, kind in accounting_composites(flat)}.items()]
+    others = {starters.kind: _instances(starters) for starters in flat.starters}
+    others |= {kind: path for path, kind in accounting_composites(flat)}
+    known = {kind for _, kind in places}
+    places += [(path, kind) for kind, path in others.items() if kind not in known]
     found = [
         f"{_named(kind, place)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
         for place, kind in places

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from .._declare.component import Component
 from .._reduce.flatten import Kind
 from .._reduce.jaxpr import structs
-from .._reduce.template import Input, templates
+from .._reduce.stated import initial_templates, templates
+from .._reduce.template import Input
 from .dimension import DERIVED, NUMBER, TIME, Dimension, described
 from .interpret import Interpreter
 from .parsing import UnknownUnit, parsed
@@ -68,11 +69,13 @@ def _groups(count: int, pairs: set[tuple[int, int]]) -> list[list[int]]:
 
 
 def _interpreted(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpreter]]:
-    for template in templates(kind):
+    named = [(f"equation {template.name}", template) for template in templates(kind)]
+    named += [(f"initial equation {template.name}", template) for template in initial_templates(kind)]
+    for where, template in named:
         if template.check_units:
             checked = Interpreter()
             checked.residual(template.jaxpr, [_input(item, values) for item in template.inputs])
-            yield f"equation {template.name}", checked
+            yield where, checked
     if kind.cls.energy is not Component.energy:
         yield "energy", _account(kind, values)
 

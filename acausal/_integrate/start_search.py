@@ -1,0 +1,102 @@
+"""The search for start values, together with the modes that they imply."""
+
+import functools as ft
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._evaluate.constraints import CLOSE
+from .._evaluate.initial import start_point
+from .._evaluate.observe import observe
+from .._evaluate.starts import Inputs
+from .field import Given
+from .modes import modes_at
+from .problem import Problem, Values
+from .search import NearestPoint, Search
+from .starting import start_of
+
+OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
+
+
+class Outcome(NamedTuple):
+    """What was found; the events that go on to happen there and those that are refused; what is undetermined; the
+    requirements that parameters found do not meet; and whether there is no start.
+    """
+
+    found: NearestPoint
+    happen: Any
+    refused: Any
+    is_open: Any
+    unmet: Any
+    params: dict[int, Any]  # those found, by number
+    is_bad: Any
+
+
+class _Searches:
+    """First the own states of components that state initial equations are searched for, by these alone; then, from
+    there, all that may move by all conditions. Other states move only where that has to be.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        constraints, ones = problem.system.constraints, np.ones(problem.trim.count)
+        weights = constraints.weights(problem.held, 0.0)
+        self._whole = Search(problem.residual, np.append(constraints.sizes, ones), np.append(weights, ones))
+        own = np.where(problem.foreign, 0.0, weights)
+        self._own: Search | None = None
+        if problem.system.initial_equations is not None:
+            self._own = Search(problem.of_components.residual, constraints.sizes, own)
+
+    def best(self, x0: Any, unknowns: Any, values: Values, easier: Values | None) -> tuple[Any, Any]:
+        """What each of them ends at, from states x0 and further unknowns."""
+        own = x0 if self._own is None else self._own.direct(x0, values)
+        return own, self._whole.best(jnp.append(own, unknowns), values, easier)
+
+    def found(self, best: tuple[Any, Any], x0: Any, unknowns: Any, values: Values) -> NearestPoint:
+        """The point found, as the function of all numbers that it is."""
+        own, whole = best
+        if self._own is not None:
+            x = self._own.found(own, x0, values).x
+            x0 = jnp.where(jnp.all(jnp.isfinite(x)), x, x0)
+        return self._whole.found(whole, jnp.append(x0, unknowns), values)
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def search_start(
+    problem: Problem, params: list[Any], easy: list[Any] | None, starts: Any, t0: Any, constants: list[Any]
+) -> tuple[Outcome, dict[int, Any]]:
+    """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
+    system, trim, states = problem.system, problem.trim, problem.system.constraints.states
+    sizes, searches = trim.sizes(params), _Searches(problem)
+    inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
+    values = easier = Values(inputs, params, t0, constants, sizes)
+    if easy is not None:
+        easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
+        easier = Values(easy_inputs, easy, t0, constants, sizes)
+    x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
+
+    def root(discrete: Any) -> tuple[Any, Any]:
+        here = None if easy is None else easier.in_modes(system, discrete)
+        return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
+
+    def at(best: tuple[Any, Any], given: Given) -> tuple[Any, Given]:
+        return best[1][states], trim.given(best[1], jax.lax.stop_gradient(sizes), given)
+
+    if system.events is None:
+        best, discrete, happen, refused = root(None), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
+    else:
+        start = start_of(system, t0, x0[states], inputs, params)
+        best, discrete, happen, refused = modes_at(start, t0, (x0, jnp.append(x0, unknowns)), root, at)
+    values = values.in_modes(system, discrete)
+    found = searches.found(best, x0, unknowns, values)
+    values = values.at(trim, found.x)
+    is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
+    unmet = system.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
+    is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
+    y = jnp.where(is_bad, jnp.nan, found.x[states])
+    new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
+    trimmed = trim.values(found.x, sizes)
+    new |= {leaf: jnp.where(is_bad, jnp.nan, value) for leaf, value in trimmed.items()}
+    outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad | ~(found.violation <= CLOSE))
+    return outcome, new | system.discrete_values(y, values.inputs)

@@ -1,0 +1,122 @@
+"""The equations that a component class states, traced once and shared by every component of that class."""
+
+import dataclasses
+import functools as ft
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Equation
+from .._errors import ModelError
+from .flatten import Kind
+from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
+from .jaxpr import structs
+from .scalarise import element_values, elements_of, objects
+from .template import Input, Template, sliced
+
+
+class _NoDerivative:
+    """Stands in `d` where the component has a parameter; using it is an error that says so."""
+
+    def __init__(self, where: str, name: str) -> None:
+        self._text = (
+            f"{where} uses d.{name}, but {name} is a parameter: only variables have time derivatives. "
+            "Declare it with Var[...] if it changes in time."
+        )
+
+    def _raise(self, *args: Any) -> Any:
+        raise ModelError(self._text)
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
+    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
+
+
+_SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
+
+
+@ft.cache
+def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
+    """The equations of a component kind, in the order in which its class states them; with `split`, by element.
+
+    Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
+    """
+    whole = _stated(kind, "equations")
+    return tuple(part for template in whole for part in _by_element(template)) if split else whole
+
+
+@ft.cache
+def initial_templates(kind: Kind) -> tuple[Template, ...]:
+    """The initial equations of a component kind; raises as `templates` does."""
+    return _stated(kind, "initial_equations")
+
+
+def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
+    where = f"{kind.cls.__name__}.{method}"
+    roles = [declaration.role for declaration in kind.declarations]
+    variables = [slot for slot, declaration in enumerate(kind.declarations) if declaration.is_variable]
+    inputs: list[Input] = [
+        Input(slot, 0, role if role in ("param", "discrete", "time") else "var") for slot, role in enumerate(roles)
+    ]
+    inputs += [Input(slot, 1, "var") for slot in variables]
+    checks: dict[str, bool] = {}  # by name of the equation
+
+    def residuals(*values: Any) -> tuple[Any, ...]:
+        self = kind.component(values[: len(roles)])
+        d_leaves: list[Any] = [_NoDerivative(where, name) for name in kind.names]
+        for slot, value in zip(variables, values[len(roles) :], strict=True):
+            d_leaves[slot] = value
+        d = kind.component(d_leaves)
+        try:
+            stated = _checked(getattr(self, method)(d), where)
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"{where}: {error}") from error
+        checks.update((name, equation.check_units) for name, equation in stated.items())
+        return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
+
+    closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
+    signs = []
+    for item in inputs:
+        sign = kind.declarations[item.slot].sign
+        signs.append(_SIGNS[sign.name if sign else None])
+    return tuple(
+        dataclasses.replace(sliced(name, kind, closed, i, inputs, signs, 0), check_units=check)
+        for i, (name, check) in enumerate(checks.items())
+    )
+
+
+def _by_element(template: Template) -> list[Template]:
+    """An equation between arrays as one equation for each element of its residual."""
+    shapes = [aval.shape for aval in template.jaxpr.in_avals]
+    if not any(shapes) and not template.shape:
+        return [template]
+    inputs: list[Input] = []
+    for item, shape in zip(template.inputs, shapes, strict=True):
+        inputs += [item._replace(element=i) for i in range(math.prod(shape))] if item.source == "var" else [item]
+
+    def residuals(*values: Any) -> list[Any]:
+        remaining, arrays = list(values), []
+        for item, shape in zip(template.inputs, shapes, strict=True):
+            if item.source == "var":
+                arrays.append(objects([remaining.pop(0) for _ in range(math.prod(shape))], shape))
+            else:
+                arrays.append(elements_of(remaining.pop(0)))
+        return [jnp.asarray(value, float) for value in np.ravel(element_values(template.jaxpr, arrays))]
+
+    whole = dict(zip(template.inputs, shapes, strict=True))
+    closed = jax.make_jaxpr(residuals)(*structs([() if i.source == "var" else whole[i] for i in inputs]))
+    known = {(item.slot, item.order): sign for item, sign in zip(template.inputs, template.signs, strict=True)}
+    signs = [known[item.slot, item.order] for item in inputs]
+    names = [f"{template.name}[{i}]" if template.shape else template.name for i in range(len(closed.jaxpr.outvars))]
+    return [sliced(name, template.owner, closed, i, inputs, signs, 0) for i, name in enumerate(names)]
+
+
+def _checked(stated: Any, where: str) -> dict[str, Equation]:
+    if not isinstance(stated, dict) or not all(isinstance(value, Equation) for value in stated.values()):
+        raise ModelError(
+            f"{where} must return a dictionary of named equations, such as "
+            f"dict(ohm=eq(self.v, self.R * self.i)); got {type(stated).__name__}."
+        )
+    return stated
