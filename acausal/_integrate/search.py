@@ -83,15 +83,29 @@ class Search:
 
     def found(self, best: Any, x0: Any, numbers: Any) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
-        origin, rows = jnp.zeros_like(x0), self._rows(*jax.lax.stop_gradient((x0, numbers)))
-        held = jax.lax.stop_gradient((x0, numbers, rows))
-        moves = self._scale > 0
-        z = jnp.where(moves, (best - held[0]) / np.where(moves, self._scale, 1.0), 0.0)
+        moves, held = self._scale > 0, self._held(x0, numbers)
+        z = self._moved(best, held[0])
         slopes, final = jax.jacfwd(self._measured)(z, held), self._measured(z, held)
         violation = jnp.max(jnp.abs(final), initial=0.0)
-        x = x0 + self._scale * nearest(self._measured, _inverse, z, origin, (x0, numbers, rows))
+        x = self._nearest(z, x0, numbers, held[2])
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
         return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes, freedom)
+
+    def followed(self, best: Any, x0: Any, numbers: Any) -> Any:
+        """What `best` ended at as the function of x0 and numbers that it is, also where conditions are not met."""
+        held = self._held(x0, numbers)
+        return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
+
+    def _held(self, x0: Any, numbers: Any) -> Any:
+        x0, numbers = jax.lax.stop_gradient((x0, numbers))
+        return x0, numbers, self._rows(x0, numbers)
+
+    def _moved(self, x: Any, x0: Any) -> Any:
+        """How far x is from x0, in the unit of each unknown."""
+        return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
+
+    def _nearest(self, z: Any, x0: Any, numbers: Any, rows: Any) -> Any:
+        return x0 + self._scale * nearest(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
 
 
 def _inverse(matrix: Any) -> Any:

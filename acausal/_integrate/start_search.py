@@ -12,7 +12,7 @@ from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .field import Given
-from .modes import modes_at
+from .modes import Solver, modes_at
 from .problem import Problem, Values
 from .search import NearestPoint, Search
 from .starting import start_of
@@ -55,11 +55,18 @@ class _Searches:
 
     def found(self, best: tuple[Any, Any], x0: Any, unknowns: Any, values: Values) -> NearestPoint:
         """The point found, as the function of all numbers that it is."""
-        own, whole = best
-        if self._own is not None:
-            x = self._own.found(own, x0, values).x
-            x0 = jnp.where(jnp.all(jnp.isfinite(x)), x, x0)
-        return self._whole.found(whole, jnp.append(x0, unknowns), values)
+        return self._whole.found(best[1], jnp.append(self._origin(best, x0, values), unknowns), values)
+
+    def followed(self, best: tuple[Any, Any], x0: Any, unknowns: Any, values: Values) -> tuple[Any, Any]:
+        """The points at which they ended, as functions of all numbers."""
+        own = self._origin(best, x0, values)
+        return own, self._whole.followed(best[1], jnp.append(own, unknowns), values)
+
+    def _origin(self, best: tuple[Any, Any], x0: Any, values: Values) -> Any:
+        if self._own is None:
+            return x0
+        x = self._own.found(best[0], x0, values).x
+        return jnp.where(jnp.all(jnp.isfinite(x)), x, x0)
 
 
 @ft.partial(jax.jit, static_argnums=0)
@@ -80,6 +87,9 @@ def search_start(
         here = None if easy is None else easier.in_modes(system, discrete)
         return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
 
+    def followed(best: tuple[Any, Any], discrete: Any) -> tuple[Any, Any]:
+        return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
+
     def at(best: tuple[Any, Any], given: Given) -> tuple[Any, Given]:
         return best[1][states], trim.given(best[1], jax.lax.stop_gradient(sizes), given)
 
@@ -87,7 +97,9 @@ def search_start(
         best, discrete, happen, refused = root(None), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
     else:
         start = start_of(system, t0, x0[states], inputs, params)
-        best, discrete, happen, refused = modes_at(start, t0, (x0, jnp.append(x0, unknowns)), root, at)
+        best, discrete, happen, refused = modes_at(
+            start, t0, (x0, jnp.append(x0, unknowns)), Solver(root, followed, at)
+        )
     values = values.in_modes(system, discrete)
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)

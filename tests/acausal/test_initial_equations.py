@@ -181,15 +181,17 @@ def test_derivatives_of_a_start() -> None:
     def end(p: Any) -> Any:
         return simulate(Mixed(p=p), 0.5, save="end", rtol=1e-9).final.y
 
+    def both(function: Any) -> Any:
+        return jax.jit(jax.vmap(lambda p: (function(p), jax.jacfwd(function)(p), jax.grad(function)(p))))
+
     p = jnp.array([0.7, 1.3])
-    for mode in (jax.jacfwd, jax.grad):
-        np.testing.assert_allclose(jax.jit(jax.vmap(mode(start)))(p), 0.5 * p**-0.5, rtol=1e-9)
-    second = jax.jit(jax.vmap(jax.jacfwd(jax.grad(start))))(p)
-    np.testing.assert_allclose(second, -0.25 * p**-1.5, rtol=1e-8)
-    run = jax.jit(jax.vmap(end))
-    differences = (run(p + 1e-4) - run(p - 1e-4)) / 2e-4
-    for mode in (jax.jacfwd, jax.grad):
-        np.testing.assert_allclose(jax.jit(jax.vmap(mode(end)))(p), differences, rtol=1e-6)
+    for found in both(start)(p)[1:]:
+        np.testing.assert_allclose(found, 0.5 * p**-0.5, rtol=1e-9)
+    second = jax.jit(jax.jacfwd(jax.grad(start)))(p[0])
+    np.testing.assert_allclose(second, -0.25 * p[0] ** -1.5, rtol=1e-8)
+    values, *slopes = both(end)(jnp.array([0.7 - 1e-4, 0.7, 0.7 + 1e-4]))
+    for found in slopes:
+        assert float(found[1]) == pytest.approx((float(values[2]) - float(values[0])) / 2e-4, rel=1e-6)
 
 
 class Linear(Component):
