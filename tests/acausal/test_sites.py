@@ -1,0 +1,63 @@
+"""How often a run evaluates the equations at places of their own in the program, each of which is compiled."""
+
+from collections.abc import Iterator
+from typing import Any, Self
+
+import jax
+import pytest
+
+from acausal import Component, Equations, Events, Param, Scalar, Var, eq, simulate, when
+
+
+class Decay(Component, partial=True):
+    """An equation with an operation that occurs nowhere else."""
+
+    k: Param[Scalar, "1/s"] = 1.0
+    x: Var[Scalar, ""] = 1.0
+    z: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.k * self.z), bend=eq(self.z, jax.scipy.special.erf(self.x)))
+
+
+class PlainDecay(Decay):
+    """Without events."""
+
+
+class RenewedDecay(Decay):
+    """With an event whose condition needs the equations."""
+
+    def events(self) -> Events:
+        return dict(renew=when(self.z < 0.5, x=1.0))
+
+
+def _operations(jaxpr: Any) -> Iterator[str]:
+    for eqn in jaxpr.eqns:
+        yield eqn.primitive.name
+        for value in eqn.params.values():
+            for item in value if isinstance(value, tuple | list) else [value]:
+                inner = getattr(item, "jaxpr", item)
+                if hasattr(inner, "eqns"):
+                    yield from _operations(inner)
+
+
+def _sites(function: Any, k: float) -> int:
+    return list(_operations(jax.make_jaxpr(function)(k).jaxpr)).count("erf")
+
+
+@pytest.mark.parametrize(
+    ("model", "sites"),
+    [
+        # The Jacobian of a step, its later stages, the check of the end.
+        (PlainDecay, 3),
+        # Besides, the margins of conditions, and what happens at the start and at an event.
+        (RenewedDecay, 6),
+    ],
+)
+def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites: int) -> None:
+    def end(k: Any) -> Any:
+        return simulate(model(k=k), 2.0, save="end").t1
+
+    assert _sites(end, 1.0) == sites
+    # Derivatives along a few parameters are a batch beside the run; those of the moments of events are added.
+    assert _sites(jax.grad(lambda k: simulate(model(k=k), 2.0, save="end").final.x), 1.0) <= 2 * sites
