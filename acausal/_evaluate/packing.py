@@ -8,7 +8,8 @@ import numpy as np
 
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import is_traced
-from .plan import UNROLLED
+
+SEPARATE = 8  # up to so many members of a kind have parameters that are apart, more have arrays of them
 
 
 def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
@@ -23,7 +24,7 @@ def packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
     values = [leaves[first + slot] for first in instances.first_leaf]
-    if instances.total > UNROLLED:
+    if instances.total > SEPARATE:
         # Thousands of separate numbers are collected fastest on the host.
         xp = jnp if any(is_traced(value) for value in values) else np
         return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
