@@ -91,7 +91,7 @@ def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Any]) -> np.ndar
     if name in _MOVED and found is not None:
         with jax.ensure_compile_time_eval():
             places = bind(eqn, [jnp.arange(found.size).reshape(found.shape)])[0]
-        elements = found.ravel()
+        elements: Any = found.ravel()
         return mapped(lambda place: elements[place], np.asarray(places))
     return None
 
