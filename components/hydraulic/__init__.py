@@ -5,6 +5,10 @@ The flow q of a port is the mass flow over the density that the liquid has at at
 `SlaveCylinder`, count on a constant density. Not modelled: dissolved air, heat.
 """
 
+from ._accumulators import Accumulator as Accumulator
+from ._accumulators import GasAccumulator as GasAccumulator
+from ._accumulators import SpringAccumulator as SpringAccumulator
+from ._accumulators import ThermalAccumulator as ThermalAccumulator
 from ._chamber import Chamber as Chamber
 from ._cylinders import MasterCylinder as MasterCylinder
 from ._cylinders import SlaveCylinder as SlaveCylinder
@@ -17,6 +21,10 @@ from ._known_liquids import iso_vg_46 as iso_vg_46
 from ._known_liquids import iso_vg_68 as iso_vg_68
 from ._known_liquids import transformer_oil as transformer_oil
 from ._known_liquids import water as water
+from ._liquid_pumps import FixedPump as FixedPump
+from ._liquid_pumps import LoadSensingPump as LoadSensingPump
+from ._liquid_pumps import PressureCompensatedPump as PressureCompensatedPump
+from ._liquid_pumps import VariablePump as VariablePump
 from ._liquids import AnyLiquid as AnyLiquid
 from ._liquids import LinearLiquid as LinearLiquid
 from ._liquids import Liquid as Liquid
@@ -26,7 +34,21 @@ from ._pipe_friction import LaminarFriction as LaminarFriction
 from ._pipe_friction import NoFriction as NoFriction
 from ._pipe_friction import PipeFriction as PipeFriction
 from ._pipes import Pipe as Pipe
+from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
+from ._pressure_valves import FlowControlValve as FlowControlValve
+from ._pressure_valves import PilotCheckValve as PilotCheckValve
+from ._pressure_valves import PilotReliefValve as PilotReliefValve
+from ._pressure_valves import PressureReducingValve as PressureReducingValve
+from ._pressure_valves import SequenceValve as SequenceValve
+from ._pressure_valves import ShuttleValve as ShuttleValve
 from ._pump import Pump as Pump
+from ._pump_losses import PumpLosses as PumpLosses
+from ._pump_losses import SchloesserLosses as SchloesserLosses
+from ._pump_losses import WilsonLosses as WilsonLosses
+from ._restrictions import AnnularGap as AnnularGap
+from ._restrictions import LiquidOrifice as LiquidOrifice
+from ._restrictions import LocalLoss as LocalLoss
+from ._restrictions import VariableOrifice as VariableOrifice
 from ._sensors import FlowSensor as FlowSensor
 from ._sensors import PressureSensor as PressureSensor
 from ._solenoid_valve import LiftValve as LiftValve
@@ -36,10 +58,13 @@ from ._sources import ConstantPressure as ConstantPressure
 from ._sources import SignalFlow as SignalFlow
 from ._sources import SignalPressure as SignalPressure
 from ._sources import Tank as Tank
+from ._spool_valves import FourWayValve as FourWayValve
+from ._spool_valves import ThreeWayValve as ThreeWayValve
 from ._stopped import StickingPump as StickingPump
 from ._stopped import StoppedCylinder as StoppedCylinder
 from ._switching_valves import IdealCheckValve as IdealCheckValve
 from ._switching_valves import SnapReliefValve as SnapReliefValve
+from ._tanks import LevelTank as LevelTank
 from ._unsteady_friction import FrictionMemory as FrictionMemory
 from ._unsteady_friction import UnsteadyFrictionPipe as UnsteadyFrictionPipe
 from ._valves import CheckValve as CheckValve
@@ -49,3 +74,5 @@ from ._valves import Orifice as Orifice
 from ._valves import ReliefValve as ReliefValve
 from ._volumes import Line as Line
 from ._volumes import Volume as Volume
+from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder
+from ._working_cylinder import HydraulicCylinder as HydraulicCylinder

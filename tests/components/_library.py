@@ -18,22 +18,36 @@ LIMITS = dict(u_max=1.0, u_min=-1.0)
 CONTROL = dict(k=2.0, Ti=1.0, y_max=1.0, y_min=-1.0)
 GRID = np.arange(4.0)
 OIL = hydraulic.iso_vg_46()
+PILOTED = dict(rated_flow=1.0, rated_drop=1.0, band=1.0)
+PUMP = dict(displacement=1.0, liquid=OIL, losses=hydraulic.WilsonLosses())
+CYLINDER = dict(bore=1.0, stroke=1.0, liquid=OIL, dead_a=1.0, dead_b=1.0)
+GAS = dict(capacity=0.5, resistance=1.0, volume=1.0, precharge=1.0)
 PIPE = dict(n=2, length=1.0, diameter=0.1, liquid=OIL)
 # What numbers of 1 for all parameters without a default would not do.
 ARGUMENTS: dict[str, dict[str, Any]] = {
+    "AnnularGap": dict(diameter=1.0, clearance=1.0, length=1.0, liquid=OIL),
     "BearingFriction": dict(speeds=GRID, torques=GRID + 1.0),
     "Chamber": dict(volume=1.0, liquid=OIL),
+    "CounterbalanceValve": dict(pressure=1.0, ratio=1.0, **PILOTED),
     "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
     "DeadZone": LIMITS,
+    "DoubleActingCylinder": CYLINDER,
+    "FixedPump": PUMP,
     "Function": dict(function=wave),
+    "GasAccumulator": GAS,
     "HBridge": dict(frequency=100.0),
+    "HydraulicCylinder": dict(chambers=hydraulic.DoubleActingCylinder(**CYLINDER), m=1.0, Fc=1.0, Fs=1.0, vs=1.0),
+    "Limiter": LIMITS,
     "LimPI": CONTROL,
     "LimPID": dict(**CONTROL, Td=0.1),
-    "Limiter": LIMITS,
+    "LiquidOrifice": dict(area=1.0, liquid=OIL),
+    "LoadSensingPump": dict(tau=1.0, p_set=1.0, band=1.0, margin=1.0, band_set=1.0, **PUMP),
+    "LocalLoss": dict(area=1.0, liquid=OIL, zeta_ab=1.0, zeta_ba=1.0),
     "LossyGear": dict(ratio=2.0, losses=np.array([[0.0, 0.9, 0.8, 0.1, 0.1]])),
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
     "Pipe": PIPE,
     "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "PressureCompensatedPump": dict(tau=1.0, p_set=1.0, band=1.0, **PUMP),
     "SaturatingInductor": dict(Lnom=0.5, Inom=1.0, Lzer=1.0, Linf=0.1),
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),
     "SolenoidValve": dict(R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, area=1.0, density=1.0),
@@ -44,12 +58,15 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "Table1D": dict(points=GRID, values=GRID),
     "Table2D": dict(points1=GRID, points2=GRID, values=np.ones((4, 4))),
     "TabulatedSpring": dict(positions=GRID, forces=GRID),
+    "ThermalAccumulator": dict(tau=1.0, **GAS),
     "TimeFunction": dict(function=wave),
     "TimeSeries": dict(times=GRID, values=GRID),
     "TransferFunction": dict(b=[1.0], a=[1.0, 2.0, 3.0]),
     "Transformer": dict(L1=1.0, L2=1.0, M=0.5),
     "Trapezoid": dict(amplitude=1.0, period=4.0, rising=1.0, width=1.0, falling=1.0),
     "UnsteadyFrictionPipe": PIPE,
+    "VariableOrifice": dict(area=1.0, liquid=OIL),
+    "VariablePump": PUMP,
     "WeightedSum": dict(k=[1.0, -1.0]),
     "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
 }

@@ -1,0 +1,177 @@
+"""Valves that pressures open and close: each has an opening x that follows its balance of forces with a lag."""
+
+import abc
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Energy, Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
+
+from .._limit import limited
+from ._interfaces import FluidPort
+from ._valves import Resistance, turbulent_flow
+
+
+class PilotedValve(Resistance, partial=True):
+    """q = (x + leakage) K sqrt(dp), with K = rated_flow/sqrt(rated_drop) and tau dx/dt = target - x.
+
+    The target is the excess over the setting, as a share of the `band`, limited to 0 .. 1. The root is rounded at zero
+    as in `Orifice`. The lag stands for the mass and the damping of spool and pilot. Not modelled: flow forces.
+    """
+
+    rated_flow: Param[Scalar, "m3/s", positive]  # fully open
+    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
+    band: Param[Scalar, "Pa", positive]  # from closed to fully open
+    tau: Param[Scalar, "s", positive] = 2e-3  # lag of the opening
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # of the closed valve, as an opening
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    x: Var[Scalar, "1", prefer] = 0.0  # opening
+
+    @abc.abstractmethod
+    def excess(self) -> Scalar:
+        """Pressure in Pa by which the setting is exceeded."""
+
+    def equations(self, d: Any) -> Equations:
+        conductance = (limited(self.x, 0.0, 1.0) + self.leakage) * self.rated_flow / jnp.sqrt(self.rated_drop)
+        return super().equations(d) | dict(
+            opening=eq(self.tau * d.x, limited(self.excess() / self.band, 0.0, 1.0) - self.x),
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
+        )
+
+    def events(self) -> Events:
+        return dict(_closed=kink(self.excess()), _open=kink(self.excess() - self.band))
+
+
+class PilotReliefValve(PilotedValve):
+    """Opens from a to b when the pressure drop exceeds `pressure`; a pilot makes the band narrow and the lag long.
+
+    See `PilotedValve`; `ReliefValve` is the static one.
+    """
+
+    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+
+    def excess(self) -> Scalar:
+        return self.dp - self.pressure
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class SequenceValve(PilotedValve):
+    """Opens from a to b when the pressure at a exceeds `pressure`, whatever that at b: its drain is external.
+
+    See `PilotedValve`.
+    """
+
+    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+
+    def excess(self) -> Scalar:
+        return self.a.p - self.pressure
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class PressureReducingValve(PilotedValve):
+    """Keeps the pressure at b below `pressure`: open at pressure - band and less, closed at `pressure`.
+
+    See `PilotedValve`. It does not relieve b when that is pressed from outside.
+    """
+
+    pressure: Param[Scalar, "Pa", positive]  # at which it is closed
+
+    def excess(self) -> Scalar:
+        return self.pressure - self.b.p
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d)
+
+
+class CounterbalanceValve(PilotedValve):
+    """Holds a load at a until p_a + ratio p_x exceeds `pressure`; x is the pilot, the other side of the cylinder.
+
+    From b to a the load is raised through a check valve: put a `CheckValve` in parallel. See `PilotedValve`.
+    """
+
+    pressure: Param[Scalar, "Pa", positive]  # at which the load alone begins to open it
+    ratio: Param[Scalar, "1", nonnegative]  # of the pilot's area to that of the load
+    pilot: FluidPort = FluidPort()
+
+    def excess(self) -> Scalar:
+        return self.a.p + self.ratio * self.pilot.p - self.pressure
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+
+class PilotCheckValve(PilotedValve):
+    """Lets liquid pass from a to b, and back once the pilot opens it: p_a - p_b + ratio (p_x - p_a) > cracking.
+
+    See `PilotedValve`.
+    """
+
+    cracking: Param[Scalar, "Pa", nonnegative]  # pressure of its spring
+    ratio: Param[Scalar, "1", nonnegative]  # of the pilot piston's area to that of the seat
+    pilot: FluidPort = FluidPort()
+
+    def excess(self) -> Scalar:
+        return self.dp + self.ratio * (self.pilot.p - self.a.p) - self.cracking
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+
+class FlowControlValve(Resistance):
+    """A throttle behind a pressure compensator: from a to b the flow is `flow`, once dp is above `margin`.
+
+    Below the margin and backward it is an orifice, q = flow sqrt(dp/margin), rounded at zero as in `Orifice`. The
+    compensator acts at once.
+    """
+
+    flow: Param[Scalar, "m3/s", nonnegative]  # set
+    margin: Param[Scalar, "Pa", positive] = 8e5  # pressure drop that the compensator needs
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+
+    def equations(self, d: Self) -> Equations:
+        dp = jnp.where(self.dp < self.margin, self.dp, self.margin)
+        law = turbulent_flow(dp, self.flow / jnp.sqrt(self.margin), self.transition_pressure)
+        return super().equations(d) | dict(law=eq(self.q, law))
+
+    def events(self) -> Events:
+        return dict(_regulates=kink(self.dp - self.margin))
+
+
+class ShuttleValve(Component):
+    """Connects c with the higher one of a and b: the share of a's edge is 1/2 + (p_a - p_b)/(2 band), within 0 .. 1.
+
+    Each edge passes K sqrt(dp) with K = rated_flow/sqrt(rated_drop), rounded at zero as in `Orifice`. The ball is
+    without mass.
+    """
+
+    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
+    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
+    band: Param[Scalar, "Pa", positive] = 1e4  # difference of a and b that moves the ball over
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+    c: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        share = limited(0.5 * (1.0 + self._lead()), 0.0, 1.0)
+        conductance = self.rated_flow / jnp.sqrt(self.rated_drop)
+        return dict(
+            edge_a=eq(self.a.q, turbulent_flow(self.a.p - self.c.p, share * conductance, self.transition_pressure)),
+            edge_b=eq(
+                self.b.q, turbulent_flow(self.b.p - self.c.p, (1.0 - share) * conductance, self.transition_pressure)
+            ),
+            flow=eq(self.a.q + self.b.q + self.c.q),
+        )
+
+    def events(self) -> Events:
+        return dict(_at_a=kink(self._lead() - 1.0), _at_b=kink(self._lead() + 1.0))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=(self.a.p - self.c.p) * self.a.q + (self.b.p - self.c.p) * self.b.q)
+
+    def _lead(self) -> Scalar:
+        return (self.a.p - self.b.p) / self.band

@@ -1,0 +1,143 @@
+"""Restrictions whose flow turns from laminar to turbulent at a Reynolds number, by the viscosity of the liquid."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import Discrete, Equations, Events, Param, Requirements, Scalar, eq, nonnegative, positive, require
+
+from .. import _pieces as pieces
+from ..blocks import Input
+from ._liquids import AnyLiquid
+from ._valves import Resistance, turbulent_flow
+
+
+def transition(liquid: AnyLiquid, p: Scalar, area: Scalar, discharge: Scalar, reynolds: Scalar) -> Scalar:
+    """The pressure drop in Pa around which flow through a hole becomes turbulent, (rho/2) (Re_t nu/(C_d d))^2.
+
+    With the hydraulic diameter d = sqrt(4 area/pi); Borutzky, Barnard, Thoma 2002.
+    """
+    diameter = jnp.sqrt(4.0 * area / jnp.pi)
+    speed = reynolds * liquid.kinematic_viscosity(p) / (discharge * diameter)
+    return 0.5 * liquid.reference_density * speed**2
+
+
+class LiquidOrifice(Resistance):
+    """A hole of a given area, q = C_d A sqrt(2 dp/rho), laminar below a Reynolds number.
+
+    q = C_d A sqrt(2/rho) dp/(dp^2 + p_t^2)^(1/4), with p_t by `transition`: `Orifice` with the width of its root from
+    the liquid. The density is that at atmospheric pressure.
+    """
+
+    area: Param[Scalar, "m2", positive]  # A
+    liquid: AnyLiquid
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
+
+    def equations(self, d: Self) -> Equations:
+        c, liquid = self.discharge_coefficient, self.liquid
+        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        conductance = c * self.area * jnp.sqrt(2.0 / liquid.reference_density)
+        return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
+
+
+class VariableOrifice(Resistance):
+    """A `LiquidOrifice` whose area is leak + (area - leak) u, with the signal u limited to 0 .. 1.
+
+    The transition is that of the whole area.
+    """
+
+    area: Param[Scalar, "m2", positive]  # fully open
+    liquid: AnyLiquid
+    leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
+    u: Input = Input()
+
+    def requirements(self) -> Requirements:
+        return (require(self.leak <= self.area, "leak must be at most area"),)
+
+    def events(self) -> Events:
+        return pieces.passes(self.u.value, self.piece, 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        area = self.leak + (self.area - self.leak) * pieces.limited(self.u.value, self.piece, 0.0, 1.0)
+        c, liquid = self.discharge_coefficient, self.liquid
+        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
+        return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
+
+
+class AnnularGap(Resistance):
+    """Laminar leakage along a piston or a spool, q = pi d c^3 (1 + 1.5 e^2)/(12 nu rho L) dp (Merritt, ch. 3)."""
+
+    diameter: Param[Scalar, "m", positive]  # d
+    clearance: Param[Scalar, "m", nonnegative]  # c, radial
+    length: Param[Scalar, "m", positive]  # L
+    liquid: AnyLiquid
+    eccentricity: Param[Scalar, "1", nonnegative] = 0.0  # e over c: 0 centred, 1 touching
+
+    def requirements(self) -> Requirements:
+        return (require(self.eccentricity <= 1.0, "eccentricity must be at most 1"),)
+
+    def equations(self, d: Self) -> Equations:
+        viscosity = self.liquid.reference_density * self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p))
+        section = jnp.pi * self.diameter * self.clearance**3 * (1.0 + 1.5 * self.eccentricity**2)
+        return super().equations(d) | dict(
+            law=eq(12.0 * viscosity * self.length * self.q, section * self.dp),
+        )
+
+
+class LocalLoss(Resistance):
+    """A fitting, dp = zeta (rho/2) v |v| with v = q/area, laminar below a Reynolds number.
+
+    zeta is that of the direction of the flow; from one to the other it changes within the laminar transition. The
+    pressures are total ones: the flow's kinetic energy is not counted. `bend`, `widening`, `drilled_corner` and
+    `entry` give coefficients from the geometry (Idelchik, `Handbook of Hydraulic Resistance`; Crane TP-410).
+    """
+
+    area: Param[Scalar, "m2", positive]  # to which v refers
+    liquid: AnyLiquid
+    zeta_ab: Param[Scalar, "1", positive]  # loss coefficient from a to b
+    zeta_ba: Param[Scalar, "1", positive]  # and from b to a
+    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
+
+    @classmethod
+    def bend(cls, *, diameter: Scalar, liquid: AnyLiquid, radius: Scalar) -> "LocalLoss":
+        """A smooth bend by 90 degrees of mean radius r: 0.21 sqrt(d/r) for r > d (Idelchik)."""
+        zeta = 0.21 * jnp.sqrt(diameter / radius)
+        return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=zeta, zeta_ba=zeta)
+
+    @classmethod
+    def widening(cls, *, diameter_a: Scalar, diameter_b: Scalar, liquid: AnyLiquid) -> "LocalLoss":
+        """A step from a narrow pipe at a to a wide one at b: (1 - s)^2 by Borda and Carnot, backward (1 - s)/2.
+
+        s is the ratio of the areas; v is the speed in the narrow pipe.
+        """
+        share = (diameter_a / diameter_b) ** 2
+        return cls(
+            area=0.25 * jnp.pi * diameter_a**2,
+            liquid=liquid,
+            zeta_ab=(1.0 - share) ** 2,
+            zeta_ba=0.5 * (1.0 - share),
+        )
+
+    @classmethod
+    def drilled_corner(cls, *, diameter: Scalar, liquid: AnyLiquid) -> "LocalLoss":
+        """Two drilled holes that meet at 90 degrees with a sharp edge: 1.2 (Idelchik)."""
+        return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=1.2, zeta_ba=1.2)
+
+    @classmethod
+    def entry(cls, *, diameter: Scalar, liquid: AnyLiquid) -> "LocalLoss":
+        """From a large vessel at a into a pipe with a sharp edge, 0.5, and out of it, 1."""
+        return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=0.5, zeta_ba=1.0)
+
+    def equations(self, d: Any) -> Equations:
+        liquid, mean = self.liquid, 0.5 * (self.zeta_ab + self.zeta_ba)
+        p, c = 0.5 * (self.a.p + self.b.p), 1.0 / jnp.sqrt(mean)
+        width = transition(liquid, p, self.area, c, self.transition_reynolds)
+        towards = self.dp / jnp.sqrt(self.dp**2 + width**2)
+        zeta = mean + 0.5 * (self.zeta_ab - self.zeta_ba) * towards
+        conductance = self.area * jnp.sqrt(2.0 / (liquid.reference_density * zeta))
+        return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))

@@ -1,0 +1,141 @@
+"""Directional valves: spools that open metering edges."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    require,
+)
+
+from .. import _pieces as pieces
+from ..blocks import Input
+from ._interfaces import FluidPort
+from ._valves import turbulent_flow
+
+
+class Spool(Component, partial=True):
+    """A spool at u, from -1 to 1, with metering edges q = (K y + K_leak) sqrt(dp), rounded at zero as in `Orifice`.
+
+    An edge opens with y = (+-u - lap)/(1 - lap), limited to 0 .. 1: a positive lap closes it in the middle, a negative
+    one leaves it open there. K = rated_flow/sqrt(rated_drop), for one edge at full stroke, as data sheets state it.
+    """
+
+    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
+    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
+    lap: Param[Scalar, "1"] = 0.0  # of the edges to the supply, over the stroke; below 1
+    lap_return: Param[Scalar, "1"] = 0.0  # of those to the tank
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # K_leak/K
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    u: Input = Input()
+
+    def requirements(self) -> Requirements:
+        return (
+            require(self.lap < 1.0, "lap must be below 1"),
+            require(self.lap_return < 1.0, "lap_return must be below 1"),
+        )
+
+    def _opening(self, sense: float, lap: Scalar) -> Scalar:
+        return (sense * self.u.value - lap) / (1.0 - lap)
+
+    def _edge(self, dp: Scalar, opening: Scalar, piece: Scalar) -> Scalar:
+        share = pieces.limited(opening, piece, 0.0, 1.0) + self.leakage
+        conductance = self.rated_flow / jnp.sqrt(self.rated_drop) * share
+        return turbulent_flow(dp, conductance, self.transition_pressure)
+
+
+class ThreeWayValve(Spool):
+    """3/2 or proportional 3/3 valve: u > 0 joins p to a, u < 0 joins a to t."""
+
+    q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
+    q_at: Var[Scalar, "m3/s"] = 0.0  # and from a to t
+    supply: Discrete[Scalar, "1"] = 1.0  # piece of that edge: 0 closed, 1 partly open, 2 fully open
+    drain: Discrete[Scalar, "1"] = 1.0
+    p: FluidPort = FluidPort()
+    t: FluidPort = FluidPort()
+    a: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
+        return dict(
+            edge_pa=eq(self.q_pa, self._edge(self.p.p - self.a.p, supply, self.supply)),
+            edge_at=eq(self.q_at, self._edge(self.a.p - self.t.p, drain, self.drain)),
+            flow_p=eq(self.p.q, self.q_pa),
+            flow_t=eq(self.t.q, -self.q_at),
+            flow_a=eq(self.a.q, self.q_at - self.q_pa),
+        )
+
+    def events(self) -> Events:
+        supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
+        return pieces.passes(supply, self.supply, 0.0, 1.0, name="supply") | pieces.passes(
+            drain, self.drain, 0.0, 1.0, name="drain"
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=(self.p.p - self.a.p) * self.q_pa + (self.a.p - self.t.p) * self.q_at)
+
+
+class FourWayValve(Spool):
+    """4/3 or proportional valve: u > 0 joins p to a and b to t, u < 0 p to b and a to t.
+
+    A 4/2 valve is one whose signal is either -1 or 1. The dynamics of the spool are a block in front of u, such as
+    `blocks.SecondOrder`; see `ProportionalValve`. Not modelled: flow forces, which its actuator has to overcome.
+    """
+
+    q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
+    q_pb: Var[Scalar, "m3/s"] = 0.0
+    q_at: Var[Scalar, "m3/s"] = 0.0
+    q_bt: Var[Scalar, "m3/s"] = 0.0
+    piece_pa: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
+    piece_pb: Discrete[Scalar, "1"] = 1.0
+    piece_at: Discrete[Scalar, "1"] = 1.0
+    piece_bt: Discrete[Scalar, "1"] = 1.0
+    p: FluidPort = FluidPort()
+    t: FluidPort = FluidPort()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def _edges(self) -> dict[str, tuple[Any, Any, Any, Any]]:
+        """Of each edge its flow, pressure drop, opening and piece."""
+        p, t, a, b = self.p.p, self.t.p, self.a.p, self.b.p
+        to_a, to_b = self._opening(1.0, self.lap), self._opening(-1.0, self.lap)
+        from_a, from_b = self._opening(-1.0, self.lap_return), self._opening(1.0, self.lap_return)
+        return dict(
+            pa=(self.q_pa, p - a, to_a, self.piece_pa),
+            pb=(self.q_pb, p - b, to_b, self.piece_pb),
+            at=(self.q_at, a - t, from_a, self.piece_at),
+            bt=(self.q_bt, b - t, from_b, self.piece_bt),
+        )
+
+    def equations(self, d: Self) -> Equations:
+        laws = {
+            f"edge_{name}": eq(q, self._edge(dp, opening, piece))
+            for name, (q, dp, opening, piece) in self._edges().items()
+        }
+        return laws | dict(
+            flow_p=eq(self.p.q, self.q_pa + self.q_pb),
+            flow_t=eq(self.t.q, -self.q_at - self.q_bt),
+            flow_a=eq(self.a.q, self.q_at - self.q_pa),
+            flow_b=eq(self.b.q, self.q_bt - self.q_pb),
+        )
+
+    def events(self) -> Events:
+        found: Events = {}
+        for name, (_, _, opening, piece) in self._edges().items():
+            found |= pieces.passes(opening, piece, 0.0, 1.0, name=f"piece_{name}")
+        return found
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=sum(dp * q for q, dp, _, _ in self._edges().values()))

@@ -1,0 +1,150 @@
+"""Double-acting cylinders with compressible chambers, leakage, friction, ends."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Connections,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+    refuse,
+    require,
+)
+
+from ..translational import Flange, HardStop, Mass, StribeckFriction
+from . import _content as content
+from ._interfaces import FluidPort
+from ._liquids import AnyLiquid
+
+
+class DoubleActingCylinder(Component):
+    """Two chambers of a liquid at a piston: liquid into a pushes the rod out, s grows; into b, back.
+
+    With A_a = pi/4 (bore^2 - rod_a^2), A_b alike, V_a = dead_a + A_a s and V_b = dead_b + A_b (stroke - s), and
+    Q = leakage (p_a - p_b) past the piston (Merritt, `Hydraulic Control Systems`, ch. 6):
+
+    - d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q: the chambers' stiffness depends on the stroke;
+    - the rod pushes with p_a A_a - p_b A_b.
+
+    Differential with one rod, synchronous with two. No mass, friction or ends: see `HydraulicCylinder`; a run ends
+    with an error where a chamber has lost half of its dead volume.
+    """
+
+    bore: Param[Scalar, "m", positive]  # diameter of the piston
+    stroke: Param[Scalar, "m", positive]
+    liquid: AnyLiquid
+    dead_a: Param[Scalar, "m3", positive]  # volume of chamber a at s = 0, lines included
+    dead_b: Param[Scalar, "m3", positive]  # volume of chamber b at s = stroke
+    rod: Param[Scalar, "m", nonnegative] = 0.0  # diameter of the rod, in chamber b
+    rod_a: Param[Scalar, "m", nonnegative] = 0.0  # of one that goes on through chamber a
+    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # past the piston
+    p_a: Var[Scalar, "Pa", prefer] = 0.0  # pressures of the chambers
+    p_b: Var[Scalar, "Pa", prefer] = 0.0
+    v: Var[Scalar, "m/s", prefer] = 0.0  # speed of the rod
+    flange: Flange = Flange()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def requirements(self) -> Requirements:
+        return (
+            require(self.rod < self.bore, "rod must be thinner than bore"),
+            require(self.rod_a < self.bore, "rod_a must be thinner than bore"),
+        )
+
+    @property
+    def area_a(self) -> Scalar:
+        """A_a in m2."""
+        return 0.25 * jnp.pi * (self.bore**2 - self.rod_a**2)
+
+    @property
+    def area_b(self) -> Scalar:
+        """A_b in m2."""
+        return 0.25 * jnp.pi * (self.bore**2 - self.rod**2)
+
+    def equations(self, d: Self) -> Equations:
+        (volume_a, volume_b), (into_a, into_b), liquid = self._volumes(), self._inflows(), self.liquid
+        swept_a = self.area_a * liquid.relative_density(self.p_a) * self.v
+        swept_b = self.area_b * liquid.relative_density(self.p_b) * self.v
+        return dict(
+            pressure_a=eq(self.p_a, self.a.p),
+            pressure_b=eq(self.p_b, self.b.p),
+            speed=eq(self.v, d.flange.s),
+            content_a=eq(content.capacity(liquid, volume_a, self.p_a, 0.0) * d.p_a, into_a - swept_a),
+            content_b=eq(content.capacity(liquid, volume_b, self.p_b, 0.0) * d.p_b, into_b + swept_b),
+            force=eq(self.flange.f, self.p_b * self.area_b - self.p_a * self.area_a),
+        )
+
+    def events(self) -> Events:
+        volume_a, volume_b = self._volumes()
+        lost = (volume_a < 0.5 * self.dead_a) | (volume_b < 0.5 * self.dead_b)
+        return dict(lost=refuse(lost, "the piston is beyond its ends: give the rod stops, or take a HydraulicCylinder"))
+
+    def energy(self) -> Energy:
+        (volume_a, volume_b), (into_a, into_b) = self._volumes(), self._inflows()
+        in_a = self.liquid.account(self.p_a, volume_a, into_a, self.area_a * self.v)
+        in_b = self.liquid.account(self.p_b, volume_b, into_b, -self.area_b * self.v)
+        return Energy(
+            stored=in_a.stored + in_b.stored,
+            supplied=in_a.supplied + in_b.supplied,
+            dissipated=self.leakage * (self.p_a - self.p_b) ** 2,
+        )
+
+    def _volumes(self) -> tuple[Scalar, Scalar]:
+        s = self.flange.s
+        return self.dead_a + self.area_a * s, self.dead_b + self.area_b * (self.stroke - s)
+
+    def _inflows(self) -> tuple[Scalar, Scalar]:
+        leaked = self.leakage * (self.p_a - self.p_b)
+        return self.a.q - leaked, self.b.q + leaked
+
+
+class HydraulicCylinder(Component):
+    """A `DoubleActingCylinder` with the mass of its piston, sticking seals and rigid ends, 0 <= s <= stroke.
+
+    `HydraulicCylinder(chambers=DoubleActingCylinder(...), m=..., Fc=..., Fs=..., vs=...)`; the friction is that of
+    `translational.StribeckFriction`, the ends are those of `translational.HardStop`.
+    """
+
+    chambers: DoubleActingCylinder
+    piston: Mass
+    seal: StribeckFriction
+    stop: HardStop
+    flange: Flange = Flange()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def __init__(
+        self,
+        *,
+        chambers: DoubleActingCylinder,
+        m: Param[Scalar, "kg"],  # mass of piston and rod
+        Fc: Param[Scalar, "N"],  # Coulomb (sliding) force of the seals
+        Fs: Param[Scalar, "N"],  # break-away force, at least Fc
+        vs: Param[Scalar, "m/s"],  # Stribeck speed, at which the excess has dropped to 1/e
+        C: Param[Scalar, "N.s/m"] = 0.0,  # viscous friction coefficient
+        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
+    ) -> None:
+        self.chambers = chambers
+        self.piston = Mass(m=m)
+        self.seal = StribeckFriction(Fc=Fc, Fs=Fs, vs=vs, C=C)
+        self.stop = HardStop(s_min=0.0, s_max=chambers.stroke, restitution=restitution)
+        self.flange, self.a, self.b = Flange(), FluidPort(), FluidPort()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.a, self.chambers.a),
+            connect(self.b, self.chambers.b),
+            connect(self.flange, self.chambers.flange, self.piston.a, self.seal.flange, self.stop.flange),
+        )

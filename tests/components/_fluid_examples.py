@@ -1,0 +1,61 @@
+"""Parts that hold a liquid or gas, with parameters of order one, so that a point of order one exercises every term."""
+
+from acausal import Component
+from components import hydraulic
+
+# A liquid under pressures of its own order, which cavitates; and the linear one, which takes tension.
+OIL = hydraulic.Liquid(
+    density=1.2, bulk_modulus=5.0, nu_1=4.0, nu_2=2.0, T_1=1.0, T_2=2.0, temperature=1.4, T_ref=1.0, stiffening=0.3,
+    softening=0.2, expansion=0.1, thickening=0.1, air=0.3, atmosphere=1.3, transition_pressure=0.2, vapour_pressure=0.4,
+)  # fmt: skip
+LINEAR = hydraulic.LinearLiquid(density=1.2, bulk_modulus=5.0, viscosity=0.3)
+SIZE = dict(length=0.9, diameter=0.7)
+LOSSES = dict(C_s=0.3, C_v=0.4, C_f=0.2, T_c=0.1)
+WILSON = hydraulic.WilsonLosses(**LOSSES)
+SCHLOESSER = hydraulic.SchloesserLosses(C_st=0.2, C_h=0.3, p_t=0.6, **LOSSES)
+PUMP = dict(displacement=1.3, J=0.7, liquid=OIL, losses=SCHLOESSER)
+SPOOL = dict(rated_flow=1.3, rated_drop=0.7, lap=0.2, lap_return=-0.1, leakage=0.1, transition_pressure=0.6)
+PILOTED = dict(rated_flow=1.3, rated_drop=0.7, band=0.8, tau=0.4, leakage=0.1, transition_pressure=0.6)
+GAS = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=1.3)
+HOLE = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
+CYLINDER = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
+
+FLUID: tuple[Component, ...] = (
+    hydraulic.AnnularGap(diameter=0.7, clearance=0.9, length=0.8, liquid=OIL, eccentricity=0.4),
+    hydraulic.Chamber(volume=1.3, liquid=OIL, wall=0.1),
+    hydraulic.Chamber(volume=1.3, liquid=LINEAR, wall=0.1),
+    hydraulic.CounterbalanceValve(pressure=0.4, ratio=1.3, **PILOTED),
+    hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
+    hydraulic.DoubleActingCylinder(liquid=LINEAR, rod_a=0.4, **CYLINDER),
+    hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
+    hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
+    hydraulic.FourWayValve(**SPOOL),
+    hydraulic.GasAccumulator(n=1.3, **GAS),
+    hydraulic.HydraulicCylinder(
+        chambers=hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
+        m=0.8,
+        Fc=0.4,
+        Fs=0.6,
+        vs=0.5,
+        C=0.3,
+        restitution=0.5,
+    ),
+    hydraulic.LevelTank(area=1.3, density=0.7, height=2.0, pressure=0.4, g=0.9),
+    hydraulic.LiquidOrifice(**HOLE),
+    hydraulic.LoadSensingPump(tau=0.4, p_set=1.3, band=0.7, margin=0.3, band_set=0.8, **PUMP),
+    hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE),
+    hydraulic.PilotCheckValve(cracking=0.4, ratio=1.3, **PILOTED),
+    hydraulic.PilotReliefValve(pressure=0.4, **PILOTED),
+    hydraulic.Pipe(n=3, liquid=OIL, wall=0.1, **SIZE),
+    hydraulic.Pipe(n=2, liquid=LINEAR, wall=0.1, friction=hydraulic.BlasiusFriction(), **SIZE),
+    hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
+    hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
+    hydraulic.SequenceValve(pressure=0.4, **PILOTED),
+    hydraulic.ShuttleValve(rated_flow=1.3, rated_drop=0.7, band=0.8, transition_pressure=0.6),
+    hydraulic.SpringAccumulator(capacity=0.8, resistance=0.6, preload=0.4, stiffness=1.3),
+    hydraulic.ThermalAccumulator(tau=0.4, T_0=0.9, T=1.1, kappa=1.3, **GAS),
+    hydraulic.ThreeWayValve(**SPOOL),
+    hydraulic.UnsteadyFrictionPipe(n=2, liquid=OIL, wall=0.1, memory=hydraulic.FrictionMemory.trikha(), **SIZE),
+    hydraulic.VariableOrifice(leak=0.1, **HOLE),
+    hydraulic.VariablePump(**PUMP),
+)
