@@ -2,6 +2,9 @@
 
 from ._analyse.linear_system import LinearSystem as LinearSystem
 from ._analyse.linearise import linearise as linearise
+from ._analyse.modes import Modes as Modes
+from ._analyse.modes import Shares as Shares
+from ._analyse.zeros import TransferFunction as TransferFunction
 from ._declare.annotations import Discrete as Discrete
 from ._declare.annotations import Flow as Flow
 from ._declare.annotations import Nominal as Nominal
@@ -47,8 +50,9 @@ from ._errors import StructureError as StructureError
 from ._errors import UnitError as UnitError
 from ._errors import UnknownNameError as UnknownNameError
 from ._evaluate.compiling import compile as compile
-from ._evaluate.starts import Inputs as Inputs
 from ._evaluate.system import System as System
+from ._integrate.energy import EnergyAccount as EnergyAccount
+from ._integrate.event_log import EventLog as EventLog
 from ._integrate.initialise import initialise as initialise
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate

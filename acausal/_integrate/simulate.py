@@ -3,13 +3,14 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._declare.annotations import Scalar
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
 from .._declare.sizes import sized
@@ -33,18 +34,19 @@ from .unresolved import warn_of_unresolved
 MAX_STEPS = 4096
 LARGE = 300  # leaves: from here on parameters are packed before they are handed to the compiled run
 MAX_EVENTS = 32
+M = TypeVar("M", bound=Component)
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
 
 
 def simulate(
-    model: Component,
+    model: M,
     t1: Any,
     *,
     t0: Any = 0.0,
-    until: Callable[[Any], Any] | None = None,
+    until: Callable[[M], Scalar] | None = None,
     direction: Literal["up", "down"] | None = None,
     save: Any = "steps",
-    integrals: Callable[[Any], Any] | None = None,
+    integrals: Callable[[M], Any] | None = None,
     energy: bool = False,
     rtol: Any = 1e-6,
     nominal: Mapping[str, Any] | None = None,
@@ -57,7 +59,7 @@ def simulate(
     throw: bool = True,
     progress: bool | None = None,
     system: System | None = None,
-) -> Solution:
+) -> Solution[M]:
     """Integrate a model from `t0` to `t1` (in s), or until a condition is met.
 
     `jit`, `vmap`, `grad` and `jvp` work over the model, whose pytree leaves are its parameters and start values, and

@@ -2,7 +2,7 @@
 
 import functools as ft
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import diffrax
 import equinox as eqx
@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import deepened
+from .._declare.component import Component
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
@@ -22,12 +23,15 @@ from .result import sentence
 from .state_vector import StateVector
 from .unresolved import unresolved
 
+M = TypeVar("M", bound=Component)
 
-class Solution(eqx.Module):
+
+class Solution(eqx.Module, Generic[M]):
     """Trajectories of all variables of a model.
 
     `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
-    `sol.final` has the values at the end, `sol.at(t)` those at any time (with `save="dense"`).
+    `sol.final` has the values at the end, `sol.at(t)` those at any time (with `save="dense"`). To editors `sol.final`
+    is the model, so that they complete `sol.final.motor.rotor.w`.
 
     - `t1`: the time at which the run ended; infinite where a stop condition was never met.
     - `result`: a `Result`; `stats`: numbers of steps.
@@ -110,7 +114,7 @@ class Solution(eqx.Module):
         return structure.unflatten([x[: len(ts)] if c else x for x, c in zip(leaves, cut, strict=True)])
 
     @property
-    def final(self) -> Any:
+    def final(self) -> M:
         """The model with the values at the end of the run in place of its variables."""
         return self._view(*self._end)
 

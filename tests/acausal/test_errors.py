@@ -183,7 +183,7 @@ def test_start_value_that_agrees_with_a_source() -> None:
 
 def test_unknown_name_in_a_condition() -> None:
     with pytest.raises(ModelError, match=r"until: .*voltage.*shape of the model"):
-        simulate(rc(), 1.0, until=lambda s: s.c.voltage)
+        simulate(rc(), 1.0, until=lambda s: s.c.voltage)  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_times_outside_the_run() -> None:

@@ -134,14 +134,14 @@ def test_random_networks_of_radiation(seed: int) -> None:
         assert isinstance(source, ConstantHeatFlow)
         heat[place] = float(source.heat_flow)
     fourth = np.linalg.solve(laplacian[1:, 1:], heat[1:]) + float(sink.temperature) ** 4
-    final = simulate(network, 1.0, save="end").final
+    final: Any = simulate(network, 1.0, save="end").final
     np.testing.assert_allclose([source.port.T for source in final.sources[1:]], fourth**0.25, rtol=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(3, 5))
 def test_random_networks_of_conduction_and_radiation(seed: int) -> None:
     network = random_network(seed, 0.5)
-    final = simulate(network, 1.0, save="end").final
+    final: Any = simulate(network, 1.0, save="end").final
     balance = np.zeros(len(network.places))
     for link, (a, b) in zip(final.links, network.ends, strict=True):
         assert min(link.a.T, link.b.T) >= 0

@@ -1,0 +1,70 @@
+"""What users receive has a public name, and what has one is not the engine's own."""
+
+import inspect
+import typing
+from collections.abc import Iterator
+from typing import Any, assert_type
+
+import pytest
+from _models import RC, rc
+
+import acausal
+from acausal import AcausalError, Solution, simulate
+
+PUBLIC = {name: item for name, item in vars(acausal).items() if not name.startswith("_")}
+CLASSES = [item for item in PUBLIC.values() if inspect.isclass(item) and item.__module__.startswith("acausal")]
+FUNCTIONS = [item for item in PUBLIC.values() if inspect.isfunction(item) and item.__module__.startswith("acausal")]
+
+
+def returned(function: Any) -> Iterator[type]:
+    """The classes of the library in the annotation of what a function returns."""
+    try:
+        hint = typing.get_type_hints(function).get("return")
+    except NameError:  # an import for type checkers alone
+        return
+    todo = [hint]
+    while todo:
+        item = todo.pop()
+        todo += typing.get_args(item)
+        item = typing.get_origin(item) or item
+        if inspect.isclass(item) and item.__module__.startswith("acausal."):
+            yield item
+
+
+def members(cls: type) -> Iterator[Any]:
+    """The public methods and properties that a class itself states."""
+    for name, item in vars(cls).items():
+        if not name.startswith("_"):
+            item = item.fget if isinstance(item, property) else getattr(item, "__func__", item)
+            if inspect.isfunction(item):
+                yield item
+
+
+# What stands in declarations, equations, events and connections is named by what holds it, such as `Events`.
+TERMS = {"Equation", "Connection", "Requirement", "When", "At", "Kink", "Refuse", "Shape"}
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
+def test_what_functions_return_has_a_public_name(function: Any) -> None:
+    missing = {cls.__name__ for cls in returned(function)} - PUBLIC.keys() - TERMS
+    assert not missing
+
+
+@pytest.mark.parametrize("cls", [cls for cls in CLASSES if cls is not acausal.System], ids=lambda cls: cls.__name__)
+def test_what_methods_return_has_a_public_name(cls: type) -> None:
+    missing = {found.__name__ for member in members(cls) for found in returned(member)} - PUBLIC.keys() - TERMS
+    assert not missing
+
+
+def test_errors_have_one_base() -> None:
+    errors = [cls for cls in CLASSES if issubclass(cls, Exception) and not issubclass(cls, Warning)]
+    assert len(errors) > 6
+    assert all(issubclass(cls, AcausalError) for cls in errors)
+
+
+def test_what_editors_see() -> None:
+    """Checked by the type checker: a solution knows the class of its model, and a condition that of its argument."""
+    solution = simulate(rc(), 1.0, until=lambda s: assert_type(s, RC).c.v - 0.5, save="end", throw=False)
+    assert_type(solution, Solution[RC])
+    assert_type(solution.final, RC)
+    assert isinstance(solution.final, RC)
