@@ -1,6 +1,25 @@
 """What all tests share."""
 
+import ctypes
 import gc
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import jax
+import pytest
 
 # Compiling leaves millions of objects that stay, and the collector would walk them all again and again.
 gc.set_threshold(100_000, 50, 1000)
+
+LARGE = 1_500_000_000  # bytes that a worker may hold on to after a file of tests
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten_programs() -> Iterator[None]:
+    """A worker forgets what it has compiled for earlier files, once that takes up much memory."""
+    yield
+    if sys.platform == "linux" and int(Path("/proc/self/statm").read_text().split()[1]) * 4096 > LARGE:
+        jax.clear_caches()
+        gc.collect()
+        ctypes.CDLL("libc.so.6").malloc_trim(0)  # which the C library keeps for itself otherwise

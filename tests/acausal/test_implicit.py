@@ -52,15 +52,12 @@ def check_second(
         found = jax.jit(mode(mode(f)))(p)
         np.testing.assert_allclose(found, difference, rtol=rtol, atol=rtol * size)
         if exact is not None:
-            np.testing.assert_allclose(found, jax.hessian(exact)(p), rtol=1e-8, atol=1e-8 * size)
+            np.testing.assert_allclose(found, jax.jit(jax.hessian(exact))(p), rtol=1e-8, atol=1e-8 * size)
 
 
 def root_of(g: Function, start: float, *numbers: Any) -> Any:
     """Of a scalar function, by real steps of Newton's method: derivatives are those of the numbers it computes."""
-    x = jnp.asarray(start)
-    for _ in range(60):
-        x = x - g(x, *numbers) / jax.grad(g)(x, *numbers)
-    return x
+    return jax.lax.fori_loop(0, 60, lambda _, x: x - g(x, *numbers) / jax.grad(g)(x, *numbers), jnp.asarray(start))
 
 
 class Clipping(Component, partial=True):
@@ -132,7 +129,7 @@ def test_higher_derivatives_of_a_nearest_point() -> None:
         f, g = point, closed
         for mode in modes:
             f, g = ((jax.jacfwd if mode == "f" else jax.jacrev)(h) for h in (f, g))
-            np.testing.assert_allclose(f(0.3), g(0.3), rtol=1e-9, atol=1e-9)
+            np.testing.assert_allclose(jax.jit(f)(0.3), jax.jit(g)(0.3), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -80,7 +80,7 @@ def profiles(shortest: float) -> tuple[Any, Any, Any]:
 def test_integrals_of_profiles() -> None:
     given = profiles(1e-9)
     found = jax.jit(jax.vmap(integrals))(*given)
-    np.testing.assert_allclose(found, jax.vmap(exactly)(*given), rtol=1e-12, atol=1e-11)
+    np.testing.assert_allclose(found, jax.jit(jax.vmap(exactly))(*given), rtol=1e-12, atol=1e-11)
 
 
 def test_gradients_by_knots_and_samples() -> None:
@@ -88,6 +88,6 @@ def test_gradients_by_knots_and_samples() -> None:
     knots, values, steps = profiles(1e-5)
     values = values.at[1].set(0.0)
     found = jax.jit(jax.vmap(jax.jacrev(integrals, argnums=(0, 1, 2))))(knots, values, steps)
-    wanted = jax.vmap(jax.jacrev(exactly, argnums=(0, 1, 2)))(knots, values, steps)
+    wanted = jax.jit(jax.vmap(jax.jacrev(exactly, argnums=(0, 1, 2))))(knots, values, steps)
     for a, b in zip(found, wanted, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-8, atol=1e-8)
