@@ -12,6 +12,9 @@ from ._accumulators import ThermalAccumulator as ThermalAccumulator
 from ._chamber import Chamber as Chamber
 from ._cylinders import MasterCylinder as MasterCylinder
 from ._cylinders import SlaveCylinder as SlaveCylinder
+from ._fittings import EndCushion as EndCushion
+from ._fittings import Filter as Filter
+from ._fittings import TJunction as TJunction
 from ._interfaces import FluidPort as FluidPort
 from ._interfaces import TwoPort as TwoPort
 from ._known_liquids import dot_4 as dot_4
@@ -41,6 +44,7 @@ from ._pressure_valves import PilotReliefValve as PilotReliefValve
 from ._pressure_valves import PressureReducingValve as PressureReducingValve
 from ._pressure_valves import SequenceValve as SequenceValve
 from ._pressure_valves import ShuttleValve as ShuttleValve
+from ._proportional import ProportionalValve as ProportionalValve
 from ._pump import Pump as Pump
 from ._pump_losses import PumpLosses as PumpLosses
 from ._pump_losses import SchloesserLosses as SchloesserLosses

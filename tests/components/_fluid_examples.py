@@ -1,7 +1,7 @@
 """Parts that hold a liquid or gas, with parameters of order one, so that a point of order one exercises every term."""
 
 from acausal import Component
-from components import hydraulic
+from components import blocks, hydraulic
 
 # A liquid under pressures of its own order, which cavitates; and the linear one, which takes tension.
 OIL = hydraulic.Liquid(
@@ -19,6 +19,8 @@ PILOTED = dict(rated_flow=1.3, rated_drop=0.7, band=0.8, tau=0.4, leakage=0.1, t
 GAS = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=1.3)
 HOLE = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
 CYLINDER = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
+BYPASS = hydraulic.CheckValve(conductance=1.3, cracking_pressure=0.5, transition_pressure=0.6)
+LOSS = hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE)
 
 FLUID: tuple[Component, ...] = (
     hydraulic.AnnularGap(diameter=0.7, clearance=0.9, length=0.8, liquid=OIL, eccentricity=0.4),
@@ -27,6 +29,8 @@ FLUID: tuple[Component, ...] = (
     hydraulic.CounterbalanceValve(pressure=0.4, ratio=1.3, **PILOTED),
     hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
     hydraulic.DoubleActingCylinder(liquid=LINEAR, rod_a=0.4, **CYLINDER),
+    hydraulic.EndCushion(gap=0.1, length=0.7, sense=-1.0, end=0.4, **HOLE),
+    hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
     hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
     hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
     hydraulic.FourWayValve(**SPOOL),
@@ -50,9 +54,11 @@ FLUID: tuple[Component, ...] = (
     hydraulic.Pipe(n=2, liquid=LINEAR, wall=0.1, friction=hydraulic.BlasiusFriction(), **SIZE),
     hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
     hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
+    hydraulic.ProportionalValve(spool=blocks.SecondOrder(w=1.3, D=0.4), valve=hydraulic.FourWayValve(**SPOOL)),
     hydraulic.SequenceValve(pressure=0.4, **PILOTED),
     hydraulic.ShuttleValve(rated_flow=1.3, rated_drop=0.7, band=0.8, transition_pressure=0.6),
     hydraulic.SpringAccumulator(capacity=0.8, resistance=0.6, preload=0.4, stiffness=1.3),
+    hydraulic.TJunction(loss_a=LOSS, loss_b=LOSS, loss_c=LOSS),
     hydraulic.ThermalAccumulator(tau=0.4, T_0=0.9, T=1.1, kappa=1.3, **GAS),
     hydraulic.ThreeWayValve(**SPOOL),
     hydraulic.UnsteadyFrictionPipe(n=2, liquid=OIL, wall=0.1, memory=hydraulic.FrictionMemory.trikha(), **SIZE),

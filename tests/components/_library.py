@@ -18,7 +18,9 @@ LIMITS = dict(u_max=1.0, u_min=-1.0)
 CONTROL = dict(k=2.0, Ti=1.0, y_max=1.0, y_min=-1.0)
 GRID = np.arange(4.0)
 OIL = hydraulic.iso_vg_46()
-PILOTED = dict(rated_flow=1.0, rated_drop=1.0, band=1.0)
+RATED = dict(rated_flow=1.0, rated_drop=1.0)
+PILOTED = dict(band=1.0, **RATED)
+LOSS = hydraulic.LocalLoss(area=1.0, liquid=OIL, zeta_ab=1.0, zeta_ba=1.0)
 PUMP = dict(displacement=1.0, liquid=OIL, losses=hydraulic.WilsonLosses())
 CYLINDER = dict(bore=1.0, stroke=1.0, liquid=OIL, dead_a=1.0, dead_b=1.0)
 GAS = dict(capacity=0.5, resistance=1.0, volume=1.0, precharge=1.0)
@@ -69,6 +71,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "VariablePump": PUMP,
     "WeightedSum": dict(k=[1.0, -1.0]),
     "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "EndCushion": dict(area=1.0, gap=0.5, length=1.0, liquid=OIL),
+    "Filter": dict(element=hydraulic.LaminarResistance(resistance=1.0), bypass=hydraulic.CheckValve(conductance=1.0)),
+    "ProportionalValve": dict(spool=blocks.SecondOrder(w=1.0, D=1.0), valve=hydraulic.FourWayValve(**RATED)),
+    "TJunction": dict(loss_a=LOSS, loss_b=LOSS, loss_c=LOSS),
 }
 
 

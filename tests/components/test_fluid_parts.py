@@ -8,11 +8,15 @@ from acausal import ParameterError
 from acausal.testing import check_law
 from components.hydraulic import (
     AnnularGap,
+    CheckValve,
     DoubleActingCylinder,
+    EndCushion,
+    Filter,
     FixedPump,
     FlowControlValve,
     FourWayValve,
     GasAccumulator,
+    LaminarResistance,
     LinearLiquid,
     LiquidOrifice,
     LocalLoss,
@@ -24,6 +28,7 @@ from components.hydraulic import (
     ShuttleValve,
     SpringAccumulator,
     ThreeWayValve,
+    TJunction,
     VariableOrifice,
     VariablePump,
     WilsonLosses,
@@ -68,6 +73,34 @@ def test_fittings() -> None:
     assert float(jnp.asarray(LocalLoss.drilled_corner(diameter=0.01, liquid=OIL).zeta_ba)) == 1.2
     entry = LocalLoss.entry(diameter=0.01, liquid=OIL)
     assert (float(jnp.asarray(entry.zeta_ab)), float(jnp.asarray(entry.zeta_ba))) == (0.5, 1.0)
+
+
+def test_end_cushion() -> None:
+    """Away from the end it is the orifice; half-way, half of it and half of the gap; at the end, the gap."""
+    cushion = EndCushion(gap=1e-7, length=0.01, end=0.3, sense=-1.0, **HOLE)
+    s = np.array([0.1, 0.295, 0.3, 0.31])
+    for position, share in zip(s, [1.0, 0.55, 0.1, 0.1], strict=True):
+        check_law(cushion, {"rod.s": position, "dp": DROPS}, {"q": share * FLOWS, "rod.f": 0.0}, rtol=1e-12)
+    with pytest.raises(ParameterError, match=r"^EndCushion\.sense must be 1 or -1, got 2\.0"):
+        EndCushion(gap=1e-7, length=0.01, sense=2.0, **HOLE)
+
+
+def test_filter_and_its_bypass() -> None:
+    """The element alone up to the cracking pressure; beyond it the bypass helps."""
+    filter_ = Filter(
+        element=LaminarResistance(resistance=1e8),
+        bypass=CheckValve(conductance=1e-8, cracking_pressure=2e5, transition_pressure=1e3),
+    )
+    p = np.array([1e5, 5e5])
+    check_law(filter_, {"a.p": p, "b.p": 0.0}, {"a.q": p / 1e8 + 1e-8 * np.array([0.0, 3e5])}, rtol=1e-6)
+
+
+def test_tee() -> None:
+    """Of both ways that the liquid passes, one after the other: 20 f straight on, 60 f around the corner."""
+    tee = TJunction.standard(diameter=0.01, liquid=OIL, friction=0.02)
+    straight, turned = tee.loss_a.zeta_ab + tee.loss_b.zeta_ba, tee.loss_a.zeta_ab + tee.loss_c.zeta_ba
+    assert float(jnp.asarray(straight)) == pytest.approx(0.4)
+    assert float(jnp.asarray(turned)) == pytest.approx(1.2)
 
 
 RATED = dict(rated_flow=5e-4, rated_drop=3.5e6)

@@ -1,0 +1,117 @@
+"""Fittings made of restrictions, and what throttles a piston near its ends."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Connections,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    connect,
+    eq,
+    nonnegative,
+    nonzero,
+    positive,
+    require,
+)
+
+from .. import _pieces as pieces
+from ..translational import Flange
+from ._interfaces import FluidPort
+from ._liquids import AnyLiquid
+from ._restrictions import LocalLoss, transition
+from ._valves import CheckValve, LaminarResistance, Resistance, turbulent_flow
+
+
+class TJunction(Component):
+    """Three pipes that meet: a `LocalLoss` each, from its port to the middle, where the flows add up to zero.
+
+    `TJunction.standard(diameter=..., liquid=...)` is a tee with through pipes at a and b and a branch at c.
+    """
+
+    loss_a: LocalLoss
+    loss_b: LocalLoss
+    loss_c: LocalLoss
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+    c: FluidPort = FluidPort()
+
+    @classmethod
+    def standard(cls, *, diameter: Scalar, liquid: AnyLiquid, friction: Scalar = 0.02) -> "TJunction":
+        """20 f straight on and 60 f into the branch or out of it, f the turbulent friction factor (Crane TP-410)."""
+        area = 0.25 * jnp.pi * diameter**2
+        straight, turned = (
+            LocalLoss(area=area, liquid=liquid, zeta_ab=zeta, zeta_ba=zeta)
+            for zeta in (10.0 * friction, 50.0 * friction)
+        )
+        return cls(loss_a=straight, loss_b=straight, loss_c=turned)
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.a, self.loss_a.a),
+            connect(self.b, self.loss_b.a),
+            connect(self.c, self.loss_c.a),
+            connect(self.loss_a.b, self.loss_b.b, self.loss_c.b),
+        )
+
+
+class Filter(Component):
+    """A filter element with a bypass, from a to b: laminar as long as it is clean enough, else past it.
+
+    As the element clogs its resistance grows; the bypass opens at the cracking pressure of its check valve.
+    """
+
+    element: LaminarResistance
+    bypass: CheckValve
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def connections(self) -> Connections:
+        return (connect(self.a, self.element.a, self.bypass.a), connect(self.b, self.element.b, self.bypass.b))
+
+
+class EndCushion(Resistance):
+    """The way from a chamber's port a to its line b, which the piston covers as it comes to its end.
+
+    A = gap + (area - gap) x, with x = sense (s - end)/length limited to 0 .. 1, and the flow of a `LiquidOrifice`. Put
+    a `CheckValve` from b to a in parallel, by which the piston starts. It takes no force to move the piston's nose.
+    """
+
+    area: Param[Scalar, "m2", positive]  # away from the end
+    gap: Param[Scalar, "m2", nonnegative]  # at the end
+    length: Param[Scalar, "m", positive]  # way along which it closes
+    liquid: AnyLiquid
+    end: Param[Scalar, "m"] = 0.0  # position of the end
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where s grows away from the end, -1 where it falls
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the end, 1 closing, 2 away from it
+    rod: Flange = Flange()
+
+    def requirements(self) -> Requirements:
+        return (
+            require(self.gap <= self.area, "gap must be at most area"),
+            require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),
+        )
+
+    def events(self) -> Events:
+        return pieces.passes(self._way(), self.piece, 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        area = self.gap + (self.area - self.gap) * pieces.limited(self._way(), self.piece, 0.0, 1.0)
+        c, liquid = self.discharge_coefficient, self.liquid
+        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
+        return super().equations(d) | dict(
+            no_force=eq(self.rod.f),
+            law=eq(self.q, turbulent_flow(self.dp, conductance, width)),
+        )
+
+    def _way(self) -> Scalar:
+        return self.sense * (self.rod.s - self.end) / self.length
