@@ -86,6 +86,7 @@ _OTHER = {
         "SignalForce2": "Sources.Force2",
         "SignalPosition": "Sources.Position",
         "SignalSpeed": "Sources.Speed",
+        "SlidingMass": "Components.Mass",
     },
     "thermal": {
         "ConstantHeatFlow": "Sources.FixedHeatFlow",

@@ -36,7 +36,10 @@ class Fixed(Component):
 
 
 class Inertia(Component):
-    """A rigid rotor, J dw/dt = tau_a + tau_b."""
+    """A rigid rotor, J dw/dt = tau_a + tau_b (MSL `Inertia`).
+
+    Its angle is that of its flanges, and so is the one it starts from: `Inertia(J=1.0, a=Flange(phi=0.3))`.
+    """
 
     J: Param[Scalar, "kg.m2", positive]  # moment of inertia
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed

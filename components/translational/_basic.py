@@ -36,7 +36,10 @@ class Fixed(Component):
 
 
 class Mass(Component):
-    """A rigid body of no length, m dv/dt = f_a + f_b."""
+    """A rigid body of no length, m dv/dt = f_a + f_b (MSL `Mass` with L = 0; a `SlidingMass` has a length).
+
+    Its position is that of its flanges, and so is the one it starts from: `Mass(m=1.0, a=Flange(s=0.3))`.
+    """
 
     m: Param[Scalar, "kg", positive]  # mass
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed

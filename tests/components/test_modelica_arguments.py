@@ -111,3 +111,37 @@ def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
     solution = simulate(Rig(parts=parts, wiring=ring), np.pi, save="end", rtol=1e-9, energy=True)
     np.testing.assert_allclose(solution.final.parts[2].v, 1.0, rtol=1e-6)
     np.testing.assert_allclose(solution.energy.supplied["parts[4]"], solution.energy.dissipated["parts[3]"], rtol=1e-6)
+
+
+def hang(body: Any, spring: Any, wall: Any) -> Connections:
+    return connect(wall.flange, spring.a), connect(spring.b, body.a)
+
+
+@pytest.mark.parametrize(
+    ("body", "spring", "wall", "place"),
+    [
+        (
+            rotational.Inertia(J=0.5, a=rotational.Flange(phi=1.2), w=0.3),
+            rotational.Spring(c=2.0),
+            rotational.Fixed(phi0=0.4),
+            "phi",
+        ),
+        (
+            translational.Mass(m=0.5, a=translational.Flange(s=1.2), v=0.3),
+            translational.Spring(c=2.0),
+            translational.Fixed(s0=0.4),
+            "s",
+        ),
+        (
+            translational.SlidingMass(m=0.5, L=0.2, s=1.3, v=0.3),
+            translational.Spring(c=2.0),
+            translational.Fixed(s0=0.4),
+            "s",
+        ),
+    ],
+)
+def test_bodies_start_where_they_are_said_to(body: Any, spring: Any, wall: Any, place: str) -> None:
+    """Swinging about the fixed point with 2 rad/s: 0.4 + 0.8 cos(2 t) + 0.15 sin(2 t)."""
+    end = simulate(Rig(parts=(body, spring, wall), wiring=hang), 0.7, save="end", rtol=1e-9).final.parts[0]
+    expected = 0.4 + 0.8 * np.cos(1.4) + 0.15 * np.sin(1.4)
+    np.testing.assert_allclose(getattr(end.a, place), expected, rtol=1e-7)
