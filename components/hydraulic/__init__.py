@@ -37,6 +37,7 @@ from ._pipe_friction import LaminarFriction as LaminarFriction
 from ._pipe_friction import NoFriction as NoFriction
 from ._pipe_friction import PipeFriction as PipeFriction
 from ._pipes import Pipe as Pipe
+from ._poppet import PoppetValve as PoppetValve
 from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
 from ._pressure_valves import FlowControlValve as FlowControlValve
 from ._pressure_valves import PilotCheckValve as PilotCheckValve

@@ -52,6 +52,7 @@ FLUID: tuple[Component, ...] = (
     hydraulic.PilotReliefValve(pressure=0.4, **PILOTED),
     hydraulic.Pipe(n=3, liquid=OIL, wall=0.1, **SIZE),
     hydraulic.Pipe(n=2, liquid=LINEAR, wall=0.1, friction=hydraulic.BlasiusFriction(), **SIZE),
+    hydraulic.PoppetValve(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6),
     hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
     hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
     hydraulic.ProportionalValve(spool=blocks.SecondOrder(w=1.3, D=0.4), valve=hydraulic.FourWayValve(**SPOOL)),

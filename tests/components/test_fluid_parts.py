@@ -19,8 +19,10 @@ from components.hydraulic import (
     LaminarResistance,
     LinearLiquid,
     LiquidOrifice,
+    LoadSensingPump,
     LocalLoss,
     PilotCheckValve,
+    PoppetValve,
     PressureCompensatedPump,
     PressureReducingValve,
     PumpLosses,
@@ -101,6 +103,32 @@ def test_tee() -> None:
     straight, turned = tee.loss_a.zeta_ab + tee.loss_b.zeta_ba, tee.loss_a.zeta_ab + tee.loss_c.zeta_ba
     assert float(jnp.asarray(straight)) == pytest.approx(0.4)
     assert float(jnp.asarray(turned)) == pytest.approx(1.2)
+
+
+def test_poppet_under_pressure_and_flow_force() -> None:
+    """Lift and pressure at three flows balance a spring of 400 N + 40 kN/m x; a moving poppet displaces liquid."""
+    valve = PoppetValve(seat=4e-5, width=0.0126, stroke=1e-3, density=860.0, transition_pressure=1.0)
+    x = np.array([7.998835682135e-06, 7.929482474517e-05, 0.0005950625779511])
+    dp = np.array([10119524.2675, 10295557.1856, 11686582.20573]) - 1e5
+    q = np.array([1e-5, 1e-4, 8e-4])
+    for lift, drop, flow in zip(x, dp, q, strict=True):
+        given = {"rod.s": lift, "dp": drop, "v": np.array([0.0, 0.2])}
+        check_law(valve, given, {"q": flow + 4e-5 * given["v"], "rod.f": -(400.0 + 4e4 * lift)}, rtol=1e-9)
+
+
+def test_load_sensing_pump_in_equilibrium() -> None:
+    """At three loads behind an edge of 8 mm2; at the highest one the pressure compensation holds it back."""
+    mu = 860.0 * 3.2e-5
+    pump = LoadSensingPump(
+        displacement=4.5e-6, liquid=OIL, losses=WilsonLosses(C_s=1.5e-12 * mu / 4.5e-6), tau=0.03,
+        margin=2e6, band=4e5, p_set=16e6, band_set=1e6,
+    )  # fmt: skip
+    load = np.array([6e6, 9e6, 1.5e7])
+    p = np.array([7802746.524564, 10800328.68437, 15675086.55281])
+    x = np.array([0.493133688591, 0.4991782890864, 0.3249134471895])
+    q = [0.0003366948312027, 0.000336468968213, 0.0002060387206102]
+    given = {"w": 157.0, "a.p": 0.0, "b.p": p, "load.p": load, "x": x}
+    check_law(pump, given, {"q": q, "der(x)": 0.0, "load.q": 0.0}, rtol=1e-9, atol=1e-9)
 
 
 RATED = dict(rated_flow=5e-4, rated_drop=3.5e6)

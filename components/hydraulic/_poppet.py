@@ -1,0 +1,57 @@
+"""A valve that its flow moves: pressure and flow forces on a poppet."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive
+
+from .. import _pieces as pieces
+from ..translational import Flange
+from ._valves import Resistance, turbulent_flow
+
+
+class PoppetValve(Resistance):
+    """A poppet on its seat, lifted by the pressure at a: with the lift x = s, limited to 0 .. stroke, and v = ds/dt,
+
+    q = C_d width x sqrt(2 dp/rho) + seat v, and it pushes its rod open with dp seat - 2 C_d C_v cos(jet) width x dp,
+    the pressure less the steady flow force, which closes (Merritt, `Hydraulic Control Systems`, ch. 5). Square root as
+    in `Orifice`. With `Mass`, `Spring`, `Damper` and `HardStop` on the rod it is a direct-acting relief or check valve.
+    What the flow force does to the rod, the liquid's momentum pays: it is booked as supplied.
+    """
+
+    seat: Param[Scalar, "m2", positive]  # area on which the pressure drop acts
+    width: Param[Scalar, "m", positive]  # area of the opening per lift, pi d sin(angle of the cone)
+    stroke: Param[Scalar, "m", positive]  # full lift
+    density: Param[Scalar, "kg/m3", positive]  # rho
+    jet: Param[Scalar, "rad"] = 1.2043  # angle of the jet against the axis, 69 degrees
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.65  # C_d
+    velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
+    v: Var[Scalar, "m/s"] = 0.0  # speed of the rod
+    rod: Flange = Flange()
+
+    def events(self) -> Events:
+        return pieces.passes(self.rod.s / self.stroke, self.piece, 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            speed=eq(self.v, d.rod.s),
+            law=eq(self.q, self._metered() + self.seat * self.v),
+            force=eq(self.rod.f, self._flow_force() - self.seat * self.dp),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.dp * self._metered(), supplied=-self._flow_force() * self.v)
+
+    def _opening(self) -> Scalar:
+        return self.width * self.stroke * pieces.limited(self.rod.s / self.stroke, self.piece, 0.0, 1.0)
+
+    def _metered(self) -> Scalar:
+        conductance = self.discharge_coefficient * self._opening() * jnp.sqrt(2.0 / self.density)
+        return turbulent_flow(self.dp, conductance, self.transition_pressure)
+
+    def _flow_force(self) -> Scalar:
+        coefficient = 2.0 * self.discharge_coefficient * self.velocity_coefficient * jnp.cos(self.jet)
+        return coefficient * self._opening() * self.dp
