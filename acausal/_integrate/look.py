@@ -173,10 +173,13 @@ def _pick(condition: Any, a: Any, b: Any) -> Any:
 
 
 def _is_near(low: Point, high: Point, above: Any) -> Any:
-    """Which margins may become zero on an interval by as much as they vary there."""
+    """Which margins may become zero on an interval by as much as they vary there, or are not known; those that are
+    infinite at both ends, as at a stop that is infinitely far away, do not.
+    """
     sign = -sign_of(above)
     variation = jnp.abs(high.g - low.g) + (high.t - low.t) * (jnp.abs(low.rate) + jnp.abs(high.rate))
-    return ~(jnp.maximum(sign * low.g, sign * high.g) + variation < 0)
+    nearest = jnp.maximum(sign * low.g, sign * high.g)
+    return ~((nearest + variation < 0) | (nearest == -jnp.inf))
 
 
 def _judged(

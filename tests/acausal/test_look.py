@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
+from acausal._integrate.conditions import EventConditions
+from acausal._integrate.look import Point, look
 
 Pair = Float[Array, "2"]
 N = 48
@@ -126,3 +128,20 @@ def test_short_peaks_of_a_solution() -> None:
     arc = np.arcsin(1.0 - height)
     np.testing.assert_array_equal(peaks, np.floor((20.0 * w - arc) / (2.0 * np.pi)) + 1.0)
     np.testing.assert_allclose(first, arc / w, rtol=1e-3)
+
+
+def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
+    """As that of a stop on one side only, whose other side is infinitely far away."""
+    times: list[float] = []
+
+    def margins(t: Any) -> Any:
+        jax.debug.callback(lambda t: times.append(float(t)), t)
+        return jnp.stack([t - jnp.inf, jnp.inf - t, t - 20.0])
+
+    conditions = EventConditions(margins, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool))
+    none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
+    unknown = Point(jnp.asarray(0.0), jnp.zeros(3), jnp.zeros(3))
+    looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, 10.0, 1e-12)
+    jax.effects_barrier()
+    assert not looked.is_any
+    assert sorted(times) == [0.0, 0.5]
