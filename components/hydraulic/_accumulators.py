@@ -74,9 +74,6 @@ class SpringAccumulator(Accumulator):
     def held(self) -> Scalar:
         return self.preload + self.stiffness * self.V
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
     def energy(self) -> Energy:
         stored = self.V * (self.preload + 0.5 * self.stiffness * self.V)
         return Energy(stored=stored, dissipated=self.drop * self.port.q)
@@ -109,9 +106,6 @@ class GasAccumulator(Gas):
 
     def held(self) -> Scalar:
         return (self.precharge + self.atmosphere) * jnp.exp(self.n * self.compression) - self.atmosphere
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
     def energy(self) -> Energy:
         """Stored is the work on the gas, the integral of p dV."""

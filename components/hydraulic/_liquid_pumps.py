@@ -88,9 +88,6 @@ class FixedPump(LiquidPump):
     def share(self) -> Scalar:
         return 1.0
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class VariablePump(LiquidPump):
     """A pump or motor whose displacement is D u, with the signal u limited to -1 .. 1. See `LiquidPump` for the law.
@@ -102,9 +99,6 @@ class VariablePump(LiquidPump):
 
     def share(self) -> Scalar:
         return limited(self.u.value, -1.0, 1.0)
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
     def events(self) -> Events:
         return dict(_most=kink(self.u.value - 1.0), _least=kink(self.u.value + 1.0))
@@ -141,9 +135,6 @@ class PressureCompensatedPump(ControlledPump):
 
     def _excess(self) -> Scalar:
         return (self.p_set - self.b.p) / self.band
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
     def events(self) -> Events:
         return dict(_full=kink(self._excess() - 1.0), _none=kink(self._excess()))

@@ -1,6 +1,6 @@
 """Pipes in which pressure waves run: compressible liquid, its inertia and its friction, in segments."""
 
-from typing import Any, Self
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -176,6 +176,3 @@ class Pipe(Segments):
         q: Any = None,
     ) -> None:
         self._build(n, length, diameter, liquid, friction, wall, p, q)
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)

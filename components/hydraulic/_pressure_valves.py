@@ -53,9 +53,6 @@ class PilotReliefValve(PilotedValve):
     def excess(self) -> Scalar:
         return self.dp - self.pressure
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class SequenceValve(PilotedValve):
     """Opens from a to b when the pressure at a exceeds `pressure`, whatever that at b: its drain is external.
@@ -68,9 +65,6 @@ class SequenceValve(PilotedValve):
     def excess(self) -> Scalar:
         return self.a.p - self.pressure
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
-
 
 class PressureReducingValve(PilotedValve):
     """Keeps the pressure at b below `pressure`: open at pressure - band and less, closed at `pressure`.
@@ -82,9 +76,6 @@ class PressureReducingValve(PilotedValve):
 
     def excess(self) -> Scalar:
         return self.pressure - self.b.p
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d)
 
 
 class CounterbalanceValve(PilotedValve):
