@@ -72,7 +72,7 @@ def test_arrays_of_expressions() -> None:
     relations = mapped(lambda k: ("holds", int(k)), np.arange(6).reshape(2, 3))
     folds = folded(both, relations, [1])
     assert [relations_of(a) for a in folds] == [{0, 1, 2}, {3, 4, 5}]
-    assert relations_of(folded(either, relations, [0, 1])[()]) == set(range(6))
+    assert relations_of(folded(either, relations, [0, 1]).item()) == set(range(6))
 
 
 def test_equal_parts_are_computed_once() -> None:
