@@ -12,12 +12,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
-from .._declare.layout import complete_leaves, layout_of
+from .._declare.layout import complete_leaves
 from .._errors import ModelError, SimulationError
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._integrate.options import instant
+from .._integrate.simulate import check_structure
 from .._integrate.started import started
 from .._integrate.starting import start_of, why_ended
 from .._reduce.aliases import TIME
@@ -63,7 +65,9 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     leaves, _ = complete_leaves(model)
     unmet = None
     if at is None and system.initial_equations is not None:
-        leaves, unmet = started(system, leaves, 0.0 if t is None else t)
+        leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"))
+    if at is None:
+        system.check_values(leaves)
     params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
     params = system.enforced(params)
     starts = jnp.asarray(system.starts.pack(leaves))
@@ -73,7 +77,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         t = _time_of(system, at) if t is None else t
         seen = jax.tree_util.tree_leaves(at)
         params = [jnp.asarray(seen[i], float) if i in system.discrete_places else p for i, p in enumerate(params)]
-    t, given = jnp.asarray(0.0 if t is None else t, float), system.given(leaves)
+    t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None)
     y = _state(point, at)
     y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
@@ -118,15 +122,6 @@ def _state(point: Point, at: Any) -> Any:
             f"{', '.join(system.state_names) or 'none'}."
         )
     return y
-
-
-def check_structure(model: Any, system: System, what: str) -> None:
-    """Raise unless a model, or a view of one, has the structure that the system was made from."""
-    if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
-        raise ModelError(
-            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
-            "parts and static fields have to be the same."
-        )
 
 
 def _check_one_instant(system: System, view: Any) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from .._errors import ModelError, suggestion
 from .._evaluate.system import System
+from .._integrate.options import names_of
 from .._reduce.flatten import FlatLeaf
 
 Output = str | Callable[[Any], Any]
@@ -41,7 +42,7 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
     }
     forbidden = _parameters_with_rate(system)
     found = []
-    for name in _as_names(names, "inputs"):
+    for name in names_of(names, "inputs"):
         if name not in places:
             raise ModelError(_unknown(system, name, "input", "parameter", places))
         leaf = system.flat.leaves[places[name].leaf]
@@ -55,12 +56,6 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
             )
         found.append(places[name])
     return found
-
-
-def _as_names(names: Iterable[str], what: str) -> list[str]:
-    if isinstance(names, str):
-        raise ModelError(f'{what}="{names}" is one name: give a sequence of names, {what}=["{names}"].')
-    return list(names)
 
 
 def _unknown(system: System, name: Any, role: str, kind: str, known: Iterable[str]) -> str:
@@ -125,7 +120,7 @@ def _elements(name: str, shape: tuple[int, ...]) -> list[str]:
 def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Output]) -> tuple[Signals, Any]:
     """Names and units of outputs, and the function of a view of the model that gives their values as a list."""
     if isinstance(outputs, str) or callable(outputs):
-        raise ModelError("outputs= takes a sequence of names and functions, as in outputs=[...], or a mapping to them.")
+        outputs = (outputs,)
     pairs = outputs.items() if isinstance(outputs, Mapping) else [(None, output) for output in outputs]
     names: list[str] = []
     units: list[str] = []

@@ -1,10 +1,11 @@
 """The classes a model is made of: `Component`, `Port` and `Record`, all pytrees that declare their leaves."""
 
+import copy
 import dataclasses
 import sys
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, dataclass_transform
 
 import equinox as eqx
@@ -79,6 +80,7 @@ class NodeMeta(type(eqx.Module)):
                 namespace[field] = _field(name, field, annotation, namespace.get(field, dataclasses.MISSING))
         cls = super().__new__(mcs, name, bases, namespace)
         cls._partial = partial
+        _own_converters(cls, annotations)
         return cls
 
 
@@ -89,6 +91,17 @@ def _check_bases(name: str, bases: tuple[type, ...]) -> None:
                 f"{name} derives from {base.__name__}, which is final. Hold a {base.__name__} as a part, or move "
                 "what both share to a base declared with `partial=True`."
             )
+
+
+def _own_converters(cls: Any, annotations: Container[str]) -> None:
+    """What is wrong with a value is said of the class that is used, not of the one that it inherits the field from."""
+    for field in dataclasses.fields(cls):
+        converter = field.metadata.get("converter")
+        if field.name not in annotations and isinstance(converter, Converter):
+            own = copy.copy(field)
+            of_class = dataclasses.replace(converter, where=f"{cls.__name__}.{field.name}")
+            own.metadata = types.MappingProxyType({**field.metadata, "converter": of_class})
+            cls.__dataclass_fields__[field.name] = own
 
 
 def _check_overrides(name: str, bases: tuple[type, ...], namespace: dict[str, Any], annotations: dict) -> None:

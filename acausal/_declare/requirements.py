@@ -39,10 +39,9 @@ def parameters_of(cls: Any) -> dict[str, Declaration]:
 
 
 @ft.cache
-def ranged_variables_of(cls: Any) -> dict[str, Declaration]:
-    """The variables of a class that are declared with a range, by name."""
-    leaves = {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None}
-    return {name: leaf for name, leaf in leaves.items() if leaf.is_variable and leaf.sign is not None}
+def started_of(cls: Any) -> dict[str, Declaration]:
+    """The leaves of a class that have start values, by name."""
+    return {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None and leaf.role != "param"}
 
 
 def stated(node: Any) -> Iterator[Requirement]:
@@ -63,9 +62,12 @@ def broken(node: Any) -> Iterator[str]:
     fields, values = parameters_of(type(node)), vars(node)
     known = {name: np.asarray(values[name]) for name in fields if not is_traced(values[name])}
     checks = [_declared(name, fields[name], value) for name, value in known.items()]
-    for name, declaration in ranged_variables_of(type(node)).items():
+    for name, declaration in started_of(type(node)).items():
         if values[name] is not None and not is_traced(values[name]):
-            checks.append(_declared(name, declaration, np.asarray(values[name])))
+            start = np.asarray(values[name])
+            if declaration.is_variable:
+                checks.append(Requirement(abs(start) < np.inf, f"{name} must be a finite number"))
+            checks.append(_declared(name, declaration, start))
     # What is differentiated is a trial, of which a run tells the result, although its number is known.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
         # Also while a function is traced, known numbers can be compared.
@@ -73,7 +75,7 @@ def broken(node: Any) -> Iterator[str]:
             checks += _with_fields(node, known).requirements()
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
-            about = fields | ranged_variables_of(type(node))
+            about = fields | started_of(type(node))
             yield told(text, [(name, values[name], about[name].unit) for name in named(text, about)])
 
 

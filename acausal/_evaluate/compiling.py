@@ -26,13 +26,18 @@ def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "sol
     The result fixes the choice: `simulate(model, ..., system=compile(model))`. Without it, `simulate` chooses from the
     classes alone, which is the same for every set of numbers and works under `jit`.
 
+    Raises `ModelError` or `ParameterError` for what is wrong with the model.
+
     `algebraic`: simultaneous blocks are solved within the vector field ("solve"), or their tearing variables become
     algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
     """
     leaves, _ = complete_leaves(model)
     if any(is_traced(leaf) for leaf in leaves):
         raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
+    if algebraic not in ("solve", "integrate"):
+        raise ModelError(f'algebraic={algebraic!r} is not known: use "solve" or "integrate".')
     system = build(model, ft.partial(_coefficients, leaves))
+    system.check_values(leaves)
     return system if algebraic == "solve" else mass_matrix_form(system)
 
 

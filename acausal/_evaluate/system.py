@@ -13,13 +13,15 @@ from jaxtyping import Array, Float
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
-from .._errors import ModelError
+from .._errors import ModelError, ParameterError
 from .._reduce.aliases import TIME, ZERO, Merged
-from .._reduce.flatten import FlatModel
+from .._reduce.flatten import FlatLeaf, FlatModel
 from .._reduce.index import Reduced
+from .._reduce.ranges import Ranges, is_within, ranges_of_pair
 from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
+from .._tracing import known
 from .constraints import Constraints, constraints_of, placed
 from .events import EventSet, events_of
 from .initial_equations import InitialEquations, initial_equations_of
@@ -121,7 +123,10 @@ class System:
 
     def pack(self, model: Component) -> Inputs:
         """Parameters stacked per component class, and start values: what the compiled functions take."""
-        leaves, _ = complete_leaves(model)
+        return self.pack_leaves(complete_leaves(model)[0])
+
+    def pack_leaves(self, leaves: Sequence[Any]) -> Inputs:
+        """The same from the leaves of a model."""
         return Inputs(self.pack_params(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
     def parameters(self, leaves: Sequence[Any]) -> list[Any]:
@@ -150,35 +155,33 @@ class System:
         sizes = [np.full(self.plan.size(pair[0]), nominal_of(self.ordered.table, pair)) for pair in pairs]
         return np.concatenate([np.zeros(0), *sizes])
 
-    def ranged_starts(self, given: frozenset[int]) -> list[int]:
-        """Variables that are declared with a range and have a start value in the model."""
-        return sorted(leaf for leaf in given if self.flat.leaves[leaf].declaration.sign is not None)
-
     def bad_values(self, inputs: Inputs) -> Any:
-        """For each of the requirements, and of `ranged_starts`, whether it is not met."""
+        """For each of the requirements, and of the start values that are given, whether it is not met."""
         checks = [self.requirements.broken(inputs.params)]
-        for index in self.ranged_starts(inputs.given):
-            sign = self.flat.leaves[index].declaration.sign
-            assert sign is not None
-            checks.append(~jnp.all(sign.admits(self.starts.of_leaf(inputs, index)))[None])
+        for index in sorted(inputs.given):
+            start = self.starts.of_leaf(inputs, index)
+            checks.append(~jnp.all(_is_admitted(self.flat.leaves[index], start))[None])
         return jnp.concatenate(checks)
 
     def required(self, given: frozenset[int]) -> list[str]:
         """What each of `bad_values` is short of, as sentences."""
-        ranged = [
-            (leaf.path, leaf.declaration.sign) for leaf in map(self.flat.leaves.__getitem__, self.ranged_starts(given))
-        ]
-        starts = [f"{path} must be {sign.name}" for path, sign in ranged if sign is not None]
-        return self.requirements.sentences + starts
+        return self.requirements.sentences + [_needed(self.flat.leaves[index]) for index in sorted(given)]
+
+    def check_values(self, leaves: Sequence[Any]) -> None:
+        """Raise `ParameterError` where parameters or given start values of a model are known and bad."""
+        self.enforced(self.parameters(leaves))
+        for index in sorted(self.given(leaves)):
+            leaf, start = self.flat.leaves[index], known(jnp.asarray(leaves[index], float))
+            if start is not None and not np.all(_is_admitted(leaf, start)):
+                raise ParameterError(_bad_start(leaf, start))
 
     def bad_value(self, index: int, inputs: Inputs) -> str:
         """What one of `bad_values` is short of, with the numbers."""
         count = len(self.requirements.sentences)
         if index < count:
             return self.requirements.told(index, inputs.params)
-        leaf = self.ranged_starts(inputs.given)[index - count]
-        start, unit = np.asarray(self.starts.of_leaf(inputs, leaf)), self.flat.leaves[leaf].declaration.unit
-        return f"{self.required(inputs.given)[index]}, but starts from {start if start.size > 1 else start[0]} {unit}."
+        leaf = sorted(inputs.given)[index - count]
+        return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
 
     @ft.cached_property
     def requirements(self) -> ModelRequirements:
@@ -208,14 +211,50 @@ class System:
         return self.vector_field_and_store(t, y, inputs, [])[0]
 
     def vector_field_and_store(
-        self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair]
+        self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], *, watch: bool = False
     ) -> tuple[Float[Array, " n"], Store]:
-        """The vector field, and what was computed for it and for further pairs."""
-        rates = [(variable, order + 1) for variable, order in self.states]
-        also = {segment for group in self.residuals for segment in group.depends}
-        store = self.evaluate(t, y, inputs, [*rates, *wanted], also)
+        """The vector field, and what was computed for it and for further pairs.
+
+        It is not a number where variables that it depends on leave their ranges; with `watch`, where any variable does.
+        """
+        watched = self._watched if watch else []
+        store = self.evaluate(t, y, inputs, [*self._rates, *wanted, *watched], self._residual_segments)
         residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
-        return jnp.concatenate([self.plan.collect(store, rates), *residuals]), store
+        rates = jnp.concatenate([self.plan.collect(store, self._rates), *residuals])
+        if watched:
+            inside = [jnp.all(is_within(self.plan.collect(store, [pair]), self._ranges(pair))) for pair in watched]
+            rates = jnp.where(jnp.all(jnp.stack(inside)), rates, jnp.nan)
+        return rates, store
+
+    @property
+    def _rates(self) -> list[Pair]:
+        return [(variable, order + 1) for variable, order in self.states]
+
+    @property
+    def _residual_segments(self) -> set[int]:
+        return {segment for group in self.residuals for segment in group.depends}
+
+    def _ranges(self, pair: Pair) -> Ranges:
+        return ranges_of_pair(self.ordered.table, pair)
+
+    @ft.cached_property
+    def _watched(self) -> list[Pair]:
+        """The unknowns with ranges on which no rate depends, or of which that is not known."""
+        places = self.plan.places
+        segments = self._residual_segments | {places[pair].segment for pair in self._rates}
+        read = segments.union(*(group.depends for group in self.plan.needed(segments)))
+        # Of alike blocks that are computed together, some may be read and others not.
+        several = {
+            group.first_segment + i
+            for group in self.plan.groups
+            if len(group.uses) > 1
+            for i in range(len(group.program.shapes))
+        }
+        return [
+            pair
+            for pair, place in places.items()
+            if place.segment and (place.segment not in read or place.segment in several) and self._ranges(pair)
+        ]
 
     def evaluate(self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
         """Compute the wanted pairs, and further segments.
@@ -422,3 +461,18 @@ class System:
         if representative == TIME:
             return None, 1
         return (self.ordered.table.number_of_node[representative], 0), sign
+
+
+def _is_admitted(leaf: FlatLeaf, start: Any) -> Any:
+    """Whether each element of a start value is one that the variable can have."""
+    sign, is_finite = leaf.declaration.sign, abs(start) < np.inf
+    return is_finite if sign is None else is_finite & sign.admits(start)
+
+
+def _needed(leaf: FlatLeaf) -> str:
+    sign = leaf.declaration.sign
+    return f"{leaf.path} must be {sign.name if sign else 'a finite number'}"
+
+
+def _bad_start(leaf: FlatLeaf, start: np.ndarray) -> str:
+    return f"{_needed(leaf)}, but starts from {start if start.size > 1 else start.ravel()[0]} {leaf.declaration.unit}."

@@ -40,9 +40,10 @@ def vector_field(settings: Settings) -> Field:
         given, carried = args
         point = jnp.concatenate([core[:n], carried])
         if integrand is None or settings.n_integrals == 0:
-            rates = system.vector_field(t, point, given.inputs)
+            rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
             return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
-        rates, store = system.vector_field_and_store(t, point, given.inputs, wanted_pairs(system, integrand.leaves))
+        wanted = wanted_pairs(system, integrand.leaves)
+        rates, store = system.vector_field_and_store(t, point, given.inputs, wanted, watch=True)
         values = values_of(system, t, point, given, store, integrand.leaves)
         integrals = integrand(given.numbers.rates, [values[leaf] for leaf in integrand.leaves])
         return jnp.concatenate([rates, jnp.stack(integrals)])

@@ -1,7 +1,7 @@
 """`initialise`: start values from conditions on any variable and its derivative, or from rest."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,8 +11,9 @@ from .._declare.layout import complete_leaves, with_leaves
 from .._progress import compiling
 from .._tracing import is_traced
 from .no_start import report_no_start
+from .options import flag, instant, names_of
 from .problem import Conditions, problem_of
-from .simulate import system_of
+from .simulate import check_structure, system_of
 from .start_search import search_start
 from .trim import trimmed_leaves
 
@@ -24,11 +25,11 @@ def initialise(
     conditions: Conditions | None = None,
     *,
     steady: bool = False,
-    free: Sequence[str] | Literal["all"] | None = None,
-    moving: Sequence[str] = (),
+    free: Sequence[str] | str | None = None,
+    moving: Sequence[str] | str = (),
     easier: M | None = None,
     t0: Any = 0.0,
-    solve_for: Sequence[str] = (),
+    solve_for: Sequence[str] | str = (),
     strict: bool = False,
     throw: bool = True,
 ) -> M:
@@ -59,17 +60,27 @@ def initialise(
     that contradict each other, the events that come to no end, or a parameter found that is outside its range; with
     `throw=False` the start values and these parameters are then NaN.
     """
-    system = system_of(model)
+    system, t0 = system_of(model), instant(t0, "t0")
     leaves, _ = complete_leaves(model)
-    trimmed = trimmed_leaves(model, solve_for)
+    trimmed = trimmed_leaves(model, names_of(solve_for, "solve_for"))
     problem, constants = problem_of(
-        system, leaves, conditions, steady=steady, moving=moving, free=free, strict=strict, trimmed=trimmed
+        system,
+        leaves,
+        conditions,
+        steady=flag(steady, "steady"),
+        moving=moving,
+        free=free,
+        strict=flag(strict, "strict"),
+        trimmed=trimmed,
     )
+    if easier is not None:
+        check_structure(easier, system, "The easier model")
+    system.check_values(leaves)
     params = system.enforced(system.parameters(leaves))
     easy = None if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
     starts = system.starts.pack(leaves)
     with compiling("the start", model, search_start):
-        outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0, float), constants)
-    if throw and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
-        report_no_start(problem, outcome, leaves)
+        outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants)
+    if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
+        report_no_start(problem, outcome, leaves, new, t0)
     return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])

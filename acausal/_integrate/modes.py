@@ -11,12 +11,15 @@ import jax.numpy as jnp
 from .._evaluate.events import EventSet
 from .._reduce.jaxpr import slice_output
 from .field import Given
+from .run_events import RunEvents
 from .settle import TOGETHER, assigned
 from .starting import Start
 
 
 class Modes(NamedTuple):
-    """A point and the discrete variables there; the events that still happen, and those of them that are refused."""
+    """A point and the discrete variables there; the events that make one another happen, where that has no end; and
+    those that are refused.
+    """
 
     x: Any
     discrete: Any
@@ -30,6 +33,7 @@ class _Round(NamedTuple):
     holds: Any
     fired: Any
     truths: Any
+    late: Any  # what happened one by one
     count: Any
 
 
@@ -70,20 +74,25 @@ def modes_at(start: Start, t0: Any, x: Any, solver: Solver) -> Modes:
         begun = here.truths & ~r.holds & matters
         fired = jnp.where(r.count < TOGETHER, begun, begun & (jnp.cumsum(begun) == 1))
         y, _ = assigned(events, y, here.values, fired)
-        return _Round(x, y, here.truths & (r.holds | fired), fired, here.truths, r.count + 1)
+        late = r.late | (fired & (r.count >= TOGETHER))
+        return _Round(x, y, here.truths & (r.holds | fired), fired, here.truths, late, r.count + 1)
 
     def goes_on(r: _Round) -> Any:
         return jnp.any(r.fired) & (r.count < most)
 
     none = jnp.zeros(events.total, bool)
-    begin = _Round(x, y, start.holds, ~none, none, jnp.asarray(0))
+    begin = _Round(x, y, start.holds, ~none, none, none, jnp.asarray(0))
     if is_smooth:
         end = eqxi.while_loop(goes_on, next_round, begin, max_steps=most, kind="bounded", base=16)
-        return Modes(end.x, end.y[layout.discrete], end.fired, end.truths & events.refused)
+        return _modes(events, end, end.y[layout.discrete])
     end = jax.lax.while_loop(goes_on, next_round, begin)
     before, after = start.discrete, end.y[layout.discrete]
     # What a past event has set may depend on parameters; what changed since are modes, which do not.
-    return Modes(end.x, jnp.where(after == before, before, after), end.fired, end.truths & events.refused)
+    return _modes(events, end, jnp.where(after == before, before, after))
+
+
+def _modes(events: RunEvents, end: _Round, discrete: Any) -> Modes:
+    return Modes(end.x, discrete, end.late & jnp.any(end.fired), end.truths & events.refused)
 
 
 @ft.lru_cache(maxsize=64)

@@ -1,31 +1,40 @@
 """What to raise where no start values are found."""
 
+from collections.abc import Sequence
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from .._errors import SimulationError, listed
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import constrained_names
+from .._reduce.ranges import ranges_of, requirements
 from .problem import Problem
 from .search import RANK, NearestPoint
 from .start_search import Outcome
 from .starting import refusal
 
+EDGE = 1e-3  # how near to the edge of its range a variable counts as being at it, relative to its nominal size
 
-def report_no_start(problem: Problem, outcome: Outcome, leaves: list[Any]) -> None:
-    """Raise `SimulationError` for a search that did not find what it was asked for."""
+
+def report_no_start(problem: Problem, outcome: Outcome, leaves: Sequence[Any], new: dict[int, Any], t0: Any) -> None:
+    """Raise `SimulationError` for a search from leaves of a model that did not find what it was asked for; `new` ones
+    are what it found.
+    """
     found, events = outcome.found, problem.system.events
     if np.any(outcome.happen):
         assert events is not None
         names = [events.labels[i] for i in np.flatnonzero(outcome.happen)]
         raise SimulationError(
-            f"The start values that satisfy the conditions are in no mode that they imply: {listed(names)} would "
-            "happen, and lead elsewhere. Remedy: other first guesses or start values of the discrete variables, or "
-            "conditions that fit one mode."
+            f"No modes agree with the start values that they lead to: {listed(names)} would happen, one after the "
+            "other without end. What switches to and fro has no rest, but a cycle, into which a simulation leads. "
+            "Remedy: other first guesses or start values of the discrete variables, or conditions that fit one mode."
         )
     if not found.violation <= CLOSE:
-        raise SimulationError(_contradiction(problem, found))
+        kept = problem.system.variable_leaves
+        leaves = [leaf if i in kept else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
+        raise SimulationError(_contradiction(problem, found) + _about_ranges(problem, found, leaves, t0))
     if np.any(outcome.refused):
         assert events is not None
         raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
@@ -73,6 +82,29 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
     other = "better first guesses, as start values with free=[...], or an `easier` model to start from"
     lines.append(f"  Remedy: {less if clashes else other}.")
     return "\n".join(lines)
+
+
+def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], t0: Any) -> str:
+    """The ranges at whose edges a search ended, or out of which its next step leads."""
+    system, constraints = problem.system, problem.system.constraints
+    table, count = system.ordered.table, len(constraints.sizes)
+    pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
+    if not pairs or not np.all(np.isfinite(found.end)) or not np.all(np.isfinite(found.slopes)):
+        return ""
+    inputs, end = system.pack_leaves(leaves), np.asarray(found.end)[:count]
+    scale = constraints.sizes * np.sqrt(constraints.weights(problem.held, 0.0))
+    step = -scale * (np.linalg.pinv(found.slopes, rtol=RANK) @ np.asarray(found.residual))[:count]
+    here, next_ = (
+        [system.collected(t0, jnp.asarray(x)[constraints.states], inputs, [pair]) for pair in pairs]
+        for x in (end, end + step)
+    )
+    left = [
+        pair
+        for pair, x, y in zip(pairs, here, next_, strict=True)
+        if not np.all(np.abs(x) > EDGE * system.sizes_of([pair])) or np.any(np.isnan(y))
+    ]
+    said = requirements(table, left)
+    return f"\n  The search ended where it would lead out of a range: {'; '.join(said)}." if said else ""
 
 
 def _given_names(problem: Problem) -> list[str]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import operator
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -36,6 +36,30 @@ def number(value: Any, name: str, unit: str = "s") -> Any:
     if jnp.ndim(value):
         raise ModelError(f"{name} must be one number, got an array of shape {jnp.shape(value)}: use jax.vmap for many.")
     return value
+
+
+def instant(value: Any, name: str) -> Any:
+    """An option that is a time."""
+    value = number(value, name)
+    is_finite = known(abs(value) < np.inf)
+    if is_finite is not None and not np.all(is_finite):
+        raise ModelError(f"{name} must be a finite time in s, got {name}={_shown(known(value))}.")
+    return value
+
+
+def flag(value: Any, name: str) -> bool:
+    """An option that is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise ModelError(f"{name} must be True or False, known before the run, got {value!r}.")
+    return bool(value)
+
+
+def names_of(value: Any, name: str) -> tuple[str, ...]:
+    """An option that is a name or several names."""
+    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
+    if not all(isinstance(item, str) for item in found):
+        raise ModelError(f"{name} must be a name or a sequence of names, got {value!r}.")
+    return found
 
 
 def count(value: Any, name: str) -> int:

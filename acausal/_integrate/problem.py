@@ -17,6 +17,7 @@ from .._evaluate.observe import observe_with_rates
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .options import names_of
 from .quantity import Quantity, as_function, trace
 from .trim import Trim
 
@@ -173,7 +174,7 @@ def _free(system: System, given: frozenset[int], steady: bool, free: Any) -> fro
         free = "all" if steady else ()
     if free == "all":
         return given
-    return frozenset(_leaf(system, name, "free") for name in free)
+    return frozenset(_leaf(system, name, "free") for name in names_of(free, "free"))
 
 
 def _leaf(system: System, name: str, what: str) -> int:
@@ -186,7 +187,7 @@ def _leaf(system: System, name: str, what: str) -> int:
 
 def _rests(system: System, moving: Sequence[str]) -> tuple[int, ...]:
     """The elements of the state vector but for those of variables that move."""
-    moves = {pair for name in moving for pair in _states_of(system, name)}
+    moves = {pair for name in names_of(moving, "moving") for pair in _states_of(system, name)}
     sizes = [system.plan.size(variable) for variable, _ in system.states]
     is_at_rest = np.repeat([pair not in moves for pair in system.states], sizes)
     return tuple(np.flatnonzero(is_at_rest).tolist())

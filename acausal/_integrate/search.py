@@ -22,13 +22,15 @@ RANK = 1e-9
 
 
 class NearestPoint(eqx.Module):
-    """The point, and the largest `violation` of a condition there; the rest explains a failure.
+    """The point, and the largest `violation` of a condition there; the rest explains a failure. `end` is the point also
+    where it is none that was searched for.
 
     `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
     `freedom` says of each unknown how far it can move with all conditions kept, between 0 and 1.
     """
 
     x: Any
+    end: Any
     violation: Any
     residual: Any
     slopes: Any
@@ -89,7 +91,7 @@ class Search:
         violation = jnp.max(jnp.abs(final), initial=0.0)
         x = self._nearest(z, x0, numbers, held[2])
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
-        return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), violation, final, slopes, freedom)
+        return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
 
     def followed(self, best: Any, x0: Any, numbers: Any) -> Any:
         """What `best` ended at as the function of x0 and numbers that it is, also where conditions are not met."""

@@ -21,7 +21,7 @@ from .._progress import compiling
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import report_failure
-from .options import check_known, count, kind_of, number, one_of, times_of
+from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
 from .quantity import Quantity, as_function, trace
 from .run import run
 from .settings import Numbers, Settings
@@ -86,6 +86,7 @@ def simulate(
     small that the error tolerance means little for them; `sol.unresolved` lists these.
     """
     model = model if nominal is None else sized(model, nominal)
+    throw, energy = flag(throw, "throw"), flag(energy, "energy")
     if not isinstance(model, Component):
         raise ModelError(f"{model!r} is no component: simulate a model.")
     given, structure = jax.tree_util.tree_flatten(model)
@@ -94,7 +95,7 @@ def simulate(
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
-    t0 = number(t0, "t0")
+    t0 = instant(t0, "t0")
     if system.initial_equations is not None:
         with compiling("the start", model, search_start, progress):
             leaves, unmet = started(system, leaves, t0, throw=throw)
@@ -205,6 +206,15 @@ def _check_same_structure(model: Component, layout: Layout, system: System) -> N
         raise ModelError(
             f"The {type(model).__name__} to simulate has another structure or other nominal sizes than the model that "
             "`system` was compiled from: compile it again, with its sizes: compile(sized(model, {...}))."
+        )
+
+
+def check_structure(model: Any, system: System, what: str) -> None:
+    """Raise unless a model, or a view of one, has the structure that the system was made from."""
+    if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
+        raise ModelError(
+            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
+            "parts and static fields have to be the same."
         )
 
 

@@ -88,8 +88,6 @@ def trimmed_leaves(model: Component, names: Sequence[str]) -> tuple[int, ...]:
 
     Raises `ModelError` for what is no parameter of the model.
     """
-    if isinstance(names, str):
-        raise ModelError(f"solve_for: give a list of names, as in solve_for=[{names!r}].")
     known = {leaf.path: (i, leaf) for i, leaf in enumerate(leaves_of(model))}
     return tuple(_parameter(model, name, known) for name in dict.fromkeys(names))
 

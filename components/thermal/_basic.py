@@ -10,7 +10,7 @@ from ._interfaces import HeatPort
 class FixedTemperature(Component):
     """Surroundings at constant temperature, which give and take any heat."""
 
-    temperature: Param[Scalar, "K", nonnegative]  # of the surroundings
+    temperature: Param[Scalar, "K", positive]  # of the surroundings
     port: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:
@@ -24,7 +24,7 @@ class HeatCapacitor(Component):
     """A body of uniform temperature, C dT/dt = Q_flow. Not modelled: C that depends on T, phase change."""
 
     C: Param[Scalar, "J/K", positive]  # heat capacity
-    T: Var[Scalar, "K", nonnegative, prefer] = 293.15  # temperature
+    T: Var[Scalar, "K", positive, prefer] = 293.15  # temperature
     port: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:

@@ -186,7 +186,7 @@ def test_mode_that_depends_on_the_parameter() -> None:
     """Off, a = 5 would be needed, which switches on; on, it is 4."""
     found = initialise(Boosted(), ends_at(8.0), steady=True, solve_for=["a"])
     np.testing.assert_allclose(jnp.stack([found.a, found.on, found.x]), [4.0, 1.0, 8.0], rtol=1e-12)
-    with pytest.raises(SimulationError, match=r"in no mode that they imply: (rises|falls)"):
+    with pytest.raises(SimulationError, match=r"No modes agree .*: (rises, falls|falls, rises) would happen"):
         initialise(Boosted(), ends_at(4.5), steady=True, solve_for=["a"])
 
 
@@ -255,5 +255,3 @@ def test_names_that_are_no_parameters() -> None:
             at_speed(fan(), solve_for=[name])
     with pytest.raises(ModelError, match="on is a discrete variable"):
         initialise(Boosted(), steady=True, solve_for=["on"])
-    with pytest.raises(ModelError, match=r"give a list of names, as in solve_for=\['a'\]"):
-        initialise(Boosted(), steady=True, solve_for="a")

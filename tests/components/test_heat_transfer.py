@@ -68,7 +68,7 @@ def test_radiation_into_space() -> None:
     parts = (
         thermal.HeatCapacitor(C=100.0, T=900.0),
         thermal.BodyRadiation(Gr=0.2),
-        thermal.FixedTemperature(temperature=0.0),
+        thermal.FixedTemperature(temperature=2.7),
     )
     end = simulate(Rig(parts=parts, wiring=wire_radiation), 60.0, save="end", rtol=1e-9).final.parts
     exact = (900.0**-3 + 3.0 * 0.2 * 5.670374419e-8 * 60.0 / 100.0) ** (-1.0 / 3.0)

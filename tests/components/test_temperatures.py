@@ -184,10 +184,10 @@ class Cooled(Component):
 def test_no_temperature_below_zero(link: ThermalConductor | BodyRadiation) -> None:
     """Neither where one equation determines it, nor where iterations do."""
     model = Cooled(link=link, taken=ConstantHeatFlow(heat_flow=-1e3), room=FixedTemperature(temperature=300.0))
-    named = r"T must be nonnegative \(unit K\)"
+    named = r"T must be positive \(unit K\)"
     with pytest.raises(SimulationError, match=named):
         simulate(model, 1.0)
-    assert any("T must be nonnegative (unit K)" in problem for problem in check(model).problems)
+    assert any("T must be positive (unit K)" in problem for problem in check(model).problems)
     assert simulate(model, 1.0, throw=False).result == Result.not_finite
 
 
@@ -204,18 +204,18 @@ class Drained(Component):
 def test_a_run_ends_where_a_state_leaves_its_range() -> None:
     model = Drained(body=HeatCapacitor(C=1.0, T=300.0), drain=ConstantHeatFlow(heat_flow=-100.0))
     np.testing.assert_allclose(simulate(model, 2.0).final.body.T, 100.0)
-    with pytest.raises(SimulationError, match=r"body.T must be nonnegative \(unit K\)"):
+    with pytest.raises(SimulationError, match=r"body.T must be positive \(unit K\)"):
         simulate(model, 4.0)
 
 
 def test_start_values_outside_their_range_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"HeatCapacitor.T must be nonnegative, got -5.0 K"):
+    with pytest.raises(ParameterError, match=r"HeatCapacitor.T must be positive, got -5.0 K"):
         HeatCapacitor(C=1.0, T=-5.0)
     fine = Drained(body=HeatCapacitor(C=1.0, T=300.0), drain=ConstantHeatFlow(heat_flow=-100.0))
     model = eqx.tree_at(lambda m: m.body.T, fine, -5.0)
-    with pytest.raises(ParameterError, match=r"body.T must be nonnegative, but starts from -5.0 K"):
+    with pytest.raises(ParameterError, match=r"body.T must be positive, but starts from -5.0 K"):
         simulate(model, 1.0)
-    assert "body.T must be nonnegative" in str(check(model))
+    assert "body.T must be positive" in str(check(model))
 
     def result(T: Any) -> Any:
         return simulate(eqx.tree_at(lambda m: m.body.T, fine, T), 1.0, throw=False).result == Result.bad_parameter
