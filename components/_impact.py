@@ -8,7 +8,8 @@ that sticks at the same place creeps under its load, and so it is drawn weakly.
 
 What lies at a stop unloaded has a speed, an acceleration and a contact effort that are zero but for rounding, and no
 event follows from their signs: an impact needs a speed above 1e-6 of the largest one that comes to rest, and to be
-pressed on needs an acceleration above `PRESS`. What is pressed less gathers that speed before it gets anywhere.
+pressed on needs an acceleration above `PRESS` of the one that gathers this largest speed within LAG. What is pressed
+less gathers the former before it gets anywhere.
 """
 
 from typing import Any
@@ -19,7 +20,7 @@ from acausal import Events, Scalar, when
 
 LAG = 1e-3  # s
 DRAW = 10.0  # 1/s2, acceleration towards the stop over the distance from it
-PRESS = 1e-6  # in SI units
+PRESS = 1e-9
 
 
 def acceleration(
@@ -57,7 +58,7 @@ def stops(
 
     def rests(beyond: Scalar, side: float) -> Any:
         """A body that is pressed against a stop without a speed rests there, and one that is within the stop."""
-        presses = (beyond >= 0.0) & (side * s > PRESS) | (beyond > slow * LAG)
+        presses = (beyond >= 0.0) & (side * s > PRESS * slow / LAG) | (beyond > slow * LAG)
         return when(free & (jnp.abs(speed) <= slow) & presses, **{mode_name: side, name: 0.0})
 
     return dict(

@@ -34,7 +34,8 @@ def report_no_start(problem: Problem, outcome: Outcome, leaves: Sequence[Any], n
     if not found.violation <= CLOSE:
         kept = problem.system.variable_leaves
         leaves = [leaf if i in kept else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
-        raise SimulationError(_contradiction(problem, found) + _about_ranges(problem, found, leaves, t0))
+        said = [_contradiction(problem, found), _about_flat(problem, found)]
+        raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
     if np.any(outcome.refused):
         assert events is not None
         raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
@@ -82,6 +83,30 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
     other = "better first guesses, as start values with free=[...], or an `easier` model to start from"
     lines.append(f"  Remedy: {less if clashes else other}.")
     return "\n".join(lines)
+
+
+def _about_flat(problem: Problem, found: NearestPoint) -> str:
+    """The conditions that what may move does not change where a search ended, as the flow of a valve that is closed."""
+    residual, slopes = np.abs(found.residual), np.max(np.abs(found.slopes), axis=1, initial=0.0)
+    is_flat = (residual > 1.0 / RANK) | ((slopes <= RANK) & (residual > CLOSE) & bool(problem.trim.leaves))
+    names = [name for name, flat in zip(problem.residual_names, is_flat, strict=True) if flat]
+    if not names:
+        return ""
+    guesses = f", as of {listed(problem.trim.names)}" if problem.trim.leaves else ""
+    return (
+        f"\n  Where the search ended, {listed(names)} hardly changes with anything that may move, and a search follows "
+        f"derivatives. Remedy: first guesses at which it does{guesses}."
+    )
+
+
+def _about_modes(problem: Problem) -> str:
+    events = problem.system.events
+    if events is None or not events.acts.any():
+        return ""
+    return (
+        "\n  Only modes were tried that the start values imply, and those that follow from these. Remedy, where the "
+        "conditions can be met in others, as at a stop far away: start values from which these follow."
+    )
 
 
 def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], t0: Any) -> str:

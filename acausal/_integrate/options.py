@@ -56,7 +56,9 @@ def flag(value: Any, name: str) -> bool:
 
 def names_of(value: Any, name: str) -> tuple[str, ...]:
     """An option that is a name or several names."""
-    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
+    found: tuple[Any, ...] = (
+        (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
+    )
     if not all(isinstance(item, str) for item in found):
         raise ModelError(f"{name} must be a name or a sequence of names, got {value!r}.")
     return found

@@ -93,12 +93,12 @@ class Relieved(Component):
         )
 
 
-def cracking(p: Any) -> Any:
+def cracking(p: Any, guess: float = 5e6) -> Any:
     """The cracking pressure, for a flow and a slope of the valve, with which there are 100 bar; from an open valve."""
     model = Relieved(
         pump=hydraulic.ConstantFlow(flow=p[0]),
         volume=hydraulic.Volume(volume=1e-3, bulk_modulus=1e9, p=6e6),
-        valve=hydraulic.ReliefValve(conductance=p[1], cracking_pressure=5e6, transition_pressure=2e5),
+        valve=hydraulic.ReliefValve(conductance=p[1], cracking_pressure=guess, transition_pressure=2e5),
         tank=hydraulic.Tank(),
     )
 
@@ -120,6 +120,16 @@ def test_cracking_pressure_for_a_flow() -> None:
     forward = jax.jit(jax.jacfwd(cracking))(p)
     np.testing.assert_allclose(forward * scale, differences, rtol=1e-6)
     np.testing.assert_allclose(jax.jit(jax.grad(cracking))(p), forward, rtol=1e-10)
+
+
+def test_a_first_guess_without_influence_is_named() -> None:
+    """A closed valve stays closed, by however little its pressure is changed."""
+    said = (
+        r"(?s)Not met: .*Where the search ended, der\(volume\.p\) = 0 hardly changes with anything that may move.*"
+        r"Remedy: first guesses at which it does, as of valve\.cracking_pressure\."
+    )
+    with pytest.raises(SimulationError, match=said):
+        cracking([1e-4, 5e-10], guess=5e7)
 
 
 class Switched(Component):

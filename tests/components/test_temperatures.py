@@ -103,7 +103,7 @@ def random_network(seed: int, share_of_conductors: float) -> Network:
         for _ in ends
     )
     heated = range(1, n)
-    sink = FixedTemperature(temperature=float(random.choice([0.0, 4.0, 300.0])))
+    sink = FixedTemperature(temperature=float(random.choice([1e-3, 4.0, 300.0])))
     sources = (sink, *(ConstantHeatFlow(heat_flow=10.0 ** random.uniform(-1, 3)) for _ in heated))
     return Network(links=links, sources=sources, ends=tuple(ends), places=(0, *heated))
 
