@@ -10,6 +10,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._evaluate.system import System
+from .._integrate.options import kind_of
 from .._integrate.quantity import Quantity, trace
 from .._integrate.simulate import system_of
 from .._progress import compiling
@@ -58,7 +59,7 @@ def linearise(
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
     `SimulationError` for start values that contradict each other, or that a component refuses.
     """
-    system = system_of(model) if system is None else system
+    system = system_of(model) if system is None else kind_of(system, "system", System, "compile(model)")
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
     output, function = output_signals(system, outputs)

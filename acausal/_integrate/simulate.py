@@ -87,6 +87,7 @@ def simulate(
     """
     model = model if nominal is None else sized(model, nominal)
     throw, energy = flag(throw, "throw"), flag(energy, "energy")
+    progress = None if progress is None else flag(progress, "progress")
     if not isinstance(model, Component):
         raise ModelError(f"{model!r} is no component: simulate a model.")
     given, structure = jax.tree_util.tree_flatten(model)

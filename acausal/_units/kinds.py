@@ -54,7 +54,8 @@ def kind_units(kind: Kind) -> KindUnits:
         for slot in group if len(follow) == 1 else ():
             dimensions[slot] = next(iter(follow))
         pairs |= set(itertools.pairwise(slot for slot in group if kind.declarations[slot].role != "param"))
-    unchecked = tuple(template.name for template in templates(kind) if not template.check_units)
+    stated = (*templates(kind), *initial_templates(kind))
+    unchecked = tuple(template.name for template in stated if not template.check_units)
     return KindUnits(tuple(problems), tuple(dimensions), frozenset(pairs), unchecked)
 
 

@@ -97,11 +97,13 @@ def test_flags(name: str) -> None:
 
 
 def test_flags_of_a_run() -> None:
-    for how in (dict(throw=1), dict(energy="no")):
-        with pytest.raises(ModelError, match=r"(throw|energy) must be True or False"):
+    for how in (dict(throw=1), dict(energy="no"), dict(progress="bar")):
+        with pytest.raises(ModelError, match=r"(throw|energy|progress) must be True or False"):
             simulate(MODEL, 1.0, **how)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"algebraic='integrated' is not known: use \"solve\" or \"integrate\""):
         compile(MODEL, algebraic="integrated")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ModelError, match=r"system='c' is not known: give compile\(model\)"):
+        linearise(MODEL, system="c")  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"The easier model has another structure"):
         initialise(MODEL, steady=True, easier=HeatCapacitor(C=1.0))  # pyright: ignore[reportArgumentType]
 
