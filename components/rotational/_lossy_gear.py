@@ -1,6 +1,6 @@
 """A gear with losses that sticks and locks itself."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax.numpy as jnp
 
@@ -29,7 +29,7 @@ from .._checks import increasing
 from .._tables import linear
 from ._interfaces import Flange
 
-NO_LOAD = 1e-10  # torque in N.m that counts as none
+SAME = 1e-10  # difference of torques in N.m that counts as none
 
 
 class LossyGear(Component):
@@ -38,13 +38,19 @@ class LossyGear(Component):
     `losses` has a row [w, eta1, eta2, bearing1, bearing2] for each of some speeds |w_a|, increasing from 0: the mesh
     efficiencies when a drives b and when b drives a, and the bearing friction in N.m in these two cases; straight lines
     between the rows, the last one goes on. With x = -tau_b / ratio, which would be tau_a without losses, the torque
-    tau_a that keeps the gear turning forward, w_a > 0, is
+    tau_a that keeps the gear turning is one of two lines that cross where the mesh carries nothing:
 
-    - (x + bearing1) / eta1 where a drives b, x > 0, and eta2 (x + bearing2) where b drives a, x < 0;
+    - forward the greater of (x + bearing1) / eta1, where a drives b, and eta2 (x + bearing2), where b drives a;
+    - backward the lesser of (x - bearing1) / eta1, where a drives b, and eta2 (x - bearing2), where b drives a.
 
-    and turning backward eta2 (x - bearing2) for x > 0, (x - bearing1) / eta1 for x < 0. At rest the gear is stuck as
-    long as tau_a lies between the two. With eta2 <= 0 it locks itself: b alone cannot drive it. Mesh friction that
-    does not depend on the direction of power has eta2 = 2 - 1 / eta1, as in worm gears: `LossyGear.worm`.
+    So the losses are continuous where the load reverses, as the bearings take up the torque first: with equal bearing
+    frictions the driver changes at x = -bearing forward and at x = bearing backward. (This is the rule of MSL after
+    3.1, of C. Bertsch, `Problem with model LossyGear and a proposed solution`, 2009: by the sign of tau_a less the
+    friction of the bearings at a. The rule of the paper, by that of tau_a alone, leaves loads without a solution.)
+
+    At rest the gear is stuck as long as tau_a lies between the two. With eta2 <= 0 it locks itself: b alone cannot
+    drive it. Mesh friction that does not depend on the direction of power has eta2 = 2 - 1 / eta1, as in worm gears:
+    `LossyGear.worm`.
 
     What sticks, slides and changes sides are events; for the modes and for `creep` see `DryFriction`. Where several
     motions are possible or none, as may be with eta2 < 0 and small inertias, the run ends with endless events.
@@ -60,7 +66,7 @@ class LossyGear(Component):
     path: Var[Scalar, "N.m"] = 0.0  # lost torque tau_a - x while stuck, else the acceleration as a number
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
-    side: Discrete[Scalar, "1"] = 1.0  # sign of x
+    driver: Discrete[Scalar, "1"] = 1.0  # 1 where a drives b, -1 where b drives a; no matter while stuck
     piece: Discrete[Scalar, "1"] = 0.0  # number of rows below the speed
     a: Flange = Flange()
     b: Flange = Flange()
@@ -68,13 +74,18 @@ class LossyGear(Component):
     def requirements(self) -> Requirements:
         if self.losses.ndim != 2 or self.losses.shape[1] != 5:
             return (require(False, "losses must have rows [w, eta1, eta2, bearing1, bearing2]"),)
-        speeds, eta1, eta2 = self.losses[:, 0], self.losses[:, 1], self.losses[:, 2]
+        speeds, eta1, eta2, bearing1, bearing2 = self.losses.T
         return (
             require(speeds[0] == 0.0, "losses must be led by a speed of 0"),
             require(increasing(speeds), "losses must have increasing speeds"),
             require((eta1 > 0.0) & (eta1 <= 1.0), "losses must have eta1 above 0 and at most 1"),
             require(eta2 <= 1.0, "losses must have eta2 at most 1"),
             require(self.losses[:, 3:] >= 0.0, "losses must have bearing friction >= 0"),
+            # The least power that is lost, where the mesh carries nothing; below 0 only with eta2 < 0.
+            require(
+                (1.0 - eta2) * bearing1 + eta2 * (1.0 - eta1) * bearing2 >= 0.0,
+                "losses must have bearing2 at most (1 - eta2) / (-eta2 (1 - eta1)) bearing1 where eta2 < 0",
+            ),
         )
 
     @classmethod
@@ -83,41 +94,46 @@ class LossyGear(Component):
         row = [0.0, efficiency, 2.0 - 1.0 / efficiency, 0.0, 0.0]
         return cls(ratio=ratio, losses=jnp.stack([jnp.asarray(item, float) for item in row])[None])
 
-    def _limits(self, side: Any) -> tuple[Scalar, Scalar]:
-        """The torques at a that turn the gear forward and backward, with x on the given side (its sign)."""
+    def _torques(self, direction: Scalar) -> tuple[Scalar, Scalar]:
+        """The torques at a that turn the gear in a direction, 1 or -1, where a drives b and where b drives a."""
         row = self.losses[0, 1:]
         if len(self.losses) > 1:
             row = linear(stick_slip.along(self.mode, self.w), self.losses[:, 0], self.losses[:, 1:], self.piece)
         eta1, eta2, bearing1, bearing2 = row
-        forward = jnp.where(side > 0.0, (self.x + bearing1) / eta1, eta2 * (self.x + bearing2))
-        backward = jnp.where(side > 0.0, eta2 * (self.x - bearing2), (self.x - bearing1) / eta1)
-        return forward, backward
+        return (self.x + direction * bearing1) / eta1, eta2 * (self.x + direction * bearing2)
 
     def equations(self, d: Self) -> Equations:
-        forward, backward = self._limits(self.side)
-        sliding = jnp.where(self.mode == 1.0, forward, jnp.where(self.mode == -1.0, backward, self.x))
-        torque = jnp.where(stick_slip.stuck(self.mode), self.x + self.path, sliding)
-        held = stick_slip.acceleration(self.mode, self.path, self.w, self.creep)
+        driving, driven = self._torques(self.mode)
+        sliding = jnp.where(self.driver > 0.0, driving, driven)
+        held = jnp.where(stick_slip.stuck(self.mode), self.x + self.path, self.x)
+        torque = jnp.where(stick_slip.rubs(self.mode), sliding, held)
         return dict(
             kinematics=eq(self.a.phi, self.ratio * self.b.phi),
             speed=eq(self.w, d.a.phi),
             acceleration=eq(self.acceleration, d.w),
-            held=eq(self.acceleration, held, check_units=False),
+            held=eq(
+                self.acceleration,
+                stick_slip.acceleration(self.mode, self.path, self.w, self.creep),
+                check_units=False,
+            ),
             ideal=eq(self.ratio * self.x + self.b.tau),
             losses=eq(self.a.tau, torque, check_units=False),
         )
 
     def events(self) -> Events:
-        forward, backward = self._limits(jnp.where(self.x >= 0.0, 1.0, -1.0))
+        forward, backward = jnp.maximum(*self._torques(1.0)), jnp.minimum(*self._torques(-1.0))
         known = stick_slip.changes(
             self.mode, self.moving, self.w, self.path,
             low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
         )  # fmt: skip
         if len(self.losses) > 1:
             known |= pieces.passes_through(stick_slip.along(self.mode, self.w), self.piece, self.losses[:, 0])
+        driving, driven = self._torques(self.mode)
+        more = self.mode * (driving - driven)  # what a has to give more where it drives
+        rubs = stick_slip.rubs(self.mode)
         return known | dict(
-            drives=when((self.side < 0.0) & (self.x > NO_LOAD), side=1.0),
-            is_driven=when((self.side > 0.0) & (self.x < -NO_LOAD), side=-1.0),
+            drives=when(rubs & (self.driver < 0.0) & (more > SAME), driver=1.0),
+            is_driven=when(rubs & (self.driver > 0.0) & (more < -SAME), driver=-1.0),
         )
 
     def energy(self) -> Energy:
