@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from acausal import (
     Component,
     Discrete,
+    Energy,
     Equations,
     Events,
     Param,
@@ -71,3 +72,7 @@ class HardStop(Component):
             self.mode, self.flange.phi, self.w, self.path, self.phi_min, self.phi_max,
             e=self.restitution, slow=self.rest, name="w",
         )  # fmt: skip
+
+    def energy(self) -> Energy:
+        """What is left of a speed while it rests is taken from it; what impacts take is listed with the events."""
+        return Energy(dissipated=self.tau * self.w)

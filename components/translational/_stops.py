@@ -76,6 +76,10 @@ class HardStop(Component):
             e=self.restitution, slow=self.rest, name="v",
         )  # fmt: skip
 
+    def energy(self) -> Energy:
+        """What is left of a speed while it rests is taken from it; what impacts take is listed with the events."""
+        return Energy(dissipated=self.f * self.v)
+
 
 class MassWithStopAndFriction(Component):
     """A sliding mass of length L with friction, between rigid stops (MSL `MassWithStopAndFriction`).
@@ -153,5 +157,7 @@ class MassWithStopAndFriction(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """Dissipated is what friction takes; what impacts take is listed with the events."""
-        return Energy(stored=0.5 * self.m * self.v**2, dissipated=self._friction() * self.v)
+        """Dissipated is what friction takes, and a stop of a speed left at it; what impacts take is listed with the
+        events.
+        """
+        return Energy(stored=0.5 * self.m * self.v**2, dissipated=(self._friction() + self.contact) * self.v)
