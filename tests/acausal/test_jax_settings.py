@@ -79,7 +79,7 @@ SLOW = """
 import acausal
 import jax, numpy as np
 
-sums = jax.jit(lambda: jax.lax.reduce_window(np.ones((20, 300)), 0.0, jax.lax.add, (1, 200), (1, 1), "SAME"))()
+sums = jax.jit(lambda: jax.lax.reduce_window(np.ones((60, 300)), 0.0, jax.lax.add, (1, 200), (1, 1), "SAME"))()
 jax.block_until_ready(sums)
 """
 
