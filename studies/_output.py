@@ -92,7 +92,7 @@ def _plain(row: Any) -> dict[str, Any]:
 def require_matplotlib() -> None:
     """Exit, saying what to install, where pictures cannot be drawn."""
     if importlib.util.find_spec("matplotlib") is None:
-        raise SystemExit('Pictures need matplotlib: pip install "acausal[plot]", or leave out --out.')
+        raise SystemExit('Pictures need matplotlib: pip install "acausal[plots]", or leave out --out.')
 
 
 def legend(figure: "Figure", columns: int) -> None:

@@ -4,15 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import ModelError
+from .._extras import needed
 
 
 def to_control(system: Any) -> Any:
     """A `control.StateSpace`; see `LinearSystem.to_control`."""
-    try:
-        import control
-    except ImportError as error:
-        raise ModelError('to_control() needs python-control: pip install "acausal[control]".') from error
+    control = needed("control", "control", "to_control()")
     matrices = [np.asarray(matrix) for matrix in (system.A, system.B, system.C, system.D)]
     names = {
         role: [name.replace(".", "_") for name in getattr(system, role)] for role in ("states", "inputs", "outputs")

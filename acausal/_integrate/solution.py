@@ -16,6 +16,7 @@ from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._extras import needed
 from .._tracing import is_traced, known
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
@@ -236,15 +237,13 @@ class Solution(eqx.Module, Generic[M]):
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame` with a column for each scalar variable, indexed by time."""
-        import pandas as pd
-
+        pd = needed("pandas", "tables", "to_pandas()")
         columns = {name: value for name, value in self.to_numpy().items() if value.ndim == 1 and name != "t"}
         return pd.DataFrame(columns, index=pd.Index(np.asarray(self.ts), name="t"))
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over time, with units as attributes."""
-        import xarray as xr
-
+        xr = needed("xarray", "tables", "to_xarray()")
         variables = {}
         for name, value in self.to_numpy().items():
             if name != "t":

@@ -4,19 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import ModelError
 from .._evaluate.system import System
+from .._extras import needed
 from .._reduce.sort import Sorted
 
 _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
 
 
 def _pyplot() -> Any:
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise ModelError('Plots need matplotlib: pip install "acausal[plot]".') from error
-    return plt
+    return needed("matplotlib.pyplot", "plots", "A picture")
 
 
 def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
