@@ -1,0 +1,142 @@
+"""Free parameters: what they may be named by, their bounds, units and scaling."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import Array, Component, ModelError, Param, ParameterError, Record, Scalar, Var, Vector, quantity, stack
+from acausal.design import free_parameters
+
+
+class Table(Record):
+    y: Param[Vector, "V"]
+
+
+class Source(Component):
+    table: Table
+    bore: Param[Scalar, "m"] = 20e-3
+    v: Var[Scalar, "V"]
+
+
+class Bank(Component):
+    sources: Array[Source]
+
+
+class Rig(Component):
+    a: Source
+    b: Source
+    temperature: Param[Scalar, "K"] = 300.0
+
+
+def source(**values: Any) -> Source:
+    return Source(table=Table(y=jnp.array([1.0, 2.0, 3.0])), **values)
+
+
+def rig(**values: Any) -> Rig:
+    return Rig(a=source(v=4.0), b=source(), **values)
+
+
+def test_numbers_go_into_the_model_and_out_of_it() -> None:
+    free = free_parameters(rig(), {("a.bore", "b.bore"): ("15 mm", "25 mm"), "a.table.y[1]": (0.0, 5.0), "a.v": (1, 9)})
+    assert free.names == ("a.bore, b.bore", "a.table.y[1]", "a.v")
+    assert free.units == ("m", "V", "V")
+    np.testing.assert_allclose(free.low, [15e-3, 0.0, 1.0])
+    np.testing.assert_allclose(free.high, [25e-3, 5.0, 9.0])
+    changed = free.with_values(rig(), jnp.array([18e-3, 2.5, 7.0]))
+    assert changed.a.bore == changed.b.bore == 18e-3
+    np.testing.assert_array_equal(changed.a.table.y, [1.0, 2.5, 3.0])
+    np.testing.assert_array_equal(changed.b.table.y, [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(free.values(changed), [18e-3, 2.5, 7.0])
+    slopes = jax.jacobian(lambda x: free.with_values(rig(), x).b.bore)(jnp.array([18e-3, 2.5, 7.0]))
+    np.testing.assert_allclose(slopes, [1.0, 0.0, 0.0])
+
+
+def test_an_array_as_a_whole_is_as_many_variables() -> None:
+    free = free_parameters(rig(), {"b.table.y": (0.5, [4.0, 5.0, 60.0])})
+    assert free.names == ("b.table.y[0]", "b.table.y[1]", "b.table.y[2]")
+    np.testing.assert_array_equal(free.high, [4.0, 5.0, 60.0])
+    np.testing.assert_array_equal(free.with_values(rig(), jnp.array([3.0, 2.0, 1.0])).b.table.y, [3.0, 2.0, 1.0])
+
+
+def test_a_member_of_an_array_of_components() -> None:
+    model = Bank(sources=stack([source(bore=0.02), source(bore=0.03)]))
+    free = free_parameters(model, {"sources[1].bore": (0.01, 0.05)})
+    np.testing.assert_allclose(free.with_values(model, jnp.array([0.04])).sources.item.bore, [0.02, 0.04])
+
+
+def test_scaling_is_even_or_by_the_logarithm() -> None:
+    model = rig()
+    free = free_parameters(model, {"a.bore": (10e-3, 30e-3), "b.bore": (1e-3, 1.0), "temperature": (None, 400.0)})
+    x = free.values(model)
+    np.testing.assert_allclose(free.scaled(x), [0.5, np.log(20.0) / np.log(1000.0), 0.0])
+    np.testing.assert_allclose(free.unscaled(free.scaled(x)), x)
+    np.testing.assert_allclose(jax.jacobian(free.unscaled)(free.scaled(x)), np.diag(np.asarray(free.slopes(x))))
+    np.testing.assert_allclose(free.scaled(free.high), [1.0, 1.0, 100.0 / 300.0])
+
+
+def test_units_are_shown_as_they_were_given() -> None:
+    free = free_parameters(rig(), {"a.bore": (quantity(0.5, "in"), None), "temperature": ("0 degC", "100 degC")})
+    bore, temperature = free.variables
+    assert (bore.low, temperature.low, temperature.high) == pytest.approx((12.7e-3, 273.15, 373.15))
+    assert bore.scale.text == " in"
+    assert bore.scale.value(25.4e-3) == pytest.approx(1.0)
+    assert temperature.scale.value(300.0) == pytest.approx(26.85)
+    assert temperature.scale.difference(2.0) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [
+        ({}, "at least one"),
+        ({"a.bor": (0.0, 1.0)}, r"no parameter or start value 'a\.bor'.*a\.bore"),
+        ({"bore": (0.0, 1.0)}, r"ambiguous.*a\.bore or b\.bore"),
+        ({"a": (0.0, 1.0)}, r"a is no parameter, but holds some: a\.table\.y, a\.bore"),
+        ({"a.table.y[3]": (0.0, 1.0)}, r"no element of a\.table\.y, which has the shape \(3,\)"),
+        ({"a.table.y[0,1]": (0.0, 1.0)}, r"no element of a\.table\.y"),
+        ({"b.v": (0.0, 1.0)}, r"b\.v has no start value"),
+        ({"a.table.y": (0.0, 9.0), "a.table.y[1]": (0.0, 9.0)}, r"a\.table\.y\[1\] is named twice"),
+        ({("a.bore", "temperature"): (0.0, 1.0)}, "cannot share a value: their units are K, m"),
+        ({("a.table.y", "a.bore"): (0.0, 1.0)}, "must have as many"),
+        ({3: (0.0, 1.0)}, "named by its path"),
+    ],
+)
+def test_wrong_names_are_told(free: Any, said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        free_parameters(rig(), free)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "said"),
+    [
+        (("25 mm", "15 mm"), r"a\.bore: the lower bound must be below the upper one, got 25 to 15 mm"),
+        ((0.02, 0.02), "must be below"),
+        (("15 K", "25 mm"), r"a\.bore is in m.*given in"),
+        (("fifteen", 1.0), "'fifteen' is not a number with a unit"),
+        (("30 mm", "40 mm"), r"a\.bore starts from 20 mm, outside of its bounds 30 to 40 mm"),
+        ((0.01, 0.02, 0.03), "bounds are a pair"),
+        (0.02, "bounds are a pair"),
+        (([0.01, 0.02], 0.03), "2 bounds are given for 1 numbers"),
+        ((object(), 0.03), "is not a number"),
+    ],
+)
+def test_wrong_bounds_are_told(bounds: Any, said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        free_parameters(rig(), {"a.bore": bounds})
+
+
+def test_bounds_stay_in_the_declared_range() -> None:
+    from components.rotational import IdealGear, Inertia
+
+    with pytest.raises(ParameterError, match="ratio must be nonzero, also at its bounds, got -1 to 2"):
+        free_parameters(IdealGear(ratio=1.0), {"ratio": (-1.0, 2.0)})
+    with pytest.raises(ParameterError, match="J must be"):
+        free_parameters(Inertia(J=1.0), {"J": (-1.0, 2.0)})
+
+
+def test_what_is_shared_starts_from_one_value() -> None:
+    model = Rig(a=source(bore=0.02), b=source(bore=0.03))
+    with pytest.raises(ParameterError, match=r"must start from one: a\.bore = 0\.02, b\.bore = 0\.03"):
+        free_parameters(model, {("a.bore", "b.bore"): (0.01, 0.05)})
