@@ -21,6 +21,8 @@ from acausal import (
 
 from ._valves import Resistance
 
+ROUNDING = 1e-12  # of pressures, relative
+
 
 class IdealCheckValve(Resistance):
     """A non-return valve with two lines as its characteristic, open from a to b.
@@ -44,9 +46,11 @@ class IdealCheckValve(Resistance):
 
     def events(self) -> Events:
         is_open = self.is_open > 0.5
+        # The lines meet, so that a little late is as good; within their rounding, pressures may go to and fro.
+        rounding = ROUNDING * (jnp.abs(self.a.p) + jnp.abs(self.b.p))
         return dict(
-            open=when(~is_open & (self.beyond > 0.0), is_open=1.0),
-            close=when(is_open & (self.beyond < 0.0), is_open=0.0),
+            open=when(~is_open & (self.beyond > rounding), is_open=1.0),
+            close=when(is_open & (self.beyond < -rounding), is_open=0.0),
         )
 
 
