@@ -4,7 +4,8 @@ from typing import Any
 
 import jax
 import numpy as np
-from jax.core import Tracer
+
+from ._jax_private import Tracer
 
 
 def is_traced(value: Any) -> bool:

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
 from .._errors import StructureError
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 

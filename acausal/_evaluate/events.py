@@ -9,12 +9,12 @@ from typing import Any, Literal
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import ClosedJaxpr, jaxpr_as_fun
-from jax.extend.core import Literal as Constant
 
 from .._declare.array import Array
 from .._declare.component import At, Component, Event, Kink, Refuse, When
 from .._errors import ModelError, suggestion
+from .._jax_private import ClosedJaxpr, jaxpr_as_fun
+from .._jax_private import Literal as Constant
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants

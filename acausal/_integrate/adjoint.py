@@ -7,9 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 import diffrax
-import equinox.internal as eqxi
 import jax
 import numpy as np
+
+from .._equinox_private import while_loop
 
 BASE = 16  # length of each loop
 HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
@@ -25,7 +26,7 @@ class BothModes(diffrax.DirectAdjoint):
         self, *, max_steps: Any, throw: Any, passed_solver_state: Any, passed_controller_state: Any, **others: Any
     ) -> Any:
         del throw, passed_solver_state, passed_controller_state
-        saves = ft.partial(eqxi.while_loop, kind="bounded")
+        saves = ft.partial(while_loop, kind="bounded")
         return self._loop(max_steps=max_steps, inner_while_loop=saves, outer_while_loop=nested_loop, **others)
 
 
@@ -48,7 +49,7 @@ def nested_loop(cond: Callable[..., Any], body: Callable[..., Any], init: Any, *
         inner = ft.partial(run, level=level - 1)
         if level == 2 or (level > 2 and is_much):
             inner = jax.checkpoint(inner, prevent_cse=False)
-        return eqxi.while_loop(
+        return while_loop(
             goes_on, inner, counted, max_steps=BASE, base=BASE, kind="bounded",
             buffers=lambda counted: buffers(counted[1]),
         )  # fmt: skip

@@ -4,10 +4,10 @@ import functools as ft
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 
+from .._equinox_private import while_loop
 from .._evaluate.events import EventSet
 from .._reduce.jaxpr import slice_output
 from .field import Given
@@ -83,7 +83,7 @@ def modes_at(start: Start, t0: Any, x: Any, solver: Solver) -> Modes:
     none = jnp.zeros(events.total, bool)
     begin = _Round(x, y, start.holds, ~none, none, none, jnp.asarray(0))
     if is_smooth:
-        end = eqxi.while_loop(goes_on, next_round, begin, max_steps=most, kind="bounded", base=16)
+        end = while_loop(goes_on, next_round, begin, max_steps=most, kind="bounded", base=16)
         return _modes(events, end, end.y[layout.discrete])
     end = jax.lax.while_loop(goes_on, next_round, begin)
     before, after = start.discrete, end.y[layout.discrete]

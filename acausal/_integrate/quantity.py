@@ -9,9 +9,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 
 from .._errors import ModelError
+from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 from .._reduce.flatten import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
 from .._tracing import is_traced

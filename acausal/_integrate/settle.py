@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._equinox_private import while_loop
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from .field import Given
 from .moment import carried_to_moment
@@ -147,7 +147,7 @@ def settle(
 def _repeated(next_round: Callable[[_Round], _Round], start: _Round, most: int, is_reversible: bool) -> _Round:
     """Round after round, for `most` at most."""
     if is_reversible:
-        return eqxi.while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+        return while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
     return jax.lax.while_loop(lambda r: r.goes_on & (r.count < most), next_round, start)
 
 

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 
+from .._equinox_private import unvmap_any
 from .._reduce.instants import first
 from .conditions import EventConditions
 from .field import Given
@@ -188,7 +188,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             status = jnp.stack([y[layout.outcome], t, found.cut, y[layout.next_instant]])
             return layout.with_part(y, layout.status, status), memory
 
-        y, memory = jax.lax.cond(eqxi.unvmap_any(found.is_any), happening, idling)
+        y, memory = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given), memory
 
     def _first_event(self, path: Span, t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:

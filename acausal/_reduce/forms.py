@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import called, differentiable_call, shape_of
 
 Signs = frozenset[int]

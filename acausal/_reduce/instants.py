@@ -11,9 +11,9 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
-from jax.extend.core import Literal as Constant
 
+from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
+from .._jax_private import Literal as Constant
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 Role = Literal["time", "known", "other"]

@@ -6,8 +6,8 @@ from typing import Any, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, is_floating
 from .logic import Expression, both, choice, differ, either, folded, mapped, negation
 

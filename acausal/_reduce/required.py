@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import ClosedJaxpr, Literal, jaxpr_as_fun
 
 from .._declare.component import Component
 from .._declare.fields import dynamic_fields, join
 from .._declare.node import Node, parts_of
 from .._declare.requirements import named, parameters_of, stated
 from .._errors import ModelError
+from .._jax_private import ClosedJaxpr, Literal, jaxpr_as_fun
 from .._tracing import is_traced
 from .jaxpr import assembled, structs
 

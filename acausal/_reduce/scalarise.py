@@ -7,8 +7,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, shape_of
 
 _ELEMENTWISE = frozenset(

@@ -6,8 +6,8 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr
 
+from .._jax_private import ClosedJaxpr
 from .flatten import Kind
 from .forms import ANY, Coefficient, Form, interpret, parameter, variable
 from .jaxpr import as_function, slice_output, structs

@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
-from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal
-
+from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal
 from .._reduce.jaxpr import shape_of
 from .dimension import NUMBER, Dimension
 from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT

@@ -1,0 +1,20 @@
+"""What is used of jax beyond its documented interface: a version that moves it is met here alone.
+
+`jax.extend` and `jax.core` come without a promise of stability. The passes of the engine read programs (jaxprs), cut
+and reassemble them, and know the primitives below by their names and parameters:
+
+- calls: `jit` with `jaxpr`; `custom_jvp_call` with `call_jaxpr`; `custom_vjp_call` with `call_jaxpr` or `fun_jaxpr`
+- `cond` with `branches`; `while` with `cond_nconsts`, `body_nconsts`, `cond_jaxpr`, `body_jaxpr`; `scan` with `jaxpr`,
+  `num_consts`, `num_carry`
+- arithmetic, by name; `integer_pow` with `y`; `reduce_*` with `axes`; `concatenate` with `dimension`; `dot_general`
+  with `dimension_numbers`
+"""
+
+from jax.core import Tracer as Tracer
+from jax.extend.core import ClosedJaxpr as ClosedJaxpr
+from jax.extend.core import DebugInfo as DebugInfo
+from jax.extend.core import Jaxpr as Jaxpr
+from jax.extend.core import JaxprEqn as JaxprEqn
+from jax.extend.core import Literal as Literal
+from jax.extend.core import Var as Var
+from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun

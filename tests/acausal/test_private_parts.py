@@ -1,0 +1,114 @@
+"""What is used of other libraries beyond their public interfaces stands in one module each, and is what it was."""
+
+import inspect
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import acausal
+from acausal._equinox_private import unvmap_any, while_loop
+from acausal._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, Literal, Tracer, Var, jaxpr_as_fun
+
+FOLDER = Path(acausal.__file__).parent
+PRIVATE = re.compile(
+    r"\b(?:jax|equinox|eqx|diffrax|optimistix|lineax|jaxtyping)\.(?:_\w+|internal|extend|core|interpreters|api_util)\b"
+)
+HOMES = {"_jax_private.py", "_equinox_private.py"}
+
+
+def test_other_modules_use_public_interfaces() -> None:
+    """In the library and its components; prose about the modules is allowed to name them."""
+    files = [file for folder in (FOLDER, FOLDER.parent / "components") for file in folder.rglob("*.py")]
+    found = {
+        file.name
+        for file in files
+        for line in file.read_text().splitlines()
+        if PRIVATE.search(line) and re.match(r"\s*(from|import) ", line)
+    }
+    assert found == HOMES
+
+
+def test_programs_can_be_cut_and_reassembled() -> None:
+    closed = jax.make_jaxpr(lambda x, y: 2.0 * x + jnp.sin(y))(1.0, 2.0)
+    assert isinstance(closed, ClosedJaxpr)
+    jaxpr = closed.jaxpr
+    assert isinstance(jaxpr, Jaxpr)
+    assert all(isinstance(atom, Var | Literal) for eqn in jaxpr.eqns for atom in eqn.invars)
+    debug = DebugInfo("acausal", "equation", None, None)
+    again = Jaxpr(jaxpr.constvars, jaxpr.invars, jaxpr.outvars, jaxpr.eqns, debug_info=debug)
+    assert jaxpr_as_fun(ClosedJaxpr(again, closed.consts))(1.0, 2.0)[0] == pytest.approx(2.0 + np.sin(2.0))
+
+
+@jax.custom_jvp
+def _forward(x: Any) -> Any:
+    return x
+
+
+_forward.defjvps(lambda dx, out, x: dx)
+
+
+@jax.custom_vjp
+def _reverse(x: Any) -> Any:
+    return x
+
+
+_reverse.defvjp(lambda x: (x, None), lambda kept, dx: (dx,))
+
+# A function, the primitive that it becomes, and the parameters by which the passes read that.
+PRIMITIVES: list[tuple[Callable[..., Any], str, set[str]]] = [
+    (jax.jit(lambda x: x + 1.0), "jit", {"jaxpr"}),
+    (_forward, "custom_jvp_call", {"call_jaxpr"}),
+    (_reverse, "custom_vjp_call", {"call_jaxpr"}),
+    (lambda x: jax.lax.cond(x[0] > 0.0, jnp.sin, jnp.cos, x), "cond", {"branches"}),
+    (
+        lambda x: jax.lax.while_loop(lambda y: y[0] < 1.0, lambda y: y + 1.0, x),
+        "while",
+        {"cond_nconsts", "body_nconsts", "cond_jaxpr", "body_jaxpr"},
+    ),
+    (lambda x: jax.lax.scan(lambda c, y: (c + y, c), 0.0, x), "scan", {"jaxpr", "num_consts", "num_carry"}),
+    (lambda x: x**3, "integer_pow", {"y"}),
+    (jnp.sum, "reduce_sum", {"axes"}),
+    (lambda x: jnp.concatenate([x, x]), "concatenate", {"dimension"}),
+    (lambda x: jnp.dot(x, x), "dot_general", {"dimension_numbers"}),
+]
+
+
+@pytest.mark.parametrize(("function", "name", "read"), PRIMITIVES, ids=[name for _, name, _ in PRIMITIVES])
+def test_primitives_are_called_as_the_passes_read_them(function: Callable[..., Any], name: str, read: set[str]) -> None:
+    eqns = {eqn.primitive.name: eqn for eqn in jax.make_jaxpr(function)(jnp.ones(3)).jaxpr.eqns}
+    assert read <= eqns[name].params.keys()
+
+
+def test_what_is_traced_is_a_tracer() -> None:
+    seen: list[Any] = []
+    jax.make_jaxpr(seen.append)(1.0)
+    assert isinstance(seen[0], Tracer)
+
+
+def test_bounded_loops_are_differentiable_in_both_modes() -> None:
+    def halved(x: Any) -> Any:
+        return while_loop(lambda y: y > 1.0, lambda y: y / 2.0, x, max_steps=16, kind="bounded", base=16)
+
+    assert halved(12.0) == jnp.float64(0.75)
+    assert jax.grad(halved)(12.0) == jax.jacfwd(halved)(12.0) == 1 / 16
+
+
+def test_a_condition_of_a_whole_batch_is_one_number() -> None:
+    condition = jnp.array([False, True])
+    found = jax.vmap(lambda one: jnp.shape(unvmap_any(one)) == () and unvmap_any(one), out_axes=None)(condition)
+    assert found
+
+
+def test_the_loop_of_diffrax_takes_what_the_adjoint_passes() -> None:
+    taken = inspect.signature(diffrax.DirectAdjoint()._loop).parameters
+    assert {"max_steps", "inner_while_loop", "outer_while_loop"} <= taken.keys()
+    assert {"passed_solver_state", "passed_controller_state", "throw"} <= (
+        inspect.signature(diffrax.DirectAdjoint.loop).parameters.keys()
+    )
