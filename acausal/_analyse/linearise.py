@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import Component
+from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._integrate.options import kind_of
 from .._integrate.quantity import Quantity, trace
-from .._integrate.simulate import system_of
 from .._progress import compiling
 from .linear_system import LinearSystem
 from .point import Point, invariants_at, operating_point

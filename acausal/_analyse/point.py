@@ -14,12 +14,13 @@ from jaxtyping import Array, Float
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
 from .._errors import ModelError, SimulationError
+from .._evaluate.building import check_structure
 from .._evaluate.initial import checked_names, initial_state
+from .._evaluate.invariants import missed_invariants
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.options import instant
-from .._integrate.simulate import check_structure
 from .._integrate.started import started
 from .._integrate.starting import start_of, why_ended
 from .._reduce.aliases import TIME
@@ -41,12 +42,12 @@ class Point(eqx.Module):
 
     def inputs(self, params: Sequence[Any] | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
-        return Inputs(self.system.pack_params(self.params if params is None else params), self.starts, self.given)
+        return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
 
     def read(self, leaves: Sequence[int], y: Any, params: Sequence[Any] | None = None) -> list[Any]:
         """The values of leaves by number, in the state `y`."""
         params = self.params if params is None else params
-        variables = [leaf for leaf in leaves if leaf in self.system.variable_leaves]
+        variables = [leaf for leaf in leaves if self.system.flat.is_variable(leaf)]
         observed = observe(self.system, self.t, y, self.inputs(params), variables)
         values = dict(zip(variables, observed, strict=True))
         return [values[leaf] if leaf in values else params[leaf] for leaf in leaves]
@@ -56,7 +57,7 @@ def invariants_at(point: Point) -> Callable[[Any], Any] | None:
     """The functions of the state vector that stay zero, where the states are more than the degrees of freedom."""
     if not point.system.ordered.invariants:
         return None
-    return lambda y: point.system.missed_invariants(point.t, y, point.inputs())
+    return lambda y: missed_invariants(point.system, point.t, y, point.inputs())
 
 
 def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
@@ -67,17 +68,18 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     if at is None and system.initial_equations is not None:
         leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"))
     if at is None:
-        system.check_values(leaves)
-    params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.parameters(leaves)]
-    params = system.enforced(params)
-    starts = jnp.asarray(system.starts.pack(leaves))
+        system.entry.check(leaves)
+    params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.entry.parameters(leaves)]
+    params = system.entry.enforced(params)
+    starts = jnp.asarray(system.entry.starts.pack(leaves))
     if isinstance(at, Component):
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
         seen = jax.tree_util.tree_leaves(at)
-        params = [jnp.asarray(seen[i], float) if i in system.discrete_places else p for i, p in enumerate(params)]
-    t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.given(leaves)
+        is_held = system.carried.discrete_places
+        params = [jnp.asarray(seen[i], float) if i in is_held else p for i, p in enumerate(params)]
+    t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.entry.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None)
     y = _state(point, at)
     y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
@@ -99,7 +101,7 @@ def _started(point: Point) -> tuple[Any, list[Any], Any, Any]:
     """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
     system, inputs = point.system, point.inputs()
     start = start_of(system, point.t, point.y, inputs, point.params, is_started=point.is_started)
-    held = system.discrete_values(start.y[start.events.layout.point], inputs)
+    held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
     params = [held.get(i, leaf) for i, leaf in enumerate(point.params)]
     return start.states, params, start.outcome, start.holds
 

@@ -62,6 +62,6 @@ class Apart:
 
 def lack_of_given(system: System, t0: Any, states: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
     """What unknowns differ from their start values by, relative to their sizes."""
-    wanted = system.start_values(inputs, pairs)
+    wanted = system.starts.values(inputs, pairs)
     values = (system.solved or system).collected(t0, states, inputs, pairs)
     return (values - wanted) / (system.sizes_of(pairs) + jnp.abs(wanted))

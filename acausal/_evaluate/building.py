@@ -4,15 +4,15 @@ import contextlib
 import dataclasses
 import functools as ft
 import gc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
 import numpy as np
 
 from .._declare.component import Component
-from .._declare.layout import complete, rebuilt
-from .._errors import StructureError
+from .._declare.layout import complete, layout_of, rebuilt
+from .._errors import ModelError, StructureError
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flatten import FlatModel, flatten
@@ -54,10 +54,37 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [], (_again, (_shapes(model), pivots)))
 
 
+def system_of(model: Component) -> System:
+    """The system of a model, from its structure alone; cached."""
+    leaves, structure = jax.tree_util.tree_flatten(model)
+    return system_of_leaves(structure, leaves)
+
+
+def system_of_leaves(structure: Any, leaves: Sequence[Any]) -> System:
+    """The same from the leaves of a model."""
+    return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in leaves))
+
+
+@ft.lru_cache(maxsize=4096)
+def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+    """The same system for a model with and without start values."""
+    layout = layout_of(structure)
+    return _complete(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
+
+
 @ft.lru_cache(maxsize=256)
-def system_for(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+def _complete(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The system of all complete models with this tree structure and leaves of these shapes; cached."""
     return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))
+
+
+def check_structure(model: Any, system: System, what: str) -> None:
+    """Raise unless a model, or a view of one, has the structure that the system was made from."""
+    if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
+        raise ModelError(
+            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
+            "parts and static fields have to be the same."
+        )
 
 
 def _shapes(model: Component) -> Component:
@@ -71,7 +98,7 @@ def _again(model: Component, pivots: np.ndarray | None) -> System:
     if pivots is not None:
         return build(model, lambda merged, reduced: pivots)
     leaves, structure = jax.tree_util.tree_flatten(model)
-    return system_for(structure, tuple(leaf.shape for leaf in leaves))
+    return _complete(structure, tuple(leaf.shape for leaf in leaves))
 
 
 def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:

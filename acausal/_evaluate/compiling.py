@@ -37,7 +37,7 @@ def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "sol
     if algebraic not in ("solve", "integrate"):
         raise ModelError(f'algebraic={algebraic!r} is not known: use "solve" or "integrate".')
     system = build(model, ft.partial(_coefficients, leaves))
-    system.check_values(leaves)
+    system.entry.check(leaves)
     return system if algebraic == "solve" else mass_matrix_form(system)
 
 

@@ -15,6 +15,7 @@ from .._declare.component import At, Component, Event, Kink, Refuse, When
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._jax_private import Literal as Constant
+from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
@@ -211,6 +212,13 @@ def _instants(
     roles: list[Role] = [role(index) for index in range(len(flat.leaves))]
     found = instants(closed, roles, [leaf.stack + leaf.sizes for leaf in flat.leaves])
     return found, tuple(i for i, name in enumerate(roles) if name == "known") if found else ()
+
+
+def time_leaves(flat: FlatModel, merged: Merged) -> frozenset[int]:
+    """The leaves that are the time."""
+    is_time = (merged.representative == TIME) & (merged.sign == 1)
+    others = set(flat.leaf_of_node[~is_time].tolist())
+    return frozenset(set(flat.leaf_of_node[is_time].tolist()) - others)
 
 
 def _events(view: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:

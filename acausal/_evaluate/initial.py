@@ -25,7 +25,7 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     given = given_pairs(system, inputs)
     apart = apart_pairs(system, inputs.given)
     if is_plain(system, given) and not apart:
-        y = system.start_values(inputs, system.states)
+        y = system.starts.values(inputs, system.states)
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
     x, bad = _projected(system, t0, inputs, given)
     if apart:
@@ -50,14 +50,14 @@ def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tu
 
 def start_point(system: System, inputs: Inputs) -> Any:
     """The start values of the constrained pairs, consistent or not."""
-    return system.start_values(inputs, system.constraints.pairs)
+    return system.starts.values(inputs, system.constraints.pairs)
 
 
 def given_pairs(system: System, inputs: Inputs) -> np.ndarray:
     """For each element of the constrained pairs, whether the model gives its start value."""
     table, size = system.ordered.table, system.plan.size
     flags = [
-        np.full(size(v), k == 0 and system.starts.is_given(inputs.given, int(table.variables[v])))
+        np.full(size(v), k == 0 and system.entry.starts.is_given(inputs.given, int(table.variables[v])))
         for v, k in system.constraints.pairs
     ]
     return np.concatenate(flags) if flags else np.zeros(0, bool)
@@ -73,7 +73,7 @@ def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
     if system.solved is None:
         return y
     plan = system.solved.plan
-    store = plan.evaluate(y, t0, inputs.params, system.guess(inputs), system.algebraic)
+    store = plan.evaluate(y, t0, inputs.params, system.starts.guess(inputs), system.algebraic)
     return jnp.concatenate([y, plan.collect(store, system.algebraic)])
 
 
@@ -95,4 +95,4 @@ def pair_names(system: System, pairs: Sequence[Pair]) -> list[str]:
 
 def _disagreement(system: System, inputs: Inputs) -> Any:
     """Whether start values given for variables that are the same differ."""
-    return system.start_spreads(inputs, system.constraints.pairs) > TOLERANCE * system.constraints.sizes
+    return system.starts.spreads(inputs, system.constraints.pairs) > TOLERANCE * system.constraints.sizes

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._errors import ModelError
 from .affine import computed, times
 from .plan import Pair, Store
 from .starts import Inputs
@@ -80,3 +81,23 @@ def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | N
     shape = (-1,) + (1,) * len(flat_leaf.sizes)
     stacked = jnp.where(timed.reshape(shape), time, stacked * signs.reshape(shape))
     return stacked.reshape(flat_leaf.stack + flat_leaf.sizes)
+
+
+def constrained_places(system: System, leaf: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the elements of a leaf lie among the constrained pairs, and the signs with which they do.
+
+    Raises `ModelError` where the leaf is an algebraic variable, which cannot be set.
+    """
+    pairs, plan = system.constraints.pairs, system.plan
+    first = dict(zip(pairs, np.cumsum([0, *(plan.size(v) for v, _ in pairs)]).tolist(), strict=False))
+    places, signs = [], []
+    for i, (pair, sign) in enumerate(_pairs(system, leaf)):
+        if pair is None or pair not in first:
+            raise ModelError(
+                f"An event sets {system.flat.leaves[leaf].name(i)}, which is neither a state nor tied to states by "
+                "constraints: its value follows from an equation. Change what that equation depends on."
+            )
+        size = plan.size(pair[0])
+        places.append(first[pair] + np.arange(size))
+        signs.append(np.full(size, sign))
+    return np.concatenate(places), np.concatenate(signs)

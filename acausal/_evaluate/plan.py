@@ -177,6 +177,18 @@ class Plan:
                 wanted |= group.depends
         return picked[::-1]
 
+    def read_for(self, segments: Iterable[int]) -> set[int]:
+        """These segments and those that are surely read to compute them."""
+        groups = self.needed(segments)
+        # Of alike blocks that are computed together, some may be read and others not.
+        several = {
+            group.first_segment + i
+            for group in self.groups
+            if len(group.uses) > 1
+            for i in range(len(group.program.shapes))
+        }
+        return set(segments).union(*(group.depends for group in groups)) - several
+
     def evaluate(
         self, y: Any, time: Any, packed: Packed, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
     ) -> Store:

@@ -13,6 +13,8 @@ from jaxtyping import Array, Float
 
 from .._reduce.aliases import Merged
 from .._reduce.flatten import FlatLeaf, FlatModel
+from .._reduce.incidence import Incidence
+from .plan import Guess, Pair, Plan
 
 
 @jax.tree_util.register_dataclass
@@ -157,3 +159,35 @@ class Starts:
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
         sizes = np.repeat([math.prod(leaf.sizes) for leaf in leaves], [leaf.count for leaf in leaves])
         return np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PairStarts:
+    """The start values of pairs, a variable and the order of its derivative; zero for a derivative."""
+
+    starts: Starts
+    table: Incidence
+    plan: Plan
+
+    def values(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
+        """Those of pairs, one after the other."""
+        return self._without_rates(self.starts.values(inputs, self._nodes(pairs)), pairs)
+
+    def spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
+        """How far apart the start values are that are given for the aliases of pairs."""
+        return self._without_rates(self.starts.spreads(inputs, self._nodes(pairs)), pairs)
+
+    def guess(self, inputs: Inputs) -> Guess:
+        """From where non-linear solves start."""
+
+        def guess(pairs: Sequence[Pair]) -> Any:
+            return self.values(inputs, pairs).reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
+
+        return guess
+
+    def _without_rates(self, values: Any, pairs: Sequence[Pair]) -> Any:
+        is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
+        return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
+
+    def _nodes(self, pairs: Sequence[Pair]) -> list[int]:
+        return [int(self.table.variables[v]) for v, _ in pairs]

@@ -113,7 +113,7 @@ class EventNumbers:
         """What may be written to the discrete variables, in turns, the last of which counts: for each of them the event
         that writes it, which element of all new values it becomes, and whether there is such a one in this turn.
         """
-        places, start = self.system.discrete_places, 0
+        places, start = self.system.carried.discrete_places, 0
         found: dict[int, list[tuple[int, int]]] = {}
         for (first, count, leaf), size in zip(self.targets, self._sizes_written, strict=True):
             own, width = places.get(leaf, np.zeros(0, int)), size // count

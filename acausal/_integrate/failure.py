@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, ParameterError, SimulationError
+from .._evaluate.diagnosis import block_of, first_not_finite
 from .._evaluate.initial import checked_names
 from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
@@ -38,7 +39,7 @@ def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter
     leaves, structure = jax.tree_util.tree_flatten(solution)
-    if texts := [f"{sentence}." for sentence in system.required(solution._inputs.given)]:
+    if texts := [f"{sentence}." for sentence in system.entry.needed(solution._inputs.given)]:
         leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
     bad_option = result == Result.bad_option
     leaves = eqx.branched_error_if(leaves, bad_option, solution._culprit, list(solution._demands))
@@ -52,7 +53,7 @@ def _error(solution: Solution) -> Exception:
     if result == Result.bad_option:
         return ModelError(solution._demands[int(solution._culprit)])
     if result == Result.bad_parameter:
-        return ParameterError(system.bad_value(int(solution._culprit), solution._inputs))
+        return ParameterError(system.entry.bad_value(int(solution._culprit), solution._inputs))
     if result == Result.bad_start:
         name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(
@@ -139,14 +140,14 @@ def _events_at(solution: Solution, t: float) -> str:
 
 def about_range(system: System, pair: Pair) -> str:
     """What is declared of the ranges of a variable, and of those it is solved for with; empty where nothing is."""
-    block = system.block_of(pair)
+    block = block_of(system, pair)
     pairs = [system.ordered.unknowns[u] for u in block.unknowns] if block else [pair]
     return "".join(f" {said}: outside it has no value." for said in requirements(system.ordered.table, pairs))
 
 
 def about_block(system: System, pair: Pair) -> str:
     """What to say of a variable that is solved for together with others."""
-    block = system.block_of(pair)
+    block = block_of(system, pair)
     if block is None:
         return ""
     table = system.ordered.table
@@ -170,7 +171,7 @@ def _first_not_finite(solution: Solution) -> Pair | None:
     rates = system.vector_field(t, y, solution._inputs)
     for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
         point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))
-        pair = system.first_not_finite(t + ahead, point, solution._inputs)
+        pair = first_not_finite(system, t + ahead, point, solution._inputs)
         if pair is not None:
             return pair
     return None

@@ -53,7 +53,7 @@ def vector_field(settings: Settings) -> Field:
 
 def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Any]:
     """What has to be computed for the values of leaves."""
-    return pairs_of(system, [leaf for leaf in leaves if leaf in system.variable_leaves])
+    return pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
 
 
 def values_of(
@@ -62,12 +62,12 @@ def values_of(
     """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
     was computed there.
     """
-    discrete = system.discrete_values(point, given.inputs)
+    discrete = system.carried.discrete_values(point, given.inputs)
 
     def value(leaf: int) -> Any:
         if leaf in discrete:
             return discrete[leaf]
-        if leaf not in system.variable_leaves:
+        if not system.flat.is_variable(leaf):
             return given.numbers.params[leaf]
         assert store is not None
         return leaf_value(system, store, leaf, t)

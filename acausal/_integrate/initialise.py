@@ -8,12 +8,12 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves, with_leaves
+from .._evaluate.building import check_structure, system_of
 from .._progress import compiling
 from .._tracing import is_traced
 from .no_start import report_no_start
 from .options import flag, instant, names_of
 from .problem import Conditions, problem_of
-from .simulate import check_structure, system_of
 from .start_search import search_start
 from .trim import trimmed_leaves
 
@@ -75,10 +75,10 @@ def initialise(
     )
     if easier is not None:
         check_structure(easier, system, "The easier model")
-    system.check_values(leaves)
-    params = system.enforced(system.parameters(leaves))
-    easy = None if easier is None else system.enforced(system.parameters(complete_leaves(easier)[0]))
-    starts = system.starts.pack(leaves)
+    system.entry.check(leaves)
+    params = system.entry.enforced(system.entry.parameters(leaves))
+    easy = None if easier is None else system.entry.enforced(system.entry.parameters(complete_leaves(easier)[0]))
+    starts = system.entry.starts.pack(leaves)
     with compiling("the start", model, search_start):
         outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants)
     if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):

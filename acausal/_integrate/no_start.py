@@ -32,8 +32,8 @@ def report_no_start(problem: Problem, outcome: Outcome, leaves: Sequence[Any], n
             "Remedy: other first guesses or start values of the discrete variables, or conditions that fit one mode."
         )
     if not found.violation <= CLOSE:
-        kept = problem.system.variable_leaves
-        leaves = [leaf if i in kept else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
+        is_kept = problem.system.flat.is_variable
+        leaves = [leaf if is_kept(i) else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
         said = [_contradiction(problem, found), _about_flat(problem, found)]
         raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
     if np.any(outcome.refused):
@@ -41,8 +41,8 @@ def report_no_start(problem: Problem, outcome: Outcome, leaves: Sequence[Any], n
         raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
     if np.any(outcome.unmet):
         system = problem.system
-        values = system.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
-        told = system.requirements.told(int(np.argmax(outcome.unmet)), system.pack_params(values))
+        values = system.entry.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
+        told = system.entry.requirements.told(int(np.argmax(outcome.unmet)), system.entry.packed(values))
         raise SimulationError(
             f"The conditions lead to a parameter that is not admissible: {told} Remedy: other conditions, a first "
             "guess nearer to an admissible value, or other parameters in solve_for."
@@ -116,7 +116,7 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], 
     pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
     if not pairs or not np.all(np.isfinite(found.end)) or not np.all(np.isfinite(found.slopes)):
         return ""
-    inputs, end = system.pack_leaves(leaves), np.asarray(found.end)[:count]
+    inputs, end = system.entry.inputs_of(leaves), np.asarray(found.end)[:count]
     scale = constraints.sizes * np.sqrt(constraints.weights(problem.held, 0.0))
     step = -scale * (np.linalg.pinv(found.slopes, rtol=RANK) @ np.asarray(found.residual))[:count]
     here, next_ = (

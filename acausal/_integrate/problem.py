@@ -37,12 +37,12 @@ class Values(NamedTuple):
 
     def in_modes(self, system: System, discrete: Any) -> "Values":
         """With these values of the discrete variables, one after the other."""
-        if not system.discrete_places:
+        if not system.carried.discrete_places:
             return self
         inputs = dataclasses.replace(self.inputs, discrete=discrete)
-        held = system.discrete_values(jnp.zeros(0), inputs)
+        held = system.carried.discrete_values(jnp.zeros(0), inputs)
         params = [held.get(i, leaf) for i, leaf in enumerate(self.params)]
-        return self._replace(inputs=system.with_discrete(inputs, jnp.zeros(0)), params=params)
+        return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)), params=params)
 
     def at(self, trim: Trim, x: Any) -> "Values":
         """With the parameters that are among the unknowns."""
@@ -117,7 +117,7 @@ class Problem:
         """The variables whose values are needed, and those whose derivatives are."""
         system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.leaves)
         read = () if self.conditions is None else self.conditions.leaves
-        values, rates = {i for i in read if i < n} & system.variable_leaves, {i - n for i in read if i >= n}
+        values, rates = {i for i in read if i < n and system.flat.is_variable(i)}, {i - n for i in read if i >= n}
         if initial is not None:
             values, rates = values | initial.variables, rates | initial.rates
         return sorted(values), sorted(rates)
@@ -152,7 +152,7 @@ def problem_of(
             ft.partial(_residuals, as_function(conditions, "conditions")), system.flat, "conditions", n_views=2
         )
         names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
-    given = system.given(leaves)
+    given = system.entry.given(leaves)
     fixed = given - _free(system, given, steady, free)
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:
@@ -179,7 +179,7 @@ def _free(system: System, given: frozenset[int], steady: bool, free: Any) -> fro
 
 def _leaf(system: System, name: str, what: str) -> int:
     """The number of a variable leaf by its path."""
-    paths = {leaf.path: i for i, leaf in enumerate(system.flat.leaves) if i in system.variable_leaves}
+    paths = {leaf.path: i for i, leaf in enumerate(system.flat.leaves) if leaf.declaration.is_variable}
     if name not in paths:
         raise ModelError(f"{what}: the model has no variable {name!r}.{suggestion(name, paths)}")
     return paths[name]
@@ -223,6 +223,6 @@ def _wanted(system: System, given: frozenset[int]) -> tuple[int, ...]:
     that constraints tie to them; those that iterations start from; and those that are given already."""
     table = system.ordered.table
     enough = not system.ordered.invariants and all(order == 0 for _, order in system.states)
-    pairs = [*(system.states if enough else system.constraints.pairs), *system.memory]
+    pairs = [*(system.states if enough else system.constraints.pairs), *system.carried.memory]
     nodes = [int(table.variables[v]) for v, order in pairs if order == 0]
     return tuple(sorted({int(system.flat.leaf_of_node[node]) for node in nodes} | given))

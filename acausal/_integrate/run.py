@@ -69,7 +69,7 @@ class _Integrated(NamedTuple):
 
 
 def _given(settings: Settings, numbers: Numbers) -> Given:
-    packed = settings.system.pack_params(numbers.params) if numbers.packed is None else numbers.packed
+    packed = settings.system.entry.packed(numbers.params) if numbers.packed is None else numbers.packed
     return Given(Inputs(packed, jnp.asarray(numbers.starts), settings.given), numbers)
 
 
@@ -152,7 +152,7 @@ def _outcome(
 ) -> tuple[Any, Any]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    bad_values = system.bad_values(inputs)
+    bad_values = system.entry.bad_values(inputs)
     everything = system.evaluate_all(t, y[layout.point], inputs)
     singular = singular_blocks(system, everything, inputs)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)

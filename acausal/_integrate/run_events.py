@@ -38,7 +38,7 @@ class RunEvents(EventNumbers):
     def rates(self, t: Any, y: Any, given: Given) -> Any:
         """The derivative of the stepped vector; zero for what events change, and for algebraic unknowns."""
         layout, system = self.layout, self.system
-        n = layout.n_states - system.plan_size(system.algebraic)
+        n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
         core = jnp.concatenate([y[:n], y[layout.integrals]])
         rates = field(t, core, (given, self._ordinary(y)[n:]))
@@ -129,7 +129,7 @@ class RunEvents(EventNumbers):
 
     def bound(self, y: Any, given: Given) -> Inputs:
         """The inputs with the discrete variables of a point."""
-        return self.system.with_discrete(given.inputs, y[self.layout.point])
+        return self.system.carried.with_discrete(given.inputs, y[self.layout.point])
 
     def _curved(self, t: Any, y: Any, given: Given) -> Any:
         return self.system.instants.curved(t, self.bound(y, given).params)
@@ -172,7 +172,7 @@ class RunEvents(EventNumbers):
             return y[self.layout.point]
         n = len(solved.nominals)
         first = dict(zip(self.system.algebraic, self.system.plan.starts[len(solved.states) :].tolist(), strict=False))
-        places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.memory]
+        places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.carried.memory]
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
 
 

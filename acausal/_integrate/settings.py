@@ -43,8 +43,8 @@ class Settings:
         n = len(system.nominals)
         return StateVector(
             n_states=n,
-            n_memory=system.memory_size,
-            n_discrete=system.extended_size - n - system.memory_size,
+            n_memory=system.carried.n_memory,
+            n_discrete=system.carried.n_discrete,
             n_losses=0 if self.stored is None or events is None else events.total,
             has_status=self.has_events,
             n_integrals=self.n_extra,

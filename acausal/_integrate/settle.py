@@ -9,6 +9,7 @@ import numpy as np
 
 from .._equinox_private import while_loop
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
+from .._evaluate.observe import constrained_places
 from .field import Given
 from .moment import carried_to_moment
 from .record import Record
@@ -183,7 +184,7 @@ def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[
     y = events.layout.with_part(y, events.layout.discrete, discrete)
     wanted: dict[int, tuple[Any, Any]] = {}
     for (first, count, leaf), value in zip(events.targets, values, strict=True):
-        if leaf in events.system.discrete_places:
+        if leaf in events.system.carried.discrete_places:
             continue
         is_here = fired[first : first + count]
         old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
@@ -194,7 +195,7 @@ def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[
 def _reset(events: RunEvents, t: Any, y: Any, wanted: dict[int, tuple[Any, Any]], given: Given) -> tuple[Any, Any]:
     """The vector with new values of variables: those of states directly, others by way of the constraints."""
     system, constraints = events.system, events.system.constraints
-    places = {leaf: system.constrained_places(leaf) for leaf in wanted}
+    places = {leaf: constrained_places(system, leaf) for leaf in wanted}
     x, touched = jnp.zeros(len(constraints.sizes)), jnp.zeros(len(constraints.sizes), bool)
     for leaf, (value, is_here) in wanted.items():
         where, signs = places[leaf]

@@ -1,8 +1,7 @@
 """`simulate`: from a model to its solution, traceable in every number of the model."""
 
 import dataclasses
-import functools as ft
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, Literal, TypeVar
 
 import diffrax
@@ -15,7 +14,7 @@ from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
-from .._evaluate.building import system_for
+from .._evaluate.building import system_of_leaves
 from .._evaluate.system import System
 from .._progress import compiling
 from .._units.quantity import has_unit
@@ -92,7 +91,9 @@ def simulate(
         raise ModelError(f"{model!r} is no component: simulate a model.")
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
-    system = _system_of(structure, given) if system is None else kind_of(system, "system", System, "compile(model)")
+    if system is None:
+        system = system_of_leaves(structure, given)
+    kind_of(system, "system", System, "compile(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
@@ -114,16 +115,16 @@ def simulate(
         adjoint=adjoint and kind_of(adjoint, "adjoint", diffrax.AbstractAdjoint, "one of diffrax, or None"),
         max_steps=count(max_steps, "max_steps"),
         max_events=count(max_events, "max_events"),
-        given=system.given(leaves),
+        given=system.entry.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
         is_started=unmet is not None,
     )
-    params = [_strong(leaf) for leaf in system.parameters(leaves)]
+    params = [_strong(leaf) for leaf in system.entry.parameters(leaves)]
     is_large = len(params) > LARGE
     numbers = Numbers(
         params=_read_singly(settings, params) if is_large else params,
-        packed=system.pack_params(params) if is_large else None,
-        starts=system.starts.pack(leaves),
+        packed=system.entry.packed(params) if is_large else None,
+        starts=system.entry.starts.pack(leaves),
         t0=t0,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
@@ -179,7 +180,7 @@ def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[An
 def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
     """The parameters that a run reads by themselves; thousands of arguments would take XLA long."""
     system = settings.system
-    wanted = {*system.discrete_places}
+    wanted = {*system.carried.discrete_places}
     for quantity in (settings.stop, settings.integrand, settings.stored):
         wanted.update(quantity.leaves if quantity else ())
     if system.events:
@@ -208,29 +209,3 @@ def _check_same_structure(model: Component, layout: Layout, system: System) -> N
             f"The {type(model).__name__} to simulate has another structure or other nominal sizes than the model that "
             "`system` was compiled from: compile it again, with its sizes: compile(sized(model, {...}))."
         )
-
-
-def check_structure(model: Any, system: System, what: str) -> None:
-    """Raise unless a model, or a view of one, has the structure that the system was made from."""
-    if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
-        raise ModelError(
-            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
-            "parts and static fields have to be the same."
-        )
-
-
-def system_of(model: Component) -> System:
-    """The reduced system of a model, from its structure alone; cached."""
-    leaves, structure = jax.tree_util.tree_flatten(model)
-    return _system_of(structure, leaves)
-
-
-def _system_of(structure: Any, given: Sequence[Any]) -> System:
-    return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in given))
-
-
-@ft.lru_cache(maxsize=4096)
-def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
-    """The same system for a model with and without start values."""
-    layout = layout_of(structure)
-    return system_for(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))

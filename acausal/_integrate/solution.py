@@ -210,9 +210,9 @@ class Solution(eqx.Module, Generic[M]):
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name in type(self).__dataclass_fields__:
             raise AttributeError(name)
-        if name in self.system.root_fields:
+        if name in self.system.flat.root_fields:
             return getattr(self.values, name)
-        hint = suggestion(name, self.system.root_fields)
+        hint = suggestion(name, self.system.flat.root_fields)
         raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
 
     def __repr__(self) -> str:
@@ -224,7 +224,7 @@ class Solution(eqx.Module, Generic[M]):
         return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}{said}>"
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self.system.root_fields]
+        return [*super().__dir__(), *self.system.flat.root_fields]
 
     def to_numpy(self) -> dict[str, np.ndarray]:
         """Trajectories of all variables by name, and the time as "t"."""
@@ -232,7 +232,7 @@ class Solution(eqx.Module, Generic[M]):
             raise ModelError(
                 "The solution is a batch: take one run of it with jax.tree_util.tree_map(lambda x: x[i], sol)."
             )
-        names = [name for name, (leaf, _) in self._names.items() if leaf in self.system.variable_leaves]
+        names = [name for name, (leaf, _) in self._names.items() if self.system.flat.is_variable(leaf)]
         return {"t": np.asarray(self.ts)} | {name: np.asarray(self[name]) for name in names}
 
     def to_pandas(self) -> Any:
@@ -276,6 +276,6 @@ def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) 
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
         leaves = system.flat.variable_leaves
         values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
-        return values | system.discrete_values(y, inputs)
+        return values | system.carried.discrete_values(y, inputs)
 
     return _over_batch(at, batch)(ts, ys, inputs)

@@ -76,10 +76,10 @@ def search_start(
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
-    inputs = Inputs(system.pack_params(params), jnp.asarray(starts), problem.given)
+    inputs = Inputs(system.entry.packed(params), jnp.asarray(starts), problem.given)
     values = easier = Values(inputs, params, t0, constants, sizes)
     if easy is not None:
-        easy_inputs = Inputs(system.pack_params(easy), inputs.starts, problem.given)
+        easy_inputs = Inputs(system.entry.packed(easy), inputs.starts, problem.given)
         easier = Values(easy_inputs, easy, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
@@ -104,11 +104,11 @@ def search_start(
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
-    unmet = system.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
+    unmet = system.entry.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
     is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
     y = jnp.where(is_bad, jnp.nan, found.x[states])
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
     trimmed = trim.values(found.x, sizes)
     new |= {leaf: jnp.where(is_bad, jnp.nan, value) for leaf, value in trimmed.items()}
     outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad | ~(found.violation <= CLOSE))
-    return outcome, new | system.discrete_values(y, values.inputs)
+    return outcome, new | system.carried.discrete_values(y, values.inputs)

@@ -21,10 +21,10 @@ def started(system: System, leaves: Sequence[Any], t0: Any, *, throw: bool = Tru
     """
     system = system.solved or system
     problem, constants = problem_of(system, list(leaves))
-    system.check_values(leaves)
-    params = system.enforced(system.parameters(leaves))
+    system.entry.check(leaves)
+    params = system.entry.enforced(system.entry.parameters(leaves))
     t0 = jnp.asarray(t0, float)
-    outcome, new = search_start(problem, params, None, system.starts.pack(leaves), t0, constants)
+    outcome, new = search_start(problem, params, None, system.entry.starts.pack(leaves), t0, constants)
     if throw and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
     before = [_start(system, i, leaf) for i, leaf in enumerate(leaves)]

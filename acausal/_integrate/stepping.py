@@ -7,6 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from .._evaluate.invariants import onto_invariants
 from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .field import Given, vector_field
@@ -38,11 +39,11 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
     system, solver = settings.system, settings.solver
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
-    if not system.memory and not system.ordered.invariants and events is None:
+    if not system.carried.memory and not system.ordered.invariants and events is None:
         return solver
 
     def project(t: Any, states: Any, given: Given) -> Any:
-        return system.projected(t, states, given.inputs)
+        return onto_invariants(system, t, states, given.inputs)
 
     def remember(t: Any, y: Any, given: Given) -> Any:
         return system.with_memory(t, y[settings.layout.point], given.inputs)[settings.layout.memory]
@@ -51,7 +52,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
         solver,
         settings.layout,
         project if system.ordered.invariants else None,
-        remember if system.memory else None,
+        remember if system.carried.memory else None,
         events,
         begin,
     )
@@ -64,8 +65,8 @@ def begin_run(
     carried from step to step.
     """
     system, layout, numbers = settings.system, settings.layout, given.numbers
-    discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.discrete_places]
-    guess = system.start_values(given.inputs, system.memory)
+    discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.carried.discrete_places]
+    guess = system.starts.values(given.inputs, system.carried.memory)
     rest = jnp.zeros(layout.size - layout.discrete.stop)
     y = jnp.concatenate([y0, guess, *discrete, rest])
     if not settings.has_events:
@@ -91,7 +92,7 @@ def begin_run(
 
 def _remembered(settings: Settings, given: Given, y: Any) -> Any:
     system, layout = settings.system, settings.layout
-    if not system.memory:
+    if not system.carried.memory:
         return y
     new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
     return layout.with_part(y, layout.memory, new)

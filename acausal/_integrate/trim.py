@@ -75,7 +75,7 @@ class Trim:
         if not new:
             return inputs, params
         params = [new.get(i, value) for i, value in enumerate(params)]
-        return dataclasses.replace(inputs, params=self.system.pack_params(params)), params
+        return dataclasses.replace(inputs, params=self.system.entry.packed(params)), params
 
     def given(self, x: Any, sizes: Any, given: Given) -> Given:
         """The numbers of a run with these parameters."""

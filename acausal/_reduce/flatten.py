@@ -125,6 +125,14 @@ class FlatModel:
     def variable_leaves(self) -> list[int]:
         return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.is_variable]
 
+    def is_variable(self, leaf: int) -> bool:
+        return self.leaves[leaf].declaration.is_variable
+
+    @property
+    def root_fields(self) -> tuple[str, ...]:
+        """Names of the model's own parts, parameters and variables."""
+        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.leaves))
+
     @ft.cached_property
     def discrete_leaves(self) -> list[int]:
         return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.role == "discrete"]

@@ -13,12 +13,12 @@ from .._declare.layout import complete_leaves, with_leaves
 from .._declare.node import nodes_of
 from .._declare.requirements import broken
 from .._errors import ModelError, SimulationError, collecting
-from .._evaluate.building import build
+from .._evaluate.building import build, system_of
+from .._evaluate.diagnosis import first_not_finite
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._integrate.failure import about_block, about_range
-from .._integrate.simulate import system_of
 from .._integrate.started import started
 from .._reduce.flatten import flatten
 from .._reduce.stated import initial_templates, templates
@@ -102,7 +102,7 @@ def _start(system: System, model: Component) -> list[str]:
     if names:
         return [f"{', '.join(names)}: the start values contradict the equations. Leave some of them out."]
     name_of = lambda pair: system.ordered.table.variable_name(*pair)  # noqa: E731
-    pair = system.first_not_finite(jnp.asarray(0.0), y, inputs)
+    pair = first_not_finite(system, jnp.asarray(0.0), y, inputs)
     if pair is not None:
         said = f"{name_of(pair)} is infinite or not a number at the start."
         return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]

@@ -4,8 +4,8 @@ import dataclasses
 from typing import Any
 
 from .._declare.component import Component
+from .._evaluate.building import system_of
 from .._evaluate.system import System
-from .._integrate.simulate import system_of
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
 from .._units.check import unchecked_equations

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from acausal import Component, System
+from acausal._evaluate.building import system_of
 from acausal._evaluate.observe import observe
-from acausal._integrate.simulate import system_of
 
 
 def values_without_states(model: Component) -> dict[str, np.ndarray]:

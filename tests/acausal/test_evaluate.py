@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from acausal import Array as Parts
 from acausal import Component, Connections, connect, repeat, simulate, stack
-from acausal._integrate.simulate import system_of
+from acausal._evaluate.building import system_of
 from components.electrical import Capacitor, ConstantVoltage, DCMotor, Ground, Resistor
 from components.rotational import Inertia, Spring
 

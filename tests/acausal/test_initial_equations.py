@@ -36,8 +36,7 @@ from acausal import (
     simulate,
     when,
 )
-from acausal._evaluate.building import mass_matrix_form
-from acausal._integrate.simulate import system_of
+from acausal._evaluate.building import mass_matrix_form, system_of
 from components.blocks import SISO, Gain
 from components.rotational import IdealGear, Inertia, SignalTorque, SpeedSensor
 

@@ -23,8 +23,7 @@ from acausal import (
     prefer,
     simulate,
 )
-from acausal._evaluate.building import build
-from acausal._integrate.simulate import system_of
+from acausal._evaluate.building import build, system_of
 from components.rotational import Flange, IdealGear
 
 

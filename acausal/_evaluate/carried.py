@@ -1,0 +1,91 @@
+"""What a run carries along behind the states: the memory of iterations, and the discrete variables."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from .._reduce.flatten import FlatModel
+from .packing import packed
+from .plan import Guess, Pair, Plan
+from .starts import Inputs
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Carried:
+    """Where the parts of a point [states, memory, discrete variables] lie; all behind the states may be missing.
+
+    `memory` are the unknowns that are iterated for: their last values are good guesses.
+    """
+
+    flat: FlatModel
+    plan: Plan
+    n_states: int
+    memory: tuple[Pair, ...]
+
+    @ft.cached_property
+    def n_memory(self) -> int:
+        return sum(self.plan.size(v) for v, _ in self.memory)
+
+    @property
+    def n_discrete(self) -> int:
+        return sum(len(places) for places in self.discrete_places.values())
+
+    @ft.cached_property
+    def discrete_places(self) -> dict[int, np.ndarray]:
+        """Where the elements of each discrete leaf lie."""
+        places, start = {}, self._first_discrete
+        for index in self.flat.discrete_leaves:
+            places[index] = start + np.arange(math.prod(self._shape(index)))
+            start += len(places[index])
+        return places
+
+    @property
+    def _first_discrete(self) -> int:
+        return self.n_states + self.n_memory
+
+    def _shape(self, leaf: int) -> tuple[int, ...]:
+        return self.flat.leaves[leaf].stack + self.flat.leaves[leaf].sizes
+
+    def memory_of(self, y: Any) -> Guess | None:
+        """The guesses that a point holds; None where it is states alone."""
+        if len(y) == self.n_states:
+            return None
+        values = y[self.n_states : self._first_discrete]
+        sizes = [self.plan.size(v) for v, _ in self.memory]
+        first = dict(zip(self.memory, np.cumsum([0, *sizes]).tolist(), strict=False))
+
+        def guess(pairs: Sequence[Pair]) -> Any:
+            index = np.array([first[pair] + np.arange(self.plan.size(pair[0])) for pair in pairs])
+            return values[index].reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
+
+        return guess
+
+    def discrete_values(self, y: Any, inputs: Inputs) -> dict[int, Any]:
+        """The discrete leaves by number, from a point that holds them or else from the inputs."""
+        first = self._first_discrete
+        end = first + self.n_discrete
+        values = y[first:end] if len(y) >= end else inputs.discrete
+        if values is None:
+            return {}
+        return {
+            i: jax.lax.slice(values, (places[0] - first,), (places[-1] + 1 - first,)).reshape(self._shape(i))
+            for i, places in self.discrete_places.items()
+        }
+
+    def with_discrete(self, inputs: Inputs, y: Any) -> Inputs:
+        """The inputs with the discrete variables that a point holds."""
+        values = self.discrete_values(y, inputs)
+        if not values:
+            return inputs
+        leaves = [values.get(i) for i in range(len(self.flat.leaves))]
+        changed = {key: packed(self.flat, leaves, *key) for key in inputs.params if self._is_discrete(key)}
+        return dataclasses.replace(inputs, params=inputs.params | changed)
+
+    def _is_discrete(self, key: tuple[int, int]) -> bool:
+        kind, slot = key
+        return self.flat.holders[kind].kind.declarations[slot].role == "discrete"

@@ -1,0 +1,104 @@
+"""How the numbers of a model enter what is compiled for it."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Component
+from .._declare.layout import complete_leaves
+from .._errors import ParameterError
+from .._reduce.flatten import FlatLeaf, FlatModel
+from .._tracing import known
+from .packing import discrete_start, packed
+from .plan import Packed
+from .requirements import ModelRequirements
+from .starts import Inputs, Starts
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Entry:
+    """Sorts the leaves of a model into parameters and start values, and says which of them are bad.
+
+    `used` are the parameters that the compiled functions read, by component kind and slot.
+    """
+
+    flat: FlatModel
+    starts: Starts
+    requirements: ModelRequirements
+    used: tuple[tuple[int, int], ...]
+
+    def inputs(self, model: Component) -> Inputs:
+        """What the compiled functions take, from a model."""
+        return self.inputs_of(complete_leaves(model)[0])
+
+    def inputs_of(self, leaves: Sequence[Any]) -> Inputs:
+        """The same from the leaves of a model, None where a start value is not given."""
+        return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
+
+    def parameters(self, leaves: Sequence[Any]) -> list[Any]:
+        """The leaves of a model, None where they are variables; discrete ones as they are at the start."""
+        return [
+            None if leaf.declaration.is_variable else discrete_start(leaf, value)
+            for leaf, value in zip(self.flat.leaves, leaves, strict=True)
+        ]
+
+    def packed(self, parameters: Sequence[Any]) -> Packed:
+        """Parameters, as `parameters` lists them, by component kind and slot."""
+        return {key: packed(self.flat, parameters, *key) for key in self.used}
+
+    def given(self, leaves: Sequence[Any]) -> frozenset[int]:
+        """The variable leaves that have a start value in the model."""
+        return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
+
+    def enforced(self, parameters: list[Any]) -> list[Any]:
+        """Parameters that meet all requirements.
+
+        Raises `ParameterError` where they do not; where they are not known, they become NaN.
+        """
+        return self.requirements.enforced(parameters, self.packed(parameters))
+
+    def check(self, leaves: Sequence[Any]) -> None:
+        """Raise `ParameterError` where parameters or given start values of a model are known and bad."""
+        self.enforced(self.parameters(leaves))
+        for index in sorted(self.given(leaves)):
+            leaf, start = self.flat.leaves[index], known(jnp.asarray(leaves[index], float))
+            if start is not None and not np.all(_is_admitted(leaf, start)):
+                raise ParameterError(_bad_start(leaf, start))
+
+    def bad_values(self, inputs: Inputs) -> Any:
+        """For each of the requirements, and of the start values that are given, whether it is not met."""
+        checks = [self.requirements.broken(inputs.params)]
+        for index in sorted(inputs.given):
+            start = self.starts.of_leaf(inputs, index)
+            checks.append(~jnp.all(_is_admitted(self.flat.leaves[index], start))[None])
+        return jnp.concatenate(checks)
+
+    def needed(self, given: frozenset[int]) -> list[str]:
+        """What each of `bad_values` is short of, as sentences."""
+        return self.requirements.sentences + [_needed(self.flat.leaves[index]) for index in sorted(given)]
+
+    def bad_value(self, index: int, inputs: Inputs) -> str:
+        """What one of `bad_values` is short of, with the numbers."""
+        count = len(self.requirements.sentences)
+        if index < count:
+            return self.requirements.told(index, inputs.params)
+        leaf = sorted(inputs.given)[index - count]
+        return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
+
+
+def _is_admitted(leaf: FlatLeaf, start: Any) -> Any:
+    """Whether each element of a start value is one that the variable can have."""
+    sign, is_finite = leaf.declaration.sign, abs(start) < np.inf
+    return is_finite if sign is None else is_finite & sign.admits(start)
+
+
+def _needed(leaf: FlatLeaf) -> str:
+    sign = leaf.declaration.sign
+    return f"{leaf.path} must be {sign.name if sign else 'a finite number'}"
+
+
+def _bad_start(leaf: FlatLeaf, start: np.ndarray) -> str:
+    return f"{_needed(leaf)}, but starts from {start if start.size > 1 else start.ravel()[0]} {leaf.declaration.unit}."
