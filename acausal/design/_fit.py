@@ -1,0 +1,271 @@
+"""What a fit to measurements says: estimates, their intervals, what the data cannot tell apart, and residual tests."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Mapping
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from .._analyse.table import aligned
+from .._declare.component import Component
+from .._errors import UnknownNameError, suggestion
+from ._free import Free
+from ._least_squares import Minimum, Problem
+from ._profile import Profile, profile
+from ._residuals import ResidualTest, tests_of
+
+M = TypeVar("M", bound=Component)
+RANK = 1e-7  # singular values below this share of the largest are errors of the runs
+WEAK = 1.0  # relative uncertainty from which on the data do not tell a combination
+
+
+class Channel(NamedTuple):
+    """One measured quantity of one experiment; `rows` are those of its residuals."""
+
+    experiment: str
+    name: str
+    unit: str
+    times: np.ndarray | None
+    measured: np.ndarray
+    rows: slice
+    is_estimated: bool  # its noise
+    group: int
+    place: int
+
+    @property
+    def label(self) -> str:
+        return f"{self.experiment}: {self.name}"
+
+
+class Combination(NamedTuple):
+    """A direction in the space of parameters, in relative changes, and how far the data leave it open.
+
+    Along it all parameters change by `shares` times one factor; `std` is the relative standard deviation of that
+    factor, infinite where the data say nothing.
+    """
+
+    shares: Mapping[str, float]
+    std: float
+
+    def __str__(self) -> str:
+        parts = [f"{share:+.2f} {name}" for name, share in self.shares.items() if abs(share) >= 0.1]
+        known = "not determined at all" if np.isinf(self.std) else f"known to {100 * self.std:.3g} %"
+        return f"{' '.join(parts)} (relative changes): {known}"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fit(Generic[M]):
+    """The outcome of `identify`; `print` it for a table. Arrays are in the order in which parameters were named."""
+
+    _problem: Problem
+    _free: Free
+    _minimum: Minimum
+    channels: tuple[Channel, ...]
+    noise_freedom: float  # degrees of freedom of the noise; infinite where it was given
+    level: float
+    _tolerance: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._free.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self._free.units
+
+    @property
+    def evaluations(self) -> int:
+        """Runs of all experiments with their derivatives."""
+        return self._minimum.evaluations
+
+    @ft.cached_property
+    def estimates(self) -> Float[np.ndarray, " n"]:
+        return np.asarray(self._free.unscaled(self._minimum.z))
+
+    @property
+    def model(self) -> M:
+        """The model with the estimates."""
+        return self._free.with_values(self._problem.model, self.estimates)  # pyright: ignore[reportReturnType]
+
+    @property
+    def at_bound(self) -> Bool[np.ndarray, " n"]:
+        """Parameters that the data push against their bound."""
+        return self._minimum.at_bound
+
+    @property
+    def chi2(self) -> float:
+        """The sum of squares of the weighted residuals, of priors included."""
+        return self._minimum.chi2
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom: values and priors less parameters within their bounds."""
+        priors = int(np.sum(np.isfinite(self._problem.prior_std)))
+        return sum(channel.measured.size for channel in self.channels) + priors - int(np.sum(~self.at_bound))
+
+    @ft.cached_property
+    def jacobian(self) -> Float[np.ndarray, "m n"]:
+        """Derivatives of the weighted residuals with respect to the parameters in their units."""
+        return self._minimum.jacobian / np.asarray(self._free.slopes(self.estimates))
+
+    @ft.cached_property
+    def _relative(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The sizes by which changes are relative, and the SVD of the derivatives with respect to relative changes."""
+        sizes = np.where(self.estimates != 0.0, np.abs(self.estimates), np.asarray(self._free.slopes(self.estimates)))
+        sizes = np.where(self.at_bound, 0.0, sizes)
+        left, values, right = np.linalg.svd(self.jacobian * sizes, full_matrices=False)
+        return sizes, left, values, right
+
+    @property
+    def singular_values(self) -> Float[np.ndarray, " n"]:
+        """Of the derivatives of the weighted residuals with respect to relative changes of the parameters."""
+        return self._relative[2]
+
+    @property
+    def rank(self) -> int:
+        """How many combinations of parameters the data determine; those at a bound are not counted."""
+        values = self.singular_values
+        return int(np.sum(values > RANK * np.max(values, initial=0.0)))
+
+    @ft.cached_property
+    def covariance(self) -> Float[np.ndarray, "n n"]:
+        """(J^T J)^-1. Infinite for what the data do not determine, zero for what is held by its bound."""
+        sizes, _, values, right = self._relative
+        right = right[: self.rank] / values[: self.rank, None]
+        covariance = sizes[:, None] * (right.T @ right) * sizes
+        lost = self._undetermined
+        covariance[lost, lost] = np.inf
+        return covariance
+
+    @property
+    def _undetermined(self) -> Bool[np.ndarray, " n"]:
+        """Parameters that take part in a direction of which the data say nothing."""
+        return ~self.at_bound & np.any(np.abs(self._relative[3][self.rank :]) > 1e-4, axis=0)
+
+    @property
+    def std(self) -> Float[np.ndarray, " n"]:
+        """Standard deviations of the estimates; not a number for what is held by its bound."""
+        return np.where(self.at_bound, np.nan, np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def std_scaled_by_residual(self) -> Float[np.ndarray, " n"]:
+        """Standard deviations if the given noise is right only up to one factor, which the residuals tell."""
+        return self.std * np.sqrt(self.chi2 / self.dof) if self.dof > 0 else np.full(len(self.names), np.nan)
+
+    @property
+    def correlation(self) -> Float[np.ndarray, "n n"]:
+        """Correlation of the estimates; not a number where one of them is not determined or held by its bound."""
+        std = np.where(np.isfinite(self.std), self.std, np.nan)
+        return self.covariance / np.outer(std, std)
+
+    @property
+    def _quantile(self) -> float:
+        from scipy.stats import t
+
+        return float(t.ppf(0.5 + 0.5 * self.level, self.noise_freedom))
+
+    @property
+    def low(self) -> Float[np.ndarray, " n"]:
+        """Lower ends of the confidence intervals, none of them below its bound."""
+        return np.fmax(self.estimates - self._quantile * self.std, self._free.low)
+
+    @property
+    def high(self) -> Float[np.ndarray, " n"]:
+        """Upper ends of the confidence intervals, none of them above its bound."""
+        return np.fmin(self.estimates + self._quantile * self.std, self._free.high)
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """All principal directions of the parameters, the one that the data tell least about first."""
+        sizes, _, values, right = self._relative
+        found = []
+        for i in range(len(right) - 1, -1, -1):
+            if np.any(sizes[np.abs(right[i]) > 1e-8]):
+                sign = 1.0 if right[i][np.argmax(np.abs(right[i]))] > 0.0 else -1.0
+                std = 1.0 / values[i] if i < self.rank else np.inf
+                found.append(Combination(dict(zip(self.names, (sign * right[i]).tolist(), strict=True)), float(std)))
+        return tuple(found)
+
+    @property
+    def indistinguishable(self) -> tuple[Combination, ...]:
+        """Combinations that the data do not tell: uncertain by more than their own size."""
+        return tuple(combination for combination in self.combinations if combination.std > WEAK)
+
+    @property
+    def residuals(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """(predicted - measured) / sigma by experiment and channel."""
+        return {channel.label: self._minimum.residuals[channel.rows] for channel in self.channels}
+
+    @property
+    def sigma(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """Standard deviations of the noise, given or estimated."""
+        return {channel.label: self._sigma(channel) for channel in self.channels}
+
+    @property
+    def predicted(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """What the fitted model predicts."""
+        return {c.label: c.measured + self.residuals[c.label] * self._sigma(c) for c in self.channels}
+
+    def _sigma(self, channel: Channel) -> np.ndarray:
+        return np.ravel(self._problem.groups[channel.group].sigma[channel.name][channel.place])
+
+    @property
+    def tests(self) -> tuple[ResidualTest, ...]:
+        """Whether the residuals are what noise would be."""
+        return tests_of(self)
+
+    def profile(self, name: str, *, points: int = 9, level: float | None = None) -> Profile:
+        """The profile likelihood of a parameter: chi2 along its values, all others fitted again at each.
+
+        Its interval holds where the model bends so much that that of the covariance does not. `points` values are
+        drawn on either side, out to where chi2 has risen by what the interval at `level` allows.
+        """
+        if name not in self.names:
+            raise UnknownNameError(f"The fit has no parameter {name!r}.{suggestion(name, self.names)}")
+        return profile(self, self.names.index(name), points, self.level if level is None else level)
+
+    def plot(self, axes: Any = None) -> Any:
+        """What was measured, with the fitted model; a panel for each channel. Returns the matplotlib axes."""
+        from ._fit_plots import plot_fit
+
+        return plot_fit(self, axes)
+
+    def plot_residuals(self, axes: Any = None) -> Any:
+        """Weighted residuals in order, and against the quantiles of the normal distribution."""
+        from ._fit_plots import plot_residuals
+
+        return plot_residuals(self, axes)
+
+    def plot_correlation(self, ax: Any = None) -> Any:
+        """The correlation matrix of the estimates."""
+        from ._fit_plots import plot_correlation
+
+        return plot_correlation(self, ax)
+
+    def __repr__(self) -> str:
+        return f"<Fit of {', '.join(self.names)}: chi2 = {self.chi2:.6g}, {self.dof} degrees of freedom>"
+
+    def __str__(self) -> str:
+        share = f"{100 * self.level:g} %"
+        head = ["parameter", "unit", "estimate", "std", f"low {share}", f"high {share}", ""]
+        columns = zip(self.names, self.units, self.estimates, self.std, self.low, self.high, self.at_bound, strict=True)
+        rows = [
+            [name, unit, *(f"{number:.6g}" for number in numbers), "at its bound" if bound else ""]
+            for name, unit, *numbers, bound in columns
+        ]
+        rank = f"rank {self.rank} of {int(np.sum(~self.at_bound))}"
+        lines = [aligned([head, *rows]), f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
+        if len(self.names) > 1:
+            lines += ["correlation", self._correlation_table]
+        lines += [f"not told by the data: {combination}" for combination in self.indistinguishable]
+        return "\n".join([*lines, *map(str, self.tests)])
+
+    @property
+    def _correlation_table(self) -> str:
+        rows = [
+            [name, *(f"{value:.3f}" for value in row[: i + 1])]
+            for i, (name, row) in enumerate(zip(self.names, self.correlation, strict=True))
+        ]
+        return aligned([[*row, *[""] * (len(rows) + 1 - len(row))] for row in rows])

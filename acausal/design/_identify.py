@@ -1,0 +1,198 @@
+"""`identify`: parameters from measurements."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from .._declare.component import Component
+from .._errors import ModelError, ParameterError, SimulationError, suggestion
+from .._progress import compiling
+from ._distributions import Normal
+from ._experiment import Experiment, Labels, Prepared, prepared
+from ._fit import RANK, Channel, Fit
+from ._free import Free, free_parameters
+from ._least_squares import Minimum, Problem, _solve, minimise, stacked
+
+M = TypeVar("M", bound=Component)
+ROUNDS = 30  # of estimating the noise
+SAME_NOISE = 1e-8  # relative change of the noise from one round to the next that is taken for none
+LEAST_NOISE = 1e-12  # of what is measured, where the model fits exactly
+
+
+def identify(
+    model: M,
+    free: Mapping[Any, Any],
+    experiments: Experiment[M] | Sequence[Experiment[M]],
+    *,
+    priors: Mapping[Any, Normal] | None = None,
+    level: float = 0.95,
+    tolerance: float = 1e-9,
+    max_steps: int = 200,
+) -> Fit[M]:
+    """Estimate parameters so that what the model predicts comes closest to what was measured.
+
+    The sum over all experiments of ((predicted - measured)/sigma)^2, and of ((p - mean)/std)^2 for each prior, is
+    minimised by the Levenberg-Marquardt method with exact derivatives, from the numbers of `model` on.
+
+    - `free`: bounds of the free parameters by path, in declared units or with units of their own, as in
+      `{"motor.resistor.R": (0.1, 1.0), "line.stiffness": (None, None)}`. A tuple of paths shares one value. Parameters
+      whose bounds are more than a decade apart are scaled by their logarithm.
+    - `experiments`: one or several; what is free has the same value in all of them. Those of the same kind, with as
+      many samples, run as one batch.
+    - `priors`: what is known of parameters beforehand, by the same keys as in `free`: `Normal(mean, std)`.
+    - `level`: of the confidence intervals. `tolerance`: of the parameters, in parts of their bounds' distance.
+
+    The bounds are met by projection: a parameter that the data push against its bound stays there, and the covariance
+    is that of the others, given its value. Intervals end at a bound, which does not change how often they hold the
+    true value. Where all noise is given, the covariance of the estimates is (J^T J)^-1, J being the derivatives of the
+    weighted residuals, and the intervals are those of the normal distribution; where noise is estimated, they are those
+    of Student's t with the degrees of freedom that this leaves. The noise of a channel is estimated from its residuals
+    less the part of them that the parameters take up, and weights and estimates are repeated until both stay.
+
+    Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3.
+
+    Raises `ModelError` or `ParameterError` for what is wrong with the data, `SimulationError` where the model cannot be
+    run from its own numbers on or the search does not converge.
+    """
+    chosen = free_parameters(model, free)
+    many = [experiments] if isinstance(experiments, Experiment) else list(experiments)
+    ready, labels = prepared(many, model)
+    mean, std = _priors(priors or {}, free, chosen, model)
+    _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
+    groups, places = stacked(ready)
+    # What a search starts from is no part of the program.
+    still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
+    problem = Problem(still, model, groups, jnp.asarray(mean), jnp.asarray(std))
+    channels = _channels(problem, places, labels)
+    start = np.asarray(chosen.scaled(chosen.values(model)))
+    with compiling("the fit", model, _solve):
+        problem, minimum, freedom = _weighted(problem, channels, start, tolerance, max_steps)
+    if not minimum.computed:
+        _raise_start(ready, labels, model)
+    if not minimum.converged:
+        raise SimulationError(
+            f"The fit has not converged after {minimum.evaluations} evaluations. Remedy: start closer, narrow the "
+            "bounds, or hold parameters that the data cannot tell apart."
+        )
+    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance)
+
+
+def _priors(priors: Mapping[Any, Any], free: Mapping[Any, Any], chosen: Free, model: Component) -> Any:
+    """Mean and standard deviation for each free parameter; an infinite one where nothing is known."""
+    mean, std = np.asarray(chosen.values(model), float).copy(), np.full(len(chosen.variables), np.inf)
+    keys = {variable.name: i for i, variable in enumerate(chosen.variables)}
+    for key, prior in priors.items():
+        name = ", ".join(key) if isinstance(key, tuple) else key
+        if name not in keys:
+            raise ModelError(f"priors names {name!r}, which is not free.{suggestion(name, keys)}")
+        if not isinstance(prior, Normal):
+            raise ModelError(f"The prior of {name} must be Normal(mean, std), got {prior!r}.")
+        one = prior.resolved(chosen.units[keys[name]], name, mean[keys[name]])
+        mean[keys[name]], std[keys[name]] = one.mean, one.std
+    return mean, std
+
+
+def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free, priors: int) -> None:
+    values = sum(np.size(value) for experiment in ready for value in experiment.measured.values())
+    noises = sum(len(label.estimated) for label in labels)
+    n = len(free.variables)
+    if values + priors < n + noises:
+        said = f", {priors} priors" if priors else ""
+        wanted = f"{n} parameters" + (f" and the noise of {noises} channels" if noises else "")
+        raise ParameterError(
+            f"{values} measured values{said} cannot determine {wanted}. Remedy: free fewer parameters, give sigma, "
+            "or measure more."
+        )
+
+
+def _channels(problem: Problem, places: Sequence[tuple[int, int]], labels: Sequence[Labels]) -> list[Channel]:
+    """Where the residuals of each channel of each experiment lie."""
+    offsets, first = [], 0
+    for group in problem.groups:
+        offsets.append({})
+        for name in group.names:
+            offsets[-1][name] = first
+            first += np.size(group.measured[name])
+    channels = []
+    for (number, place), label in zip(places, labels, strict=True):
+        group = problem.groups[number]
+        times = None if group.times is None else np.asarray(group.times[place])
+        for name in group.names:
+            values = np.asarray(group.measured[name][place])
+            begin = offsets[number][name] + place * values.size
+            channels.append(
+                Channel(
+                    experiment=label.name,
+                    name=name,
+                    unit=label.units[name],
+                    times=times,
+                    measured=values.ravel(),
+                    rows=slice(begin, begin + values.size),
+                    is_estimated=name in label.estimated,
+                    group=number,
+                    place=place,
+                )
+            )
+    return channels
+
+
+def _with_noise(problem: Problem, channels: Sequence[Channel], sigmas: np.ndarray) -> Problem:
+    """The problem with the noise of some channels set."""
+    noises = [dict(group.sigma) for group in problem.groups]
+    for channel, sigma in zip(channels, sigmas, strict=True):
+        noise = noises[channel.group]
+        noise[channel.name] = noise[channel.name].at[channel.place].set(sigma)
+    groups = tuple(dataclasses.replace(g, sigma=noise) for g, noise in zip(problem.groups, noises, strict=True))
+    return dataclasses.replace(problem, groups=groups)
+
+
+def _weighted(
+    problem: Problem, channels: Sequence[Channel], start: np.ndarray, tolerance: float, most: int
+) -> tuple[Problem, Minimum, float]:
+    """The fit with the noise estimated where it is not given, and the degrees of freedom of that noise."""
+    held = np.zeros(len(start), bool)
+    unknown = [channel for channel in channels if channel.is_estimated]
+    sizes = np.array([float(np.max(np.abs(channel.measured))) or 1.0 for channel in unknown])
+    # Before anything is known of the noise, each channel counts by the spread of its values.
+    sigmas = np.array([float(np.std(channel.measured)) for channel in unknown])
+    sigmas = np.where(sigmas > 0.0, sigmas, sizes)
+    problem = _with_noise(problem, unknown, sigmas)
+    minimum, freedom = minimise(problem, start, held, tolerance, most), np.inf
+    for _ in range(ROUNDS if unknown else 0):
+        left = np.array([channel.measured.size for channel in unknown]) - _taken_up(minimum, unknown)
+        squares = np.array([np.sum(minimum.residuals[channel.rows] ** 2) for channel in unknown])
+        new = np.fmax(sigmas * np.sqrt(squares / left), LEAST_NOISE * sizes)
+        settled = not minimum.computed or np.all(np.abs(new - sigmas) <= SAME_NOISE * new)
+        if settled:
+            break
+        sigmas, freedom, problem = new, float(np.sum(left)), _with_noise(problem, unknown, new)
+        again = minimise(problem, minimum.z, held, tolerance, most)
+        minimum = again._replace(evaluations=again.evaluations + minimum.evaluations)
+    return problem, minimum, freedom
+
+
+def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
+    """How many degrees of freedom the parameters take from each channel: its leverages."""
+    left, values, _ = np.linalg.svd(minimum.jacobian[:, ~minimum.at_bound], full_matrices=False)
+    left = left[:, values > RANK * np.max(values, initial=0.0)]
+    return np.array([np.sum(left[channel.rows] ** 2) for channel in channels])
+
+
+def _raise_start(ready: Sequence[Prepared], labels: Sequence[Labels], model: Component) -> None:
+    """Say why the model cannot be run from its own numbers on."""
+    for experiment, label in zip(ready, labels, strict=True):
+        for name, found in eqx.filter_jit(experiment.predicted)(model).items():
+            values = np.ravel(found)
+            if np.all(np.isfinite(values)):
+                continue
+            first = int(np.argmin(np.isfinite(values)))
+            when = "" if experiment.times is None else f" at {experiment.times[first]:g} s"
+            raise SimulationError(
+                f"{label.name}: from the start values of the fit, {name} is {values[first]}{when}. "
+                f"{experiment.failure(model)}"
+            )
+    raise SimulationError("Derivatives at the start values of the fit are not finite.")

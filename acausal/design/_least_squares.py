@@ -1,0 +1,171 @@
+"""Weighted least squares within bounds, by the Levenberg-Marquardt method of optimistix, as one compiled program."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jaxtyping import Array, Bool, Float
+
+from .._declare.component import Component
+from ._experiment import Prepared
+from ._free import Free
+
+DAMPING = 0.1  # of the first step, as a share of the largest curvature
+REFUSED = 1e10  # residual of a trial that cannot be computed: no step leads there
+
+
+class Problem(eqx.Module):
+    """Residuals of experiments and priors, as functions of the scaled free parameters z.
+
+    Experiments of the same kind, with as many values, are stacked and run as one batch.
+    """
+
+    free: Free = eqx.field(static=True)
+    model: Component
+    groups: tuple[Prepared, ...]
+    prior_mean: Float[Array, " n"]
+    prior_std: Float[Array, " n"]  # infinite where there is none
+
+    def predicted(self, z: Float[Array, " n"]) -> list[dict[str, Any]]:
+        """What the model predicts for each group, by name, with an axis of experiments in front."""
+        model = self.free.with_values(self.model, self.free.unscaled(z))
+        return [_each(group, model) for group in self.groups]
+
+    def residuals(self, z: Float[Array, " n"]) -> Float[Array, " m"]:
+        """(predicted - measured) / sigma of all experiments, group by group, then those of the priors."""
+        parts = [
+            ((found[name] - group.measured[name]) / group.sigma[name]).ravel()
+            for group, found in zip(self.groups, self.predicted(z), strict=True)
+            for name in group.names
+        ]
+        return jnp.concatenate([*parts, (self.free.unscaled(z) - self.prior_mean) / self.prior_std])
+
+    def residuals_and_jacobian(self, z: Float[Array, " n"]) -> tuple[Float[Array, " m"], Float[Array, "m n"]]:
+        """Residuals and their derivatives by forward mode, all along with one run of each experiment."""
+
+        def twice(z: Any) -> tuple[Any, Any]:
+            residuals = self.residuals(z)
+            return residuals, residuals
+
+        jacobian, residuals = jax.jacfwd(twice, has_aux=True)(z)
+        sound = jnp.all(jnp.isfinite(residuals)) & jnp.all(jnp.isfinite(jacobian))
+        return jnp.where(sound, residuals, REFUSED), jnp.where(sound, jacobian, 0.0)
+
+
+def _each(group: Prepared, model: Component) -> dict[str, Any]:
+    if group.measured[group.names[0]].shape[0] == 1:
+        # A batch of one costs more to compile than what it holds.
+        single = jax.tree_util.tree_map(lambda x: x[0], group)
+        return {name: value[None] for name, value in single.predicted(model).items()}
+    return jax.vmap(lambda one: one.predicted(model))(group)
+
+
+def stacked(experiments: Sequence[Prepared]) -> tuple[tuple[Prepared, ...], list[tuple[int, int]]]:
+    """Experiments of the same kind as one, and for each experiment its group and its place in it."""
+    kinds: dict[Any, list[int]] = {}
+    for i, experiment in enumerate(experiments):
+        leaves, structure = jax.tree_util.tree_flatten(experiment)
+        kinds.setdefault((structure, tuple(np.shape(leaf) for leaf in leaves)), []).append(i)
+    groups, places = [], [(0, 0)] * len(experiments)
+    for number, members in enumerate(kinds.values()):
+        groups.append(jax.tree_util.tree_map(lambda *x: jnp.stack(x), *(experiments[i] for i in members)))
+        for place, i in enumerate(members):
+            places[i] = number, place
+    return tuple(groups), places
+
+
+class Minimum(NamedTuple):
+    """Where a search ended: scaled parameters, residuals, their derivatives, and whether it converged."""
+
+    z: np.ndarray
+    residuals: np.ndarray
+    jacobian: np.ndarray
+    evaluations: int
+    converged: bool
+    at_bound: np.ndarray  # parameters that the data push against a bound
+
+    @property
+    def chi2(self) -> float:
+        return float(self.residuals @ self.residuals)
+
+    @property
+    def computed(self) -> bool:
+        """Whether the model could be run at all."""
+        return not np.any(np.abs(self.residuals) >= REFUSED)
+
+
+class _Search(optx.ClassicalTrustRegion):
+    """Damps the first step by a share of the largest curvature, as Nielsen (1999) does: the scale of residuals is no
+    matter.
+    """
+
+    def step(self, first_step: Any, y: Any, y_eval: Any, f_info: Any, f_eval_info: Any, state: Any) -> Any:
+        size, accept, result, state = super().step(first_step, y, y_eval, f_info, f_eval_info, state)
+        curvature = jnp.max(jnp.sum(f_eval_info.jac.as_matrix() ** 2, axis=0), initial=0.0)
+        first = 1.0 / (DAMPING * jnp.where(curvature > 0.0, curvature, 1.0))
+        size = jnp.where(first_step, first, size)
+        return size, accept, result, eqx.tree_at(lambda s: s.step_size, state, size)
+
+
+class _Solver(optx.LevenbergMarquardt):
+    """Stops also where the next step would not change anything, since noise of the runs may refuse it for ever."""
+
+    def __init__(self, tolerance: float) -> None:
+        super().__init__(rtol=tolerance, atol=tolerance)
+        self.search = _Search()
+
+    def terminate(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
+        done, result = super().terminate(fn, y, args, options, state, tags)
+        small = jnp.all(jnp.abs(state.y_eval - y) <= self.atol + self.rtol * jnp.abs(y))
+        return done | (small & ~state.first_step), result
+
+
+@eqx.filter_jit
+def _solve(problem: Problem, z: Array, held: Bool[Array, " n"], low: Array, high: Array, tol: Any, most: Any) -> Any:
+    """One search; parameters that are `held`, or that a step would take past a bound, stay where they are."""
+
+    @jax.custom_jvp
+    def function(y: Array) -> tuple[Array, tuple[Array, Array]]:
+        residuals, jacobian = problem.residuals_and_jacobian(jnp.clip(y, low, high))
+        return residuals, (residuals, jacobian)
+
+    # The derivative is at hand, so that the search compiles and evaluates the runs in one place.
+    @function.defjvp
+    def _derivative(primals: Any, tangents: Any) -> Any:
+        (y,), (dy,) = primals, tangents
+        residuals, (_, jacobian) = function(y)
+        moves = ~held & (y >= low) & (y <= high)
+        change = jacobian @ jnp.where(moves, dy, 0.0)
+        return (residuals, (residuals, jacobian)), (change, (change, jnp.zeros_like(jacobian)))
+
+    solver = _Solver(tol)
+    found = optx.least_squares(lambda y, args: function(y), solver, z, has_aux=True, max_steps=most, throw=False)
+    residuals, jacobian = found.state.aux
+    return found.value, residuals, jacobian, found.stats["num_steps"], found.result == optx.RESULTS.successful
+
+
+def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: float, most: int = 200) -> Minimum:
+    """The least squares within the bounds, from a start, with some parameters held.
+
+    A projection: a search takes each parameter to its bound at most, where it stays. From there the next search starts,
+    without those parameters that the residuals push against their bounds, until nothing changes. What is returned meets
+    the conditions of optimality: no slope along free parameters, and one outwards at each bound.
+    """
+    low, high = jnp.asarray(problem.free.scaled(problem.free.low)), jnp.asarray(problem.free.scaled(problem.free.high))
+    none = np.zeros(len(start), bool)
+    found = Minimum(start, np.zeros(0), np.zeros((0, 0)), 0, False, none)
+    for _ in range(2 * len(start) + 2):
+        fixed = jnp.asarray(held | found.at_bound)
+        outcome = _solve(problem, jnp.asarray(found.z), fixed, low, high, tolerance, most)
+        z, residuals, jacobian, steps, converged = (np.asarray(value) for value in outcome)
+        z, slope = np.clip(z, low, high), residuals @ jacobian
+        pushed = ~held & (((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))
+        settled = np.array_equal(pushed, found.at_bound)
+        found = Minimum(z, residuals, jacobian, found.evaluations + int(steps), bool(converged) and settled, pushed)
+        if settled:
+            break
+    return found

@@ -1,0 +1,376 @@
+"""Parameters from measurements: estimates, their intervals, and what is said of data that do not tell them."""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _rigs import Rig, Twins, rig
+from scipy.stats import binom, chi2
+
+from acausal import ModelError, ParameterError, SimulationError, UnknownNameError, quantity, simulate
+from acausal.design import Experiment, Fit, Normal, identify
+from studies.actuators import ema_maxon
+
+TIMES = np.linspace(0.05, 1.5, 30)
+NOISE = 2e-3  # m
+FREE = {"link.c": (5.0, 500.0), "link.d": (0.1, 10.0)}
+TRUE = {"link.c": 40.0, "link.d": 1.5}
+
+
+def position(m: float = 1.0, c: float = 40.0, d: float = 1.5, s0: float = 0.1) -> np.ndarray:
+    """s of the mass that is let go, in closed form."""
+    damping, frequency = d / (2 * m), np.sqrt(c / m - (d / (2 * m)) ** 2)
+    wave = np.cos(frequency * TIMES) + damping / frequency * np.sin(frequency * TIMES)
+    return s0 * np.exp(-damping * TIMES) * wave
+
+
+def drop(measured: Any, sigma: Any = NOISE, mass: float = 1.0, **options: Any) -> Experiment[Rig]:
+    given = {} if sigma is None else {"link.s_rel": sigma}
+    changes = {"mass.m": mass}
+    return Experiment.of_run(TIMES, {"link.s_rel": measured}, sigma=given, changes=changes, rtol=1e-8, **options)
+
+
+def noisy(seed: int, **numbers: float) -> np.ndarray:
+    return position(**numbers) + NOISE * np.random.default_rng(seed).standard_normal(len(TIMES))
+
+
+def covers(fit: Fit[Rig]) -> list[bool]:
+    triples = zip(fit.names, fit.low, fit.high, strict=True)
+    return [bool(low <= TRUE[name] <= high) for name, low, high in triples]
+
+
+@pytest.fixture(scope="module")
+def both() -> Fit[Rig]:
+    """Two masses, one spring."""
+    experiments = [drop(noisy(1), name="light"), drop(noisy(2, m=2.5), mass=2.5, name="heavy")]
+    return identify(rig(c=60.0, d=1.0), FREE, experiments)
+
+
+def test_exact_data_give_the_true_values() -> None:
+    fit = identify(rig(c=70.0, d=0.7), FREE, drop(position()), tolerance=1e-11)
+    np.testing.assert_allclose(fit.estimates, [40.0, 1.5], rtol=1e-6)
+    assert fit.chi2 < 1e-6
+    assert float(fit.model.link.c) == fit.estimates[0]
+
+
+@pytest.mark.parametrize("given", [True, False], ids=["noise given", "noise estimated"])
+def test_intervals_hold_the_true_values_at_their_rate(given: bool) -> None:
+    """200 replications with intervals of 90 %: as many hold as a binomial distribution allows, at either end 0.1 %."""
+    start, n = rig(c=60.0, d=1.0), 200
+    fits = [identify(start, FREE, drop(noisy(100 + i), NOISE if given else None), level=0.9) for i in range(n)]
+    low, high = binom.ppf([0.001, 0.999], n, 0.9)
+    hits = np.sum([covers(fit) for fit in fits], axis=0)
+    assert np.all((low <= hits) & (hits <= high)), hits
+    # The spread of the estimates is what each fit says of it, and chi2 has its distribution.
+    spread = np.std([fit.estimates for fit in fits], axis=0, ddof=1)
+    np.testing.assert_allclose(spread, np.mean([fit.std for fit in fits], axis=0), rtol=0.2)
+    if given:
+        assert 0.001 < chi2.cdf(sum(fit.chi2 for fit in fits), sum(fit.dof for fit in fits)) < 0.999
+    else:
+        noises = [float(fit.sigma["experiment 1: link.s_rel"][0]) ** 2 for fit in fits]
+        np.testing.assert_allclose(np.mean(noises), NOISE**2, rtol=0.1)
+
+
+def test_several_experiments_determine_what_they_share(both: Fit[Rig]) -> None:
+    single = identify(rig(c=60.0, d=1.0), FREE, drop(noisy(1)))
+    assert np.all(both.std < single.std)
+    assert both.dof == 58
+    assert all(covers(both))
+    np.testing.assert_allclose(both.predicted["heavy: link.s_rel"], position(2.5, *both.estimates), atol=1e-6)
+    measured = np.concatenate([channel.measured for channel in both.channels])
+    residuals = np.concatenate(list(both.residuals.values()))
+    predicted = np.concatenate(list(both.predicted.values()))
+    np.testing.assert_allclose(residuals, (predicted - measured) / NOISE, rtol=1e-9, atol=1e-9)
+
+
+def test_derivatives_agree_with_those_of_the_closed_form(both: Fit[Rig]) -> None:
+    step = 1e-5 * both.estimates
+    for i, (name, m) in enumerate([("light", 1.0), ("heavy", 2.5)]):
+        rows = both.jacobian[30 * i : 30 * (i + 1)]
+        assert both.channels[i].experiment == name
+        for j in range(2):
+            up, down = (both.estimates + sign * step * (np.arange(2) == j) for sign in (1, -1))
+            slope = (position(m, *up) - position(m, *down)) / (2 * step[j] * NOISE)
+            np.testing.assert_allclose(rows[:, j], slope, rtol=1e-4, atol=1e-4 * np.max(np.abs(slope)))
+
+
+def test_combinations_that_the_data_cannot_tell_apart_are_named() -> None:
+    """Of m, c and d, the motion shows c/m and d/m only."""
+    fit = identify(rig(m=1.2, c=50.0, d=1.5), {"mass.m": (0.5, 2.0), **FREE}, _free_mass(noisy(3)))
+    assert fit.rank == 2
+    (lost,) = fit.indistinguishable
+    np.testing.assert_allclose(list(lost.shares.values()), np.full(3, 3**-0.5), rtol=1e-4)
+    assert np.all(np.isinf(fit.std))
+    assert "+0.58 mass.m +0.58 link.c +0.58 link.d" in str(fit)
+    assert "not determined at all" in str(fit)
+    c_over_m = fit.estimates[1] / fit.estimates[0]
+    assert abs(c_over_m - 40.0) < 1.0
+
+
+def _free_mass(measured: Any) -> Experiment[Rig]:
+    return Experiment.of_run(TIMES, {"link.s_rel": measured}, sigma={"link.s_rel": NOISE}, rtol=1e-8)
+
+
+def test_a_prior_adds_what_the_data_do_not_tell() -> None:
+    free = {"mass.m": (0.5, 2.0), **FREE}
+    prior = {"mass.m": Normal(1.0, 0.01)}
+    fit = identify(rig(m=1.2, c=50.0, d=1.5), free, _free_mass(noisy(3)), priors=prior)
+    known = identify(rig(c=50.0, d=1.5), FREE, drop(noisy(3)))
+    assert fit.rank == 3
+    np.testing.assert_allclose(fit.estimates, [1.0, *known.estimates], rtol=1e-5)
+    assert fit.std[0] == pytest.approx(0.01, rel=1e-4)
+    # The stiffness takes over the relative uncertainty of the mass.
+    expected = np.hypot(known.std[0], 0.01 * known.estimates[0])
+    assert fit.std[1] == pytest.approx(expected, rel=1e-3)
+
+
+def test_one_value_for_several_paths() -> None:
+    measured = {"a.link.s_rel": position(), "b.link.s_rel": position(m=2.5)}
+    experiment = Experiment.of_run(TIMES, measured, sigma=dict.fromkeys(measured, NOISE), rtol=1e-8)
+    twins = Twins(a=rig(c=60.0), b=rig(c=60.0, m=2.5))
+    fit = identify(twins, {("a.link.c", "b.link.c"): (5.0, 500.0)}, experiment)
+    assert fit.names == ("a.link.c, b.link.c",)
+    np.testing.assert_allclose(fit.estimates, 40.0, rtol=1e-5)
+    assert float(fit.model.a.link.c) == float(fit.model.b.link.c)
+
+
+def test_a_bound_that_holds_a_parameter_back() -> None:
+    """The others are fitted as if its value were known."""
+    fit = identify(rig(c=20.0, d=1.0), {"link.c": (5.0, 30.0), "link.d": (0.1, 10.0)}, drop(noisy(4)))
+    known = identify(rig(c=30.0, d=1.0), {"link.d": (0.1, 10.0)}, drop(noisy(4)))
+    assert fit.at_bound.tolist() == [True, False]
+    assert fit.estimates[0] == pytest.approx(30.0, rel=1e-12)
+    assert fit.estimates[1] == pytest.approx(known.estimates[0], rel=1e-6)
+    assert fit.std[1] == pytest.approx(known.std[0], rel=1e-6)
+    assert np.isnan(fit.std[0])
+    assert "at its bound" in str(fit)
+
+
+def test_a_start_on_a_bound_is_left() -> None:
+    fit = identify(rig(c=25.0, d=1.0), {"link.c": (25.0, 500.0), "link.d": (0.1, 10.0)}, drop(noisy(4)))
+    assert all(covers(fit))
+
+
+def test_units_of_data_are_converted() -> None:
+    plain = identify(rig(c=60.0), FREE, drop(noisy(5)))
+    sigma = {"link.s_rel": quantity(2.0, "mm")}
+    experiment = Experiment.of_run(
+        quantity(1e3 * TIMES, "ms"), {"link.s_rel": quantity(1e3 * noisy(5), "mm")}, sigma=sigma, rtol=1e-8
+    )
+    np.testing.assert_allclose(identify(rig(c=60.0), FREE, experiment).estimates, plain.estimates, rtol=1e-7)
+
+
+def test_scalar_results_and_outputs() -> None:
+    """The time of the first passage of zero, and the kinetic energy over time."""
+
+    def passage(model: Rig) -> dict[str, Any]:
+        solution = simulate(model, 2.0, until=lambda s: s.link.s_rel, save="end", rtol=1e-9, throw=False)
+        return {"time": solution.t1}
+
+    true = rig()
+    time = passage(true)["time"]
+    solution = simulate(true, TIMES[-1], save=TIMES, rtol=1e-9)
+    energy = 0.5 * solution["mass.v"] ** 2
+    timed = Experiment(passage, {"time": quantity(1e3 * float(time), "ms")}, {"time": 1e-4}, units={"time": "s"})
+    weighed = Experiment.of_run(
+        TIMES, {"energy": energy}, outputs={"energy": lambda s: 0.5 * s.mass.m * s.mass.v**2}, sigma={"energy": 1e-3}
+    )
+    fit = identify(rig(c=50.0, d=1.2), FREE, [timed, weighed])
+    np.testing.assert_allclose(fit.estimates, [40.0, 1.5], rtol=1e-4)
+    assert [channel.unit for channel in fit.channels] == ["s", ""]
+
+
+def test_profile_likelihood(both: Fit[Rig]) -> None:
+    """Near its minimum chi2 is the parabola of the covariance; each end is where it has risen to the threshold."""
+    profile = both.profile("link.c", points=3)
+    np.testing.assert_allclose([profile.low, profile.high], [both.low[0], both.high[0]], rtol=0.02)
+    np.testing.assert_allclose(profile.chi2[[0, -1]], profile.threshold, rtol=1e-5)
+    parabola = both.chi2 + ((profile.values - both.estimates[0]) / both.std[0]) ** 2
+    np.testing.assert_allclose(profile.chi2, parabola, atol=0.05 * (profile.threshold - both.chi2))
+    with pytest.raises(UnknownNameError, match=r"no parameter 'link.k'"):
+        both.profile("link.k")
+
+
+def test_tests_of_residuals(both: Fit[Rig]) -> None:
+    assert [test.name for test in both.tests] == ["size", *["normality", "whiteness"] * 2]
+    assert all(test.passed for test in both.tests)
+    # A model that lacks a part of what happens leaves residuals that are large and follow one another.
+    wrong = identify(rig(c=60.0), {"link.c": (5.0, 500.0)}, drop(noisy(1, d=3.0)))
+    failed = {test.name for test in wrong.tests if not test.passed}
+    assert {"size", "whiteness"} <= failed
+    assert "noise alone hardly does that" in str(wrong)
+
+
+def test_pictures_and_text(both: Fit[Rig]) -> None:
+    plt = pytest.importorskip("matplotlib.pyplot")
+    assert both.plot().shape == (2, 1)
+    assert both.plot_residuals().shape == (2, 2)
+    assert len(both.plot_correlation().texts) == 4
+    assert both.profile("link.d", points=2).plot().get_xlabel() == "link.d [N.s/m]"
+    plt.close("all")
+    assert "N.s/m" in str(both)
+    assert "rank 2 of 2" in str(both)
+    assert repr(both).startswith("<Fit of link.c, link.d: chi2 = ")
+
+
+def test_the_actuator_against_an_independent_program() -> None:
+    """Winding resistance, friction and torque constant of the RE50 actuator, from travel and current.
+
+    The figures are those of a collocation method (Radau IIA, five stages) with its own least squares: estimate and
+    covariance for data without noise of 20 um and 0.2 A.
+    """
+    times = 1.6e-3 * np.arange(1, 51)
+    true = simulate(ema_maxon(), times[-1], save=times, rtol=1e-10)
+    measured = {"slave.rod.s": true["slave.rod.s"], "motor.p.i": true["motor.p.i"]}
+    sigma = {"slave.rod.s": 20e-6, "motor.p.i": 0.2}
+    experiment = Experiment.of_run(times, measured, sigma=sigma, rtol=1e-10)
+    assert float(true["motor.p.i"][0]) == pytest.approx(38.54717641691361, rel=1e-8)
+    free = {"motor.resistor.R": (0.1, 1.0), "motor.bearing.C": (1e-4, 1e-2), "motor.emf.k": (0.02, 0.08)}
+    fit = identify(ema_maxon(resistance=0.35, friction=0.003, torque_constant=0.042), free, experiment)
+    np.testing.assert_allclose(fit.estimates, [0.309, 0.004, 0.0385], rtol=1e-9)
+    covariance = [
+        [7.894898507762633e-07, -2.2270230778325e-08, -1.2140856959233104e-07],
+        [-2.2270230778325e-08, 6.542153935445253e-10, 3.6242516225663485e-09],
+        [-1.2140856959233104e-07, 3.6242516225663485e-09, 2.207056506313211e-08],
+    ]
+    np.testing.assert_allclose(fit.covariance, covariance, rtol=1e-8)
+    assert fit.correlation[0, 1] == pytest.approx(-0.9799209946136731, abs=1e-9)
+    assert fit.dof == 97
+
+
+def _with(values: Any, index: int, value: float) -> np.ndarray:
+    changed = np.array(values)
+    changed[index] = value
+    return changed
+
+
+def _stiffness(model: Rig) -> dict[str, Any]:
+    return {"a": model.link.c}
+
+
+BAD: dict[str, tuple[Any, type[Exception], str]] = {
+    "not a number": (
+        lambda: drop(_with(position(), 3, np.nan)),
+        ParameterError,
+        r"experiment 1: link.s_rel holds 1 values that are no finite numbers; the first is link.s_rel\[3\], at 0.2 s",
+    ),
+    "times out of order": (
+        lambda: Experiment.of_run([0.1, 0.3, 0.2], {"link.s_rel": [0.1, 0.0, 0.1]}),
+        ParameterError,
+        r"times must rise, but times\[2\] = 0.2 s follows times\[1\] = 0.3 s",
+    ),
+    "time twice": (
+        lambda: Experiment.of_run([0.1, 0.1], {"link.s_rel": [0.1, 0.0]}),
+        ParameterError,
+        r"times must rise",
+    ),
+    "infinite time": (
+        lambda: Experiment.of_run([0.1, np.inf], {"link.s_rel": [0.1, 0.0]}),
+        ParameterError,
+        r"times must be finite",
+    ),
+    "another unit": (
+        lambda: drop(quantity(position(), "N")),
+        ParameterError,
+        r"experiment 1: link.s_rel is in m.*, but is given in",
+    ),
+    "times in another unit": (
+        lambda: Experiment.of_run(quantity(TIMES, "m"), {"link.s_rel": position()}),
+        ParameterError,
+        r"experiment 1: times is in s",
+    ),
+    "other length": (
+        lambda: drop(position()[:5]),
+        ParameterError,
+        r"link.s_rel has the shape \(5,\), but there are 30 times",
+    ),
+    "noise of zero": (
+        lambda: drop(position(), 0.0),
+        ParameterError,
+        r"sigma of link.s_rel must be positive",
+    ),
+    "unknown variable": (
+        lambda: Experiment.of_run(TIMES, {"link.s_relative": position()}),
+        UnknownNameError,
+        r"no variable 'link.s_relative'. Did you mean link.s_rel",
+    ),
+    "noise of something else": (
+        lambda: Experiment.of_run(TIMES, {"link.s_rel": position()}, sigma={"link.s": 1.0}),
+        ModelError,
+        r"sigma names 'link.s', which is not measured",
+    ),
+    "too few": (
+        lambda: Experiment.of_run([0.1], {"link.s_rel": [0.1]}, sigma={"link.s_rel": 1e-3}),
+        ParameterError,
+        r"1 measured values cannot determine 2 parameters",
+    ),
+    "too few for the noise": (
+        lambda: Experiment.of_run([0.1, 0.2], {"link.s_rel": [0.1, 0.2]}),
+        ParameterError,
+        r"2 measured values cannot determine 2 parameters and the noise of 1 channels",
+    ),
+    "nothing": (lambda: Experiment.of_run(TIMES, {}), ModelError, r"nothing is measured"),
+    "predicts something else": (
+        lambda: Experiment(_stiffness, {"b": 1.0, "a": 2.0}, {"a": 1.0, "b": 1.0}),
+        ModelError,
+        r"predict gives no b; it gives a",
+    ),
+    "predicts another shape": (
+        lambda: Experiment(_stiffness, {"a": [2.0, 3.0]}, {"a": 1.0}),
+        ModelError,
+        r"predict gives a with the shape \(\), but what is measured has the shape \(2,\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_data(case: str) -> None:
+    make, error, text = BAD[case]
+    with pytest.raises(error, match=text):
+        identify(rig(), FREE, make())
+
+
+def test_bad_experiments_and_priors() -> None:
+    with pytest.raises(ModelError, match="name of its own"):
+        identify(rig(), FREE, [drop(position(), name="a"), drop(position(), name="a")])
+    with pytest.raises(ModelError, match="at least one Experiment"):
+        identify(rig(), FREE, [])
+    with pytest.raises(ModelError, match=r"priors names 'link.k', which is not free"):
+        identify(rig(), FREE, drop(position()), priors={"link.k": Normal(1.0, 0.1)})
+    with pytest.raises(ParameterError, match="must be positive and finite"):
+        identify(rig(), FREE, drop(position()), priors={"link.c": Normal(1.0, 0.0)})
+    with pytest.raises(ModelError, match=r"must be Normal"):
+        identify(rig(), FREE, drop(position()), priors={"link.c": 1.0})  # pyright: ignore[reportArgumentType]
+
+
+def test_a_model_that_cannot_be_run_from_its_start() -> None:
+    steps = drop(position(), max_steps=3)
+    with pytest.raises(SimulationError, match=r"experiment 1: from the start values of the fit, link.s_rel is inf"):
+        identify(rig(), FREE, steps)
+
+
+def test_places_that_cannot_be_run_are_stepped_back_from() -> None:
+    """The result exists for soft springs only; Gauss and Newton's first step leads past that."""
+
+    def predict(model: Rig) -> dict[str, Any]:
+        c = model.link.c
+        return {"y": jnp.where(c < 300.0, jnp.log(c), jnp.nan), "z": c / 100.0}
+
+    experiment = Experiment(predict, {"y": np.log(200.0), "z": 2.0}, {"y": 1e-3, "z": 1.0})
+    fit = identify(rig(c=6.0), {"link.c": (5.0, 45.0 * 10)}, experiment)
+    np.testing.assert_allclose(fit.estimates, 200.0, rtol=1e-6)
+
+
+def test_a_second_fit_of_other_data_compiles_nothing() -> None:
+    calls = []
+
+    def output(s: Any) -> Any:
+        calls.append(None)
+        return s.link.s_rel
+
+    for seed, c in ((6, 60.0), (7, 55.0)):
+        seen = len(calls)
+        experiment = Experiment.of_run(TIMES, {"x": noisy(seed)}, outputs={"x": output}, sigma={"x": NOISE}, rtol=1e-8)
+        identify(rig(c=c, d=1.0), FREE, experiment)
+    assert len(calls) == seen
