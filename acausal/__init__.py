@@ -23,6 +23,7 @@ from ._declare.annotations import shape as shape
 from ._declare.array import Array as Array
 from ._declare.array import repeat as repeat
 from ._declare.array import stack as stack
+from ._declare.by_name import Parameters as Parameters
 from ._declare.by_name import parameters as parameters
 from ._declare.by_name import replace as replace
 from ._declare.component import Component as Component
@@ -71,6 +72,7 @@ from ._show.check import Check as Check
 from ._show.check import check as check
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
+from ._show.trajectories import compare as compare
 from ._units.quantity import magnitude as magnitude
 from ._units.quantity import quantity as quantity
 

@@ -10,7 +10,7 @@ import numpy as np
 from .._errors import ModelError
 from .component import Component
 from .layout import rebuilt
-from .node import Leaf, leaves_of
+from .node import Leaf, Node, leaves_of
 
 C = TypeVar("C", bound=Component)
 
@@ -32,6 +32,9 @@ class Array(Component, Generic[C]):
 
     def __len__(self) -> int:
         return self.n
+
+    def _shown(self) -> tuple[str, Node]:
+        return f"{self.n} × {type(self.item).__name__}", self.item
 
 
 def deepened(tree: Any, by: int) -> Any:

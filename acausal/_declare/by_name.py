@@ -1,21 +1,55 @@
 """Parameters of a model by name."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
+import jax
+
 from .._errors import ModelError, suggestion
+from .._units.parsing import quotient
 from .annotations import Declaration
 from .component import Component
 from .converters import CONVERTERS
 from .layout import rebuilt
 from .node import leaves_of
+from .tree import value_table, with_unit
 
 M = TypeVar("M", bound=Component)
 
 
-def parameters(model: Component) -> dict[str, Any]:
-    """The parameters of a model by their path; of a gradient with respect to a model, the sensitivities."""
-    return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.declaration.role == "param"}
+@jax.tree_util.register_pytree_node_class
+class Parameters(dict[str, Any]):
+    """Parameters, or sensitivities to them, by path, with their `units`; `print` it for a table."""
+
+    def __init__(self, values: Mapping[str, Any], units: Mapping[str, str]) -> None:
+        super().__init__(values)
+        self.units = dict(units)
+
+    def __str__(self) -> str:
+        width = max(map(len, self), default=0)
+        return "\n".join(f"{path:{width}}  {with_unit(value, self.units[path])}" for path, value in self.items())
+
+    def _repr_html_(self) -> str:
+        return value_table([(path, with_unit(value, self.units[path])) for path, value in self.items()])
+
+    def tree_flatten(self) -> tuple[list[Any], tuple[tuple[str, str], ...]]:
+        return list(self.values()), tuple(self.units.items())
+
+    @classmethod
+    def tree_unflatten(cls, units: tuple[tuple[str, str], ...], values: Iterable[Any]) -> "Parameters":
+        return cls(dict(zip(dict(units), values, strict=True)), dict(units))
+
+
+def parameters(model: Component, of: str | None = None) -> Parameters:
+    """The parameters of a model by their path; of a gradient with respect to a model, the sensitivities.
+
+    `of` is the unit of what was differentiated: with `of="s"`, the sensitivity to a resistance is in s/ohm.
+    """
+    leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param"]
+    units = {leaf.path: leaf.declaration.unit for leaf in leaves}
+    if of is not None:
+        units = {path: quotient(of, unit) for path, unit in units.items()}
+    return Parameters({leaf.path: leaf.value for leaf in leaves}, units)
 
 
 def replace(model: M, values: Mapping[str, Any]) -> M:

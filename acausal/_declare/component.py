@@ -8,6 +8,7 @@ import equinox as eqx
 from .annotations import Scalar
 from .node import Node, Port
 from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
+from .tree import as_html, as_text, branch
 
 
 class Equation(NamedTuple):
@@ -139,6 +140,14 @@ class Component(Node, partial=True):
     def __check_init__(self) -> None:
         if sizes := sizes_of(self):
             object.__setattr__(self, "nominal", checked_sizes(self, sizes))
+
+    def __str__(self) -> str:
+        """The parts as a tree, with values in their units."""
+        return as_text(branch(self))
+
+    def _repr_html_(self) -> str:
+        """The same for a notebook, where parts fold."""
+        return as_html(branch(self))
 
     def equations(self, d: Any) -> Equations:
         """The equations by name; `d` has the shape of `self` and holds the time derivatives of its variables."""

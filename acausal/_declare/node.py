@@ -162,6 +162,10 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
             if field.metadata.get("static"):
                 _check_static(f"{type(self).__name__}.{field.name}", getattr(self, field.name))
 
+    def _shown(self) -> tuple[str, "Node"]:
+        """What stands for it in a tree: its kind, and what holds its parts."""
+        return type(self).__name__, self
+
     def requirements(self) -> Requirements:
         """What parameters must meet beyond their declared ranges: a tuple of `require(...)`.
 

@@ -1,7 +1,8 @@
 """The solution of a simulation, read by the names of the model."""
 
 import functools as ft
-from collections.abc import Callable
+import html
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
 
 import diffrax
@@ -12,12 +13,13 @@ import numpy as np
 
 from .._declare.array import deepened
 from .._declare.component import Component
+from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._extras import needed
 from .._tracing import is_traced, known
+from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .result import sentence
@@ -191,17 +193,25 @@ class Solution(eqx.Module, Generic[M]):
 
     def __getitem__(self, name: str) -> Any:
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
-        where = self._names.get(name)
-        if where is None:
-            hint = suggestion(name, self._names)
-            raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
-        leaf, index = where
-        value = jax.tree_util.tree_leaves(self.values)[leaf]
+        return self._pick(jax.tree_util.tree_leaves(self.values), name)
+
+    def _pick(self, leaves: list[Any], name: str) -> Any:
+        """The value behind a name, among the leaves of a view."""
+        leaf, index = self._place(name)
+        value = leaves[leaf]
         stack = self.system.flat.leaves[leaf].stack
         if not stack:
             return value
         lead = value.ndim - len(stack) - len(self.system.flat.leaves[leaf].sizes)
         return value[(slice(None),) * lead + tuple(np.unravel_index(index, stack))]
+
+    def _place(self, name: str) -> tuple[int, int]:
+        """The leaf that a name belongs to, and which of its stacked members."""
+        where = self._names.get(name)
+        if where is None:
+            hint = suggestion(name, self._names)
+            raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
+        return where
 
     @property
     def _names(self) -> dict[str, tuple[int, int]]:
@@ -216,47 +226,71 @@ class Solution(eqx.Module, Generic[M]):
         raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
 
     def __repr__(self) -> str:
-        if self.is_batched or is_traced(self.t1):
+        if self._cannot_be_shown:
             return f"<Solution of {self.system.name}: t1 of shape {jnp.shape(self.t1)}>"
         ends = f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
         small = {} if known(self._unresolved) is None else self.unresolved
         said = f" Not resolved: {listed(list(small))}." if small else ""
         return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}{said}>"
 
+    def __str__(self) -> str:
+        """What became of the run, and the values at its end as a tree, with units."""
+        if self._cannot_be_shown:
+            return repr(self)
+        return f"{repr(self)[1:-1]}\nAt the end:\n{as_text(branch(self.final))}"
+
+    def _repr_html_(self) -> str:
+        """The same for a notebook, where parts fold."""
+        said = f"<div>{html.escape(repr(self)[1:-1])}</div>"
+        return said if self._cannot_be_shown else f"{said}<div>At the end:</div>{as_html(branch(self.final))}"
+
+    @property
+    def _cannot_be_shown(self) -> bool:
+        return self.is_batched or is_traced(self.t1)
+
+    def keys(self) -> list[str]:
+        """The paths of all variables and parameters, which `sol[path]` takes."""
+        return list(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.keys()
+
+    def unit(self, name: str) -> str:
+        """The unit of a variable or parameter; "" for a signal, which declares none."""
+        return self.system.flat.leaves[self._place(name)[0]].declaration.unit
+
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.system.flat.root_fields]
 
     def to_numpy(self) -> dict[str, np.ndarray]:
         """Trajectories of all variables by name, and the time as "t"."""
-        if self.is_batched:
-            raise ModelError(
-                "The solution is a batch: take one run of it with jax.tree_util.tree_map(lambda x: x[i], sol)."
-            )
-        names = [name for name, (leaf, _) in self._names.items() if self.system.flat.is_variable(leaf)]
-        return {"t": np.asarray(self.ts)} | {name: np.asarray(self[name]) for name in names}
+        return {"t": np.asarray(self.ts)} | {column.label: column.values for column in columns(self, (), ())}
 
-    def to_pandas(self) -> Any:
-        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time."""
-        pd = needed("pandas", "tables", "to_pandas()")
-        columns = {name: value for name, value in self.to_numpy().items() if value.ndim == 1 and name != "t"}
-        return pd.DataFrame(columns, index=pd.Index(np.asarray(self.ts), name="t"))
+    def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> Any:
+        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` are its units.
 
-    def to_xarray(self) -> Any:
-        """An `xarray.Dataset` over time, with units as attributes."""
-        xr = needed("xarray", "tables", "to_xarray()")
-        variables = {}
-        for name, value in self.to_numpy().items():
-            if name != "t":
-                unit = self.system.flat.leaves[self._names[name][0]].declaration.unit
-                dims = ["t", *(f"{name}_{i}" for i in range(value.ndim - 1))]
-                variables[name] = xr.Variable(dims, value, {"units": unit})
-        return xr.Dataset(variables, coords={"t": np.asarray(self.ts)})
+        `items` and `units` are those of `plot`; without items, all variables.
+        """
+        return to_pandas(self, items, units)
 
-    def plot(self, *names: str, axes: Any = None) -> Any:
-        """Plot variables over time, a panel for each unit, and dotted lines at events; returns the matplotlib axes."""
-        from .._show.plot import plot_solution
+    def to_xarray(self, *items: Item, units: Sequence[str] = ()) -> Any:
+        """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
+        return to_xarray(self, items, units)
 
-        return plot_solution(self, names, axes)
+    def plot(self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Any = None) -> Any:
+        """Draw variables over time, a panel for each unit; returns the matplotlib axes.
+
+        - `items`: paths, scalar functions of the variables, or several of both by label, as in
+          `{"shaft power": lambda s: s.load.w * s.spring.tau}`; without any, the states.
+        - `units`: units to draw in wherever they fit, as in `["rpm", "bar"]`; the others are in SI.
+        - `events`: whether dotted lines mark their times.
+        """
+        from .._show.trajectories import plot_solution
+
+        return plot_solution(self, items, units, events, axes)
 
 
 @ft.lru_cache(maxsize=64)

@@ -1,4 +1,4 @@
-"""Pictures of solutions and structures; needs matplotlib."""
+"""Pictures of events and structures; needs matplotlib."""
 
 from typing import Any
 
@@ -13,34 +13,6 @@ _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:re
 
 def _pyplot() -> Any:
     return needed("matplotlib.pyplot", "plots", "A picture")
-
-
-def plot_solution(solution: Any, names: tuple[str, ...], axes: Any) -> Any:
-    """Trajectories over time, one panel for each unit, with dotted lines at events; without names, the states."""
-    flat = solution.system.flat
-    names = names or tuple(name for name in solution.system.state_names if not name.startswith("der("))
-    unit = {
-        name: flat.leaves[solution._names[name][0]].declaration.unit if name in solution._names else ""
-        for name in names
-    }
-    panels = list(dict.fromkeys(unit.values()))
-    if axes is None:
-        _, axes = _pyplot().subplots(
-            len(panels), sharex=True, figsize=(7.0, 1.0 + 1.7 * len(panels)), squeeze=False, layout="constrained"
-        )
-    axes = np.ravel(axes)
-    for ax, panel in zip(axes, panels, strict=True):
-        for name in (name for name in names if unit[name] == panel):
-            ax.plot(np.asarray(solution.ts), np.asarray(solution[name]), label=name)
-        ax.set_ylabel(f"[{panel}]")
-        ax.legend(loc="best", fontsize="small", frameon=False)
-        ax.grid(alpha=0.3)
-    axes[-1].set_xlabel("time [s]")
-    if solution.system.events is not None:
-        for ax in axes:
-            for time in np.asarray(solution.events.times).tolist():
-                ax.axvline(time, color="black", linewidth=0.6, linestyle=":", alpha=0.6, zorder=0)
-    return axes
 
 
 def plot_events(times: np.ndarray, names: list[str], ax: Any) -> Any:

@@ -103,6 +103,24 @@ def _translated(token: re.Match[str]) -> str:
     return "*" if token[0] == "." else token[0]
 
 
+def quotient(above: str, below: str) -> str:
+    """The unit of a quantity in one unit divided by one in another: `s` and `N.m/A` give `s.A/(N.m)`."""
+    (over, under), (under_too, over_too) = _factors(above), _factors(below)
+    over, under = over + over_too, under + under_too
+    for factor in [factor for factor in over if factor in under]:
+        if factor in under:
+            over.remove(factor)
+            under.remove(factor)
+    divisor = f"({'.'.join(under)})" if len(under) > 1 else "".join(under)
+    return ".".join(over or ["1"]) + (f"/{divisor}" if under else "")
+
+
+def _factors(unit: str) -> tuple[list[str], list[str]]:
+    """The factors above and below the line."""
+    above, _, below = unit.partition("/")
+    return tuple([t[0] for t in _TOKEN.finditer(part) if t["symbol"]] for part in (above, below))  # pyright: ignore[reportReturnType]
+
+
 def unit_of(unit: Any, units: Any) -> Unit:
     """A unit of a registry, with its dimension and whether it needs conversion."""
     exponents = dict(units.get_dimensionality(unit))
