@@ -92,7 +92,7 @@ class Work:
     def watch(self) -> None:
         """Speak of it unless it is over by then."""
         stream = sys.stderr
-        if self.subject is None or self.said or self.timer or not _is_read(stream, self.subject.wanted):
+        if self.subject is None or self.said or self.timer or not is_read(stream, self.subject.wanted):
             return
         self.timer = threading.Timer(max(self.since + DELAY - time.monotonic(), 0.0), self._say, [stream])
         self.timer.daemon = True
@@ -168,7 +168,7 @@ def _write(stream: TextIO, text: str) -> None:
         stream.flush()
 
 
-def _is_read(stream: Any, wanted: bool | None) -> bool:
+def is_read(stream: Any, wanted: bool | None) -> bool:
     """Whether to speak: not where the environment variable `ACAUSAL_PROGRESS` or `wanted` forbids it; where one of them
     asks for it; else to a terminal or a notebook.
     """

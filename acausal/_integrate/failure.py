@@ -1,5 +1,8 @@
 """What to raise for a run that failed: where, when and what to do."""
 
+import contextlib
+import contextvars
+from collections.abc import Iterator
 from typing import Any
 
 import equinox as eqx
@@ -20,6 +23,22 @@ from .schedule import tick
 from .solution import Solution
 
 SHOWN = 3  # variables with large errors
+_is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
+
+
+@contextlib.contextmanager
+def trials() -> Iterator[None]:
+    """Let runs that fail return, as with `throw=False`: what tries designs looks at their results itself."""
+    token = _is_trial.set(True)
+    try:
+        yield
+    finally:
+        _is_trial.reset(token)
+
+
+def is_trial() -> bool:
+    """Whether a run is one of those that `trials` lets return."""
+    return _is_trial.get()
 
 
 def report_failure(solution: Solution) -> Solution:

@@ -19,7 +19,7 @@ from .._evaluate.system import System
 from .._progress import compiling
 from .._units.quantity import has_unit
 from .energy import powers, stored
-from .failure import report_failure
+from .failure import is_trial, report_failure
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
 from .quantity import Quantity, as_function, trace
 from .run import run
@@ -85,7 +85,7 @@ def simulate(
     small that the error tolerance means little for them; `sol.unresolved` lists these.
     """
     model = model if nominal is None else sized(model, nominal)
-    throw, energy = flag(throw, "throw"), flag(energy, "energy")
+    throw, energy = flag(throw, "throw") and not is_trial(), flag(energy, "energy")
     progress = None if progress is None else flag(progress, "progress")
     if not isinstance(model, Component):
         raise ModelError(f"{model!r} is no component: simulate a model.")

@@ -1,8 +1,7 @@
 """Numbers with units as they are written in a problem: "15 mm", a quantity of pint, or a number in SI units."""
 
-import dataclasses
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 from .._errors import ParameterError
 from .._units.quantity import has_unit, magnitude, quantity
@@ -10,33 +9,33 @@ from .._units.quantity import has_unit, magnitude, quantity
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s*(\S*)\s*")
 
 
-@dataclasses.dataclass(frozen=True)
-class Scale:
-    """The unit that numbers are shown in, beside the one that they are computed in; "" is that of SI."""
+class Scale(NamedTuple):
+    """How numbers are shown: x is shown as (x - zero) / factor, in the unit `shown`."""
 
-    shown: str
-    unit: str = ""
+    shown: str = "1"
+    factor: float = 1.0
+    zero: float = 0.0
 
     def value(self, number: Any) -> Any:
         """A number as it is shown."""
-        return number if self._is_same else magnitude(quantity(number, self._source), self.shown)
+        return (number - self.zero) / self.factor
 
     def difference(self, number: Any) -> Any:
-        """A difference as it is shown; that between temperatures has another zero."""
-        return number * float(self.value(1.0) - self.value(0.0))
-
-    @property
-    def _is_same(self) -> bool:
-        return self.shown in ("", "1", self.unit)
-
-    @property
-    def _source(self) -> str:
-        return self.unit or f"{quantity(0.0, self.shown).to_base_units().units:~C}".replace("**", "").replace("*", ".")
+        """A difference as it is shown; temperatures may have another zero."""
+        return number / self.factor
 
     @property
     def text(self) -> str:
         """The unit behind a number, with a blank before it; nothing for a pure number."""
         return f" {self.shown}" if self.shown not in ("", "1") else ""
+
+
+def scale_of(shown: str, unit: str, where: str) -> Scale:
+    """The scale that shows numbers of `unit`, "" being that of SI, in another unit."""
+    if shown in ("", "1", unit):
+        return Scale(shown)
+    zero, one = (float(magnitude(quantity(number, shown), unit, where)) for number in (0.0, 1.0))
+    return Scale(shown, one - zero, zero)
 
 
 def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:

@@ -15,7 +15,7 @@ from .._declare.by_name import replace
 from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, suggestion
-from ._bounds import Scale, number_in
+from ._bounds import Scale, number_in, scale_of
 
 M = TypeVar("M", bound=Component)
 DECADE = 10.0  # a ratio of the bounds from which on a variable is scaled by its logarithm
@@ -39,10 +39,20 @@ class Variable(NamedTuple):
 
     name: str
     places: tuple[Place, ...]
+    unit: str
     scale: Scale
     low: float
     high: float
     start: float
+
+    def checked(self, value: float) -> float:
+        """A value to start from, which has to lie between the bounds."""
+        if not self.low <= value <= self.high:
+            raise ParameterError(
+                f"{self.name} starts from {self.scale.value(value):g}{self.scale.text}, outside of its bounds "
+                f"{_span(self.low, self.high, self.scale)}. Widen these, or start from another value."
+            )
+        return value
 
     @property
     def is_log(self) -> bool:
@@ -74,7 +84,7 @@ class Free:
     @property
     def units(self) -> tuple[str, ...]:
         """The declared units, in which all numbers here are."""
-        return tuple(variable.scale.unit for variable in self.variables)
+        return tuple(variable.unit for variable in self.variables)
 
     @property
     def low(self) -> Float[np.ndarray, " n"]:
@@ -98,6 +108,16 @@ class Free:
                 whole = changed.get(path, leaves[path])
                 changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
         return replace(model, changed)
+
+    def changed(self, x: Any, values: Mapping[str, Any]) -> Any:
+        """The numbers with some of them changed, by the names of the variables."""
+        new = np.array(x, float)
+        for name, value in values.items():
+            if name not in self.names:
+                raise ModelError(f"{name!r} is no free parameter.{suggestion(name, self.names)}")
+            i = self.names.index(name)
+            new[i] = self.variables[i].checked(number_in(value, self.units[i], name)[0])
+        return new
 
     def scaled(self, x: Any) -> Any:
         """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade."""
@@ -208,7 +228,7 @@ def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, flo
     for below, above in zip(lows, highs, strict=True):
         low, shown = (-np.inf, unit) if below is None else number_in(below, unit, where)
         high, other = (np.inf, unit) if above is None else number_in(above, unit, where)
-        limits.append((low, high, Scale(shown if shown != unit else other, unit)))
+        limits.append((low, high, scale_of(shown if shown != unit else other, unit, where)))
     return limits
 
 
@@ -232,12 +252,9 @@ def _variable(known: Mapping[str, Any], places: tuple[Place, ...], low: float, h
     if any(other != start for other in starts):
         values = ", ".join(f"{place.name} = {value:g}" for place, value in zip(places, starts, strict=True))
         raise ParameterError(f"What shares a value must start from one: {values}. Set them by replace(model, ...).")
-    if not low <= start <= high:
-        raise ParameterError(
-            f"{name} starts from {scale.value(start):g}{scale.text}, outside of its bounds {_span(low, high, scale)}. "
-            "Widen these, or start from another value: replace(model, ...)."
-        )
-    return Variable(name, places, scale, low, high, start)
+    found = Variable(name, places, known[places[0].path].declaration.unit, scale, low, high, start)
+    found.checked(start)
+    return found
 
 
 def _number(leaves: Mapping[str, Any], place: Place) -> float:

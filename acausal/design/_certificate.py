@@ -1,0 +1,121 @@
+"""The first- and second-order conditions of an optimum, whatever found it.
+
+At a local minimum of f with c <= 0, within bounds, there are multipliers that are not negative with
+
+    grad f + sum_i lambda_i grad c_i + (upper - lower bound multipliers) = 0,    lambda_i c_i = 0,
+
+and the Hessian of the Lagrangian is not negative on all directions in which active constraints stay as they are. See
+Nocedal and Wright, Numerical Optimization, 2nd ed. (Springer, 2006), chapter 12.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg, optimize
+
+from ._solve import At
+from ._task import Point
+
+ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
+STEP = 1e-3  # of scaled variables, for differences of gradients
+
+
+class Multipliers(NamedTuple):
+    """Scaled: of the constraints and of the lower and upper bounds, zero where these are not active."""
+
+    constraints: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    def active(self, least: float = 0.0) -> "Multipliers":
+        """Which of them are above `least`, as truth values."""
+        return Multipliers(*(np.abs(values) > least for values in self))
+
+
+@dataclasses.dataclass(frozen=True)
+class Curvature:
+    """Eigenvalues of the Hessian of the Lagrangian on the free subspace, and how uncertain they are."""
+
+    eigenvalues: np.ndarray
+    error: float
+
+    @property
+    def verdict(self) -> str:
+        if not len(self.eigenvalues):
+            return "a vertex: as many limits are active as variables are free"
+        if not np.all(np.isfinite(self.eigenvalues)):
+            return "unknown: what lies beside it cannot be computed"
+        least = float(np.min(self.eigenvalues))
+        if least > self.error:
+            return "a strict local minimum"
+        return "no minimum: the objective falls to second order" if least < -self.error else "undecided: it is flat"
+
+
+def multipliers_of(
+    point: Point, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray, within: float = ACTIVE
+) -> Multipliers:
+    """The multipliers that come closest to making the point stationary, by least squares over what is active.
+
+    Those of inequalities and bounds are not negative: where the unrestricted ones have a wrong sign, the point is no
+    optimum, and the residual says so.
+    """
+    rows = np.flatnonzero(is_equation | (np.abs(point.c) <= within))
+    lower, upper = (np.flatnonzero(np.abs(point.z - bound) <= within) for bound in bounds)
+    unit = np.eye(len(point.z))
+    columns = np.concatenate([point.jacobian[rows], -unit[lower], unit[upper]]).T
+    found = np.zeros(columns.shape[1])
+    if len(found):
+        least = np.where(np.concatenate([is_equation[rows], np.zeros(len(lower) + len(upper), bool)]), -np.inf, 0.0)
+        found = linalg.lstsq(columns, -point.gradient)[0]  # pyright: ignore[reportOptionalSubscript]
+        if np.any(found < least):
+            found = optimize.lsq_linear(columns, -point.gradient, (least, np.inf), method="bvls", tol=1e-14).x
+    made = Multipliers(np.zeros(len(point.c)), np.zeros(len(unit)), np.zeros(len(unit)))
+    ends = np.cumsum([len(rows), len(lower)])
+    for target, where, values in zip(made, (rows, lower, upper), np.split(found, ends), strict=True):
+        target[where] = values
+    return made
+
+
+def stationarity(point: Point, multipliers: Multipliers) -> np.ndarray:
+    """The gradient of the Lagrangian."""
+    return point.gradient + multipliers.constraints @ point.jacobian - multipliers.lower + multipliers.upper
+
+
+def residual(point: Point, multipliers: Multipliers, is_equation: np.ndarray) -> float:
+    """The largest of what is left of stationarity, of the limits that are broken, and of lambda_i c_i."""
+    broken = np.where(is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
+    slack = multipliers.constraints * point.c
+    return float(max(np.max(np.abs(part), initial=0.0) for part in (stationarity(point, multipliers), broken, slack)))
+
+
+def free_directions(point: Point, multipliers: Multipliers) -> np.ndarray:
+    """An orthonormal basis, in columns, of the directions in which all that has a multiplier stays as it is."""
+    unit, active = np.eye(len(point.z)), multipliers.active()
+    held = np.concatenate([point.jacobian[active.constraints], unit[active.lower], unit[active.upper]])
+    return linalg.null_space(held) if len(held) else unit
+
+
+UNKNOWN = Curvature(np.full(1, np.nan), np.inf)
+
+
+def curvature(at: At, point: Point, multipliers: Multipliers, step: float = STEP) -> Curvature:
+    """The Hessian on the free subspace by differences of exact gradients, over `step` and twice of it."""
+    basis = free_directions(point, multipliers)
+    if not basis.shape[1]:
+        return Curvature(np.zeros(0), 0.0)
+    once, twice = (_hessian(at, point, multipliers, basis, h) for h in (step, 2.0 * step))
+    best = (4.0 * once - twice) / 3.0
+    if not np.all(np.isfinite(best)):
+        return Curvature(np.full(basis.shape[1], np.nan), np.inf)
+    error = np.max(np.abs(once - twice)) / 3.0 + np.max(np.abs(best - best.T))
+    return Curvature(np.linalg.eigvalsh(0.5 * (best + best.T)), float(error))
+
+
+def _hessian(at: At, point: Point, multipliers: Multipliers, basis: np.ndarray, step: float) -> np.ndarray:
+    columns = []
+    for direction in basis.T:
+        sides = [at(point.z + sign * step * direction) for sign in (1.0, -1.0)]
+        slopes = [np.nan if side is None else basis.T @ stationarity(side, multipliers) for side in sides]
+        columns.append((slopes[0] - slopes[1]) / (2.0 * step) + np.zeros(basis.shape[1]))
+    return np.stack(columns, axis=1)

@@ -1,0 +1,230 @@
+"""What an optimisation found, with its certificate."""
+
+import dataclasses
+import pickle
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Generic, Literal, NamedTuple, TypeVar
+
+import numpy as np
+
+from .._analyse.table import aligned
+from .._declare.component import Component
+from .._errors import ModelError
+from ._bounds import Scale
+from ._certificate import Curvature
+from ._free import Free
+from ._limits import Limit
+
+M = TypeVar("M", bound=Component)
+Status = Literal["optimal", "stationary", "infeasible", "interrupted", "not converged"]
+SHOWN = 12  # sensitivities in a table
+ROUNDING = 1e-9  # of a margin
+
+
+class Active(NamedTuple):
+    """A limit or bound that holds the optimum, and its multiplier: by what the objective falls per unit of slack.
+
+    That of an equation is by what the objective falls as its right-hand side rises, and may be negative.
+    """
+
+    name: str
+    side: Literal["<=", ">=", "==", "lower bound", "upper bound"]
+    multiplier: float
+    scale: Scale
+
+
+class Result(NamedTuple):
+    """A result that has a limit, and the fraction of the limit that is left; negative where it is broken."""
+
+    limit: Limit
+    value: float
+
+    @property
+    def margin(self) -> float:
+        excess = self.limit.violation(self.value) if self.limit.is_equation else self.limit.excess(self.value)
+        return 0.0 if abs(excess) < ROUNDING else -float(excess)
+
+
+class Sensitivity(NamedTuple):
+    """The derivative of the optimum by a parameter that is not free, all that is free following."""
+
+    path: str
+    value: float
+    unit: str
+    slope: float
+
+    @property
+    def per_percent(self) -> float:
+        """The change of the optimum for 1 % more of the parameter."""
+        return 0.01 * self.value * self.slope
+
+
+class Tried(NamedTuple):
+    """A design on the way: its values, those of the objective and of the limited results, and why there are none."""
+
+    x: np.ndarray
+    objective: float
+    results: np.ndarray
+    why: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class Design(Generic[M]):
+    """A design that an optimisation ended with; `print` it for its certificate.
+
+    Numbers are in the declared units of parameters, and those of results in the units that they are computed in, SI.
+
+    - `model`: the model with the values found; `values`: these by name.
+    - `status`: "optimal" (first- and second-order conditions are met), "stationary" (the first-order ones are),
+      "infeasible" (no design nearby keeps all limits; this one breaks them least, and `conflict` has the shares of the
+      limits that are in each other's way), "interrupted" or "not converged".
+    - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
+    - `active`: the limits and bounds that hold the optimum, with their multipliers.
+    - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
+    - `sensitivities`: derivatives of the optimum by the parameters that are not free.
+    - `others`: the ends of the other starts; `history` and `failed`: the way here.
+    """
+
+    model: M
+    free: Free
+    x: np.ndarray
+    start: np.ndarray
+    status: Status
+    objective_name: str
+    objective_scale: Scale
+    objective: float
+    results: tuple[Result, ...]
+    kkt_residual: float
+    active: tuple[Active, ...]
+    curvature: Curvature
+    conflict: Mapping[str, float]
+    sensitivities: tuple[Sensitivity, ...]
+    history: tuple[Tried, ...]
+    failed: tuple[Tried, ...]
+    evaluations: int
+    seconds: float
+    seconds_evaluating: float
+    others: tuple["Design[M]", ...] = ()
+
+    @property
+    def values(self) -> dict[str, float]:
+        return dict(zip(self.free.names, self.x.tolist(), strict=True))
+
+    @property
+    def multipliers(self) -> dict[str, float]:
+        """The multipliers of what is active, by name; those of bounds by the name of the variable."""
+        return {active.name: active.multiplier for active in self.active}
+
+    def optima(self, tolerance: float = 1e-4) -> list["Design[M]"]:
+        """The different designs that all starts ended in, the best one first; `tolerance` is of the scaled values."""
+        found: list[Design[M]] = []
+        for design in (self, *self.others):
+            z = np.asarray(self.free.scaled(design.x))
+            if all(np.max(np.abs(z - np.asarray(self.free.scaled(other.x)))) > tolerance for other in found):
+                found.append(design)
+        return found
+
+    def plot(self) -> Any:
+        """The way of variables, objective and margins; returns the matplotlib figure."""
+        from ._plot import plot_design
+
+        return plot_design(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the design to a file, model, certificate and way included."""
+        from .. import __name__ as library
+
+        Path(path).write_bytes(pickle.dumps({"library": library, "design": self}))
+
+    @staticmethod
+    def load(path: str | Path) -> "Design[Any]":
+        """The design of a file. It may hold code, as all pickles do: open only files that you trust."""
+        held = pickle.loads(Path(path).read_bytes())
+        if not isinstance(held, dict) or not isinstance(held.get("design"), Design):
+            raise ModelError(f"{path} holds no design.")
+        return held["design"]
+
+    def __repr__(self) -> str:
+        return f"<Design of {type(self.model).__name__}: {self.status}, {self._objective}>"
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    @property
+    def _objective(self) -> str:
+        return f"{self.objective_name} {self.objective_scale.value(self.objective):.6g}{self.objective_scale.text}"
+
+    def _lines(self) -> Iterator[str]:
+        yield f"{self._objective}: {self._verdict}"
+        yield ""
+        yield aligned([("variable", "value", "from", "to", ""), *map(self._variable_row, range(len(self.x)))])
+        if self.results:
+            yield ""
+            yield aligned([("limit", "result", "", "margin", ""), *map(_result_row, self.results)])
+        if self.active:
+            unit = self.objective_scale.text.strip() or "1"
+            yield ""
+            yield aligned([("active", f"one unit more buys [{unit}]", ""), *map(self._active_row, self.active)])
+        if self.sensitivities:
+            yield ""
+            yield self._sensitivity_table()
+        if len(self.optima()) > 1:
+            yield ""
+            yield self._table_of_optima()
+        yield ""
+        yield self._effort
+
+    @property
+    def _verdict(self) -> str:
+        if self.conflict:
+            names = ", ".join(f"{name} ({share:.0%})" for name, share in self.conflict.items())
+            return f"infeasible. No design nearby keeps all limits; in conflict are {names}."
+        return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
+
+    def _variable_row(self, i: int) -> tuple[str, ...]:
+        variable = self.free.variables[i]
+        numbers = (f"{variable.scale.value(x):.6g}" for x in (self.x[i], variable.low, variable.high))
+        return variable.name, *numbers, variable.scale.shown
+
+    def _active_row(self, active: Active) -> tuple[str, ...]:
+        price = active.multiplier * active.scale.factor / self.objective_scale.factor
+        unit = active.scale.text.strip() or "1"
+        return f"{active.name} ({active.side})", f"{price:.6g}", f"per {unit}"
+
+    def _sensitivity_table(self) -> str:
+        unit = self.objective_scale.text.strip() or "1"
+        ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))
+        rows = [
+            (row.path, f"{row.value:.4g}", row.unit, f"{self.objective_scale.difference(row.per_percent):+.3g}")
+            for row in ranked[:SHOWN]
+        ]
+        more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
+        return aligned([("fixed parameter", "value", "", f"1 % more changes the optimum by [{unit}]"), *rows]) + more
+
+    def _table_of_optima(self) -> str:
+        scales = [variable.scale for variable in self.free.variables]
+        rows = [
+            (
+                f"{design.objective_scale.value(design.objective):.6g}{design.objective_scale.text}",
+                *(f"{scale.value(x):.5g}{scale.text}" for scale, x in zip(scales, design.x, strict=True)),
+                design.status,
+            )
+            for design in self.optima()[1:]
+        ]
+        return aligned([("other optima", *self.free.names, ""), *rows])
+
+    @property
+    def _effort(self) -> str:
+        failed = f", {len(self.failed)} of which could not be computed" if self.failed else ""
+        text = f"{self.evaluations} designs{failed}; {self.seconds:.1f} s"
+        if self.failed:
+            reasons = dict.fromkeys(tried.why for tried in self.failed)
+            text += "".join(f"\nstepped back from: {why}" for why in reasons)
+        return text
+
+
+def _result_row(result: Result) -> tuple[str, ...]:
+    limit = result.limit
+    value = f"{limit.scale.value(result.value):.6g}"
+    return limit.name, value, limit.text, f"{100.0 * result.margin:.3g} %", "broken" if result.margin < -1e-6 else ""
