@@ -202,10 +202,12 @@ def _check_static(where: str, value: Any) -> None:
 class Port(Node, partial=True):
     """Variables that a connection shares: across variables (`Var`) become equal, through variables (`Flow`) sum to 0.
 
-    A flow is positive into the component. With `needs_connection`, leaving the port open is an error.
+    A flow is positive into the component. With `needs_connection`, leaving the port open is an error. `reference` is
+    what fixes the level of its across variables, as a message names it to someone who has forgotten it: "a Ground".
     """
 
     needs_connection: ClassVar[bool] = False
+    reference: ClassVar[str] = ""
 
     def power(self, d: Any) -> Any:
         """The power into the component in W, from the variables and their time derivatives `d`.

@@ -58,9 +58,9 @@ def over(a: Any, b: Any) -> Any:
             return negated(over(x.array, b) if x is a else over(a, x.array))
     if isinstance(b, float) and b == 0.0:
         raise StructureError(
-            "Equations cancel: of a set of ideal elements, such as a capacitor across a voltage source away from the "
-            "ground, or inductors as the only links of a part of the circuit, one current or voltage is left without "
-            "an equation. Remedy: connect that part to the Ground, or give one of the elements a resistance."
+            "Equations cancel: of a set of ideal elements, such as storages of one kind that are the only links of a "
+            "part of the model, one flow or across variable is left without an equation. Remedy: connect that part to "
+            "a reference, or give one of the elements a resistance."
         )
     return times(a, 1.0 / b) if isinstance(b, float) else a / b
 

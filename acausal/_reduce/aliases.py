@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Int
 
 from .._errors import ModelError, StructureError, complain
-from .flatten import FlatModel, Instances
+from .flatten import FlatLeaf, FlatModel, Instances
+from .references import reference_of
 from .stated import templates
 from .template import Template, sum_template
 
@@ -40,6 +41,15 @@ class Family:
             return f"sum of flows at the connection of {ports}"
         path = self.instances.name(int(self.members[row]))
         return f"{path}.{self.template.name}" if path else self.template.name
+
+    def leaves(self, row: int, flat: FlatModel) -> list[FlatLeaf]:
+        """Those of a component that states the equation, or of the ports whose flows it sums."""
+        if self.names is not None:
+            return []
+        if self.instances is None:
+            return [flat.leaves[flat.leaf_of_node[node]] for node in flat.flow_sets[self.members[row]][0]]
+        first = self.instances.first_leaf[0]
+        return flat.leaves[first : first + len(self.instances.kind.names)]
 
     def select(self, rows: np.ndarray) -> "Family":
         names = None if self.names is None else [self.names[row] for row in rows.tolist()]
@@ -110,11 +120,12 @@ def merge(flat: FlatModel) -> Merged:
         repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
         if repeated:
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
+            lacking = reference_of(family.leaves(repeated[0], flat))
             complain(
                 StructureError(
                     f"The equation {names} only repeats what other equations say. Either the circuit that it belongs "
-                    "to has no reference: connect a Ground, Fixed or Tank to it. Or two ideal elements that fix a "
-                    "value or join two ports stand in parallel: remove one, or give it a resistance or compliance."
+                    f"to has no reference: connect {lacking} to it. Or two ideal elements that fix a value or join two "
+                    "ports stand in parallel: remove one, or give it a resistance or compliance."
                 )
             )
     representative, sign = _resolved(flat, sets)

@@ -34,12 +34,16 @@ class FlatLeaf:
     stack: tuple[int, ...]
     sizes: tuple[int, ...]
     first: int
-    in_port: bool
+    port: type[Port] | None  # the class of the port that it is a variable of
     nominal: float | None = None  # size that the model gives
 
     @property
     def count(self) -> int:
         return math.prod(self.stack)
+
+    @property
+    def in_port(self) -> bool:
+        return self.port is not None
 
     def name(self, index: int) -> str:
         """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
@@ -251,7 +255,8 @@ class _Walker:
             )
         if self.split and declaration.is_variable:
             where, stack, sizes = where + "[]" * len(sizes), (*stack, *sizes), ()
-        self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, isinstance(node, Port)))
+        port = type(node) if isinstance(node, Port) else None
+        self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, port))
         if declaration.is_variable:
             self.n_nodes += self.leaves[-1].count
 

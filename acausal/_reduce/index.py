@@ -9,6 +9,7 @@ from .._errors import StructureError, complain, listed
 from .dependent import FRACTIONS, Row, dependencies
 from .graph import inverted, match, neighbours, reach
 from .incidence import Incidence
+from .references import reference_of
 
 
 @dataclasses.dataclass
@@ -155,7 +156,7 @@ def _hint(table: Incidence, under: set[int]) -> str:
     flat = table.flat
     leaves = [flat.leaves[flat.leaf_of_node[table.variables[v]]] for v in under]
     if all(leaf.in_port and leaf.declaration.role == "var" for leaf in leaves):
-        return ": nothing fixes their level, so connect a reference such as Ground, Fixed or Tank."
+        return f": nothing fixes their level, so connect {reference_of(leaves)}."
     return "."
 
 
@@ -198,8 +199,8 @@ def _check_redundant(table: Incidence) -> None:
 
 
 def _remedy(table: Incidence, rows: list[int]) -> str:
-    if any(table.place(row)[0].instances is None for row in rows):
-        return (
-            "a circuit without a reference has one sum of flows too many; connect a Ground, Fixed or Tank to it."
-        )  # fmt: skip
+    sums = [(family, inside) for family, inside in map(table.place, rows) if family.instances is None]
+    if sums:
+        lacking = reference_of(leaf for family, inside in sums for leaf in family.leaves(inside, table.flat))
+        return f"a circuit without a reference has one sum of flows too many; connect {lacking} to it."
     return "remove one of these equations or components (two ideal sources in parallel, a value fixed twice)."

@@ -1,12 +1,14 @@
 """The electrical port and what all elements with two pins share."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
 
 class Pin(Port):
     """An electrical terminal; v i is the power into the component."""
+
+    reference: ClassVar[str] = "a Ground"
 
     v: Var[Scalar, "V"] = 0.0  # potential
     i: Flow[Scalar, "A"] = 0.0  # current, positive into the component

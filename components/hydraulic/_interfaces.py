@@ -1,12 +1,14 @@
 """The hydraulic port and what all elements with two ports share."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
 
 class FluidPort(Port):
     """An opening for liquid; p q is the power into the component."""
+
+    reference: ClassVar[str] = "a Tank"
 
     p: Var[Scalar, "Pa"] = 0.0  # pressure above the atmosphere
     q: Flow[Scalar, "m3/s"] = 0.0  # volume flow rate, positive into the component

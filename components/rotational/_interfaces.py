@@ -1,12 +1,14 @@
 """The rotational port and what families of elements share."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
 
 class Flange(Port):
     """The end of a shaft; tau dphi/dt is the power into the component."""
+
+    reference: ClassVar[str] = "a Fixed"
 
     phi: Var[Scalar, "rad"] = 0.0  # angle
     tau: Flow[Scalar, "N.m"] = 0.0  # torque, positive into the component

@@ -1,12 +1,14 @@
 """The thermal port."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Flow, Port, Scalar, Var, positive
 
 
 class HeatPort(Port):
     """A surface that passes heat; Q_flow itself is the power into the component."""
+
+    reference: ClassVar[str] = "a FixedTemperature"
 
     T: Var[Scalar, "K", positive] = 293.15  # temperature
     Q_flow: Flow[Scalar, "W"] = 0.0  # heat flow rate, positive into the component

@@ -1,12 +1,14 @@
 """The translational port and what families of elements share."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
 
 class Flange(Port):
     """The end of a rod; f ds/dt is the power into the component."""
+
+    reference: ClassVar[str] = "a Fixed"
 
     s: Var[Scalar, "m"] = 0.0  # position
     f: Flow[Scalar, "N"] = 0.0  # force, positive into the component

@@ -1,5 +1,6 @@
 """What is said about wrong models, wrong numbers and failed runs: each message names the culprit and a remedy."""
 
+from collections.abc import Callable
 from typing import Any, Self
 
 import equinox as eqx
@@ -22,6 +23,7 @@ from acausal import (
     eq,
     simulate,
 )
+from components import hydraulic, translational
 from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor, TwoPin
 
 
@@ -118,6 +120,28 @@ class Ring(Component):
     def connections(self) -> Connections:
         a, b, c = self.members
         return connect(a.n, b.p), connect(b.n, c.p), connect(c.n, a.p)
+
+
+class Loop(Component):
+    """Two elements, joined at both ends."""
+
+    one: translational.Compliant | hydraulic.TwoPort
+    two: translational.Compliant | hydraulic.TwoPort
+
+    def connections(self) -> Connections:
+        return connect(self.one.a, self.two.a), connect(self.one.b, self.two.b)
+
+
+@pytest.mark.parametrize(
+    ("element", "reference"),
+    [
+        (lambda: translational.Spring(c=1.0), "a Fixed"),
+        (lambda: hydraulic.LaminarResistance(resistance=1e9), "a Tank"),
+    ],
+)
+def test_a_missing_reference_is_named_as_its_port_names_it(element: Callable[[], Any], reference: str) -> None:
+    with pytest.raises(StructureError, match=rf"no reference: connect {reference} to it"):
+        simulate(Loop(one=element(), two=element()), 1.0)
 
 
 def test_loop_of_two_without_ground() -> None:

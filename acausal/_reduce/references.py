@@ -1,0 +1,11 @@
+"""What gives a part of a model its level, for the remedies of messages."""
+
+from collections.abc import Iterable
+
+from .flatten import FlatLeaf
+
+
+def reference_of(leaves: Iterable[FlatLeaf]) -> str:
+    """The components that the ports among these leaves name as their reference, such as "a Ground"."""
+    named = dict.fromkeys(leaf.port.reference for leaf in leaves if leaf.port is not None and leaf.port.reference)
+    return " or ".join(named) or "a component that fixes the across variable of one of its ports"
