@@ -52,6 +52,10 @@ from ._errors import UnitError as UnitError
 from ._errors import UnknownNameError as UnknownNameError
 from ._evaluate.compiling import compile as compile
 from ._evaluate.system import System as System
+from ._files import VersionWarning as VersionWarning
+from ._files import about as about
+from ._files import load as load
+from ._files import save as save
 from ._integrate.energy import EnergyAccount as EnergyAccount
 from ._integrate.event_log import EventLog as EventLog
 from ._integrate.initialise import initialise as initialise
@@ -70,6 +74,8 @@ from ._jax_settings import (
 from ._progress import announce_compilation
 from ._show.check import Check as Check
 from ._show.check import check as check
+from ._show.diagram import Diagram as Diagram
+from ._show.diagram import diagram as diagram
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
 from ._show.trajectories import compare as compare

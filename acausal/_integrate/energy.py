@@ -71,6 +71,12 @@ class EnergyAccount:
         supplied, stored, dissipated = self.totals
         return supplied - stored - dissipated - sum(self.events.values())
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
+        from .._show.sankey import plot_energy
+
+        return plot_energy(self, ax)
+
     def __str__(self) -> str:
         width = max([len(name) for name in (*self.supplied, *self.events)] + [10])
         lines = [f"{'energy [J]':{width}}  {'supplied':>12}  {'stored':>12}  {'dissipated':>12}"]

@@ -142,6 +142,8 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _record=None if system.events is None else raw.solver_state.events.record,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _layout=layout,
+        _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
+        _choices=settings.choices,
         _demands=(),
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )

@@ -36,6 +36,15 @@ class Settings:
         system = self.system
         return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
+    @property
+    def choices(self) -> tuple[tuple[str, Any], ...]:
+        """The options that are no numbers, as text, and the limits."""
+        solver = f"{type(self.solver).__module__.partition('.')[0]}.{type(self.solver).__name__}"
+        adjoint = None if self.adjoint is None else type(self.adjoint).__name__
+        direction = {True: "up", False: "down", None: None}[self.direction]
+        said = {"save": self.save, "direction": direction, "solver": solver, "adjoint": adjoint}
+        return (*said.items(), ("max_steps", self.max_steps), ("max_events", self.max_events))
+
     @ft.cached_property
     def layout(self) -> StateVector:
         """The vector that is stepped."""

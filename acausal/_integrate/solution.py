@@ -12,12 +12,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import deepened
+from .._declare.by_name import parameters
 from .._declare.component import Component
 from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._files import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
@@ -59,6 +61,8 @@ class Solution(eqx.Module, Generic[M]):
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
+    _numbers: dict[str, Any]  # that the run was called with
+    _choices: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # that it was compiled for
     _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
     _integrals_tree: Any = eqx.field(static=True)
 
@@ -261,6 +265,21 @@ class Solution(eqx.Module, Generic[M]):
     def unit(self, name: str) -> str:
         """The unit of a variable or parameter; "" for a signal, which declares none."""
         return self.system.flat.leaves[self._place(name)[0]].declaration.unit
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What `simulate` was asked for: times, tolerances, limits, solver."""
+        return self._numbers | dict(self._choices)
+
+    def _described(self) -> dict[str, Any]:
+        """For the file that it is saved to."""
+        return {
+            "model": self.system.name,
+            "parameters": described(parameters(self.final)),
+            "options": {name: value for name, value in self.options.items() if value is not None},
+            "t1": self.t1,
+            "result": None if self._cannot_be_shown else sentence(self.result),
+        }
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.system.flat.root_fields]
