@@ -12,7 +12,7 @@ from .._declare.component import Component
 from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._integrate.options import kind_of
-from .._integrate.quantity import Quantity, trace
+from .._integrate.user_function import UserFunction, trace
 from .._progress import compiling
 from .linear_system import LinearSystem
 from .point import Point, invariants_at, operating_point
@@ -92,7 +92,7 @@ def linearise(
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _matrices(places: tuple[Place, ...], quantity: Quantity, constants: list[Any], point: Point) -> Any:
+def _matrices(places: tuple[Place, ...], quantity: UserFunction, constants: list[Any], point: Point) -> Any:
     """dx/dt at the point, and A, B, C and D."""
     n, u = point.y.shape[0], input_values(point.params, places)
 

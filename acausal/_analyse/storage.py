@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._integrate.energy import stored
-from .._integrate.quantity import Quantity, trace
+from .._integrate.user_function import UserFunction, trace
 from .._reduce.jaxpr import slice_output
 from .modes import Shares
 from .point import Point, invariants_at
@@ -33,14 +33,14 @@ def energy_shares(point: Point, poles: Any, shapes: Any, independent: tuple[int,
     return Shares(shares, poles, tuple(stores), "energy")
 
 
-def _depends(quantity: Quantity, n_constants: int, output: int) -> bool:
+def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
     """Whether a component's stored energy depends on anything, as a mass's does and a resistor's does not."""
     return any(position >= n_constants for position in slice_output(quantity.closed, output).used)
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
 def _second_variations(
-    quantity: Quantity, independent: tuple[int, ...], constants: list[Any], point: Point, v: Any
+    quantity: UserFunction, independent: tuple[int, ...], constants: list[Any], point: Point, v: Any
 ) -> Any:
     """v^H H v for each output of `quantity` (down) and each column of `v` (across), along the invariants."""
     invariants = invariants_at(point)

@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._reduce.ranges import is_within, within
 from .affine import Affine, Minus, computed, evaluate, plus, scale, solved_for, times
-from .elimination import UNROLLED, eliminated, stacked
+from .elimination import SMALL, eliminated, stacked
 from .program import Arg, Program, Step
 from .roots import scaled_root
 
@@ -49,7 +49,7 @@ def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
 def _unknowns(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
     if program.kind == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
-    if program.kind == "linear" and program.is_elementwise and program.n_tears <= UNROLLED:
+    if program.kind == "linear" and program.is_elementwise and program.n_tears <= SMALL:
         return _linear(program, known)
     tears = _dense(program, known) if program.kind == "linear" else _nonlinear(program, known, guesses)
     return _with_tears(program, known, tears)

@@ -21,7 +21,7 @@ from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
-from .._units.check import check_units
+from .._unit_check.check import check_units
 from .plan import Pair, Plan
 from .program import programme
 from .system import System

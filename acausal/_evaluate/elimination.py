@@ -9,7 +9,7 @@ import numpy as np
 from .._linear_solver import linear_solver
 from .affine import computed, negated, over, plus, times
 
-UNROLLED = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
+SMALL = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
 WRITTEN_OUT = 3  # up to this size entry by entry, which is the fastest but takes about n^3 operations to compile
 _Row = list[Any]  # the coefficients of an equation, then its constant; None is a structural zero
 

@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .apart import Apart, apart_pairs
 from .constraints import TOLERANCE
+from .given_unknowns import GivenUnknowns, given_unknowns
 from .plan import Pair
 from .starts import Inputs
 from .system import System
@@ -23,13 +23,13 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     values not at all if there is another way. What is given for algebraic unknowns is a condition of the same kind.
     """
     given = given_pairs(system, inputs)
-    apart = apart_pairs(system, inputs.given)
-    if is_plain(system, given) and not apart:
+    unknowns = given_unknowns(system, inputs.given)
+    if is_plain(system, given) and not unknowns:
         y = system.starts.values(inputs, system.states)
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
     x, bad = _projected(system, t0, inputs, given)
-    if apart:
-        x, bad = Apart(system, t0, inputs, given, apart).moved(x, bad)
+    if unknowns:
+        x, bad = GivenUnknowns(system, t0, inputs, given, unknowns).moved(x, bad)
     return _with_algebraic(system, t0, x[system.constraints.states], inputs), bad
 
 
@@ -79,7 +79,7 @@ def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
 
 def checked_names(system: System, given: frozenset[int]) -> list[str]:
     """The variable behind each element of what `initial_state` checks."""
-    return pair_names(system, apart_pairs(system, given)) + constrained_names(system)
+    return pair_names(system, given_unknowns(system, given)) + constrained_names(system)
 
 
 def constrained_names(system: System) -> list[str]:

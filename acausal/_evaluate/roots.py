@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import optimistix as optx
 
 from .affine import computed
-from .elimination import UNROLLED, eliminated
+from .elimination import SMALL, eliminated
 
 ITERATIONS = 100
 HUGE = 1e100
@@ -63,6 +63,6 @@ def _or_nan(root: Any, is_good: Any) -> Any:
 def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
     """The x of a linear function at which it has a value."""
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
-    if len(value) > UNROLLED:
+    if len(value) > SMALL:
         return jnp.linalg.solve(matrix, value)
     return jnp.stack([computed(x) for x in eliminated([list(row) for row in matrix], list(-value))])

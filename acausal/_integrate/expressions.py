@@ -8,11 +8,11 @@ import jax
 from .._declare.annotations import Declaration
 from .._errors import ModelError
 from .._reduce.flatten import FlatModel
+from .._unit_check.interpret import Interpreter
+from .._unit_check.values import Value, constant
 from .._units.dimension import DERIVED, NUMBER
-from .._units.interpret import Interpreter
 from .._units.parsing import UnknownUnit, parsed
-from .._units.values import Value, constant
-from .quantity import Quantity, as_function, trace
+from .user_function import UserFunction, as_function, trace
 
 
 def expression(flat: FlatModel, leaves: Sequence[Any], times: tuple[int, ...], function: Callable[..., Any]) -> Any:
@@ -29,7 +29,7 @@ def varies(flat: FlatModel, leaf: int) -> bool:
     return flat.leaves[leaf].declaration.role != "param" or flat.leaves[leaf].stack != ()
 
 
-def _traced(function: Callable[..., Any], flat: FlatModel) -> tuple[Quantity, list[Any]]:
+def _traced(function: Callable[..., Any], flat: FlatModel) -> tuple[UserFunction, list[Any]]:
     quantity, constants = trace(as_function(function, "An expression"), flat, "An expression")
     if quantity.n_outputs != 1:
         raise ModelError(f"An expression must be one real number, but this one returned {quantity.n_outputs}.")

@@ -11,15 +11,15 @@ import numpy as np
 
 from .._declare.component import Equation
 from .._errors import ModelError, suggestion
-from .._evaluate.apart import apart_pairs, lack_of_given
+from .._evaluate.given_unknowns import given_unknowns, lack_of_given
 from .._evaluate.initial import given_pairs, pair_names
 from .._evaluate.observe import observe_with_rates
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .options import names_of
-from .quantity import Quantity, as_function, trace
 from .trim import Trim
+from .user_function import UserFunction, as_function, trace
 
 Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
@@ -55,13 +55,13 @@ class Problem:
     """What a search for start values is compiled for."""
 
     system: System
-    conditions: Quantity | None
+    conditions: UserFunction | None
     names: tuple[str, ...]  # of the conditions
     rests: tuple[int, ...]  # the elements of the state vector whose derivatives vanish
     given: frozenset[int]
     fixed: frozenset[int]  # those of the given ones that must not move
     wanted: tuple[int, ...]  # the leaves that get start values
-    apart: tuple[Pair, ...]  # algebraic unknowns that must have the start values that are given for them
+    given_unknowns: tuple[Pair, ...]  # algebraic, which must have the start values that are given for them
     strict: bool
     trim: Trim  # the parameters that are searched for
 
@@ -69,7 +69,7 @@ class Problem:
     def of_components(self) -> "Problem":
         """The search for start values that meet the initial equations of components alone."""
         return dataclasses.replace(
-            self, conditions=None, names=(), rests=(), apart=(), strict=False, trim=Trim(self.system, ())
+            self, conditions=None, names=(), rests=(), given_unknowns=(), strict=False, trim=Trim(self.system, ())
         )
 
     @property
@@ -104,8 +104,8 @@ class Problem:
             seen, rates = observe_with_rates(system, t0, y, inputs, leaves, moving)
         if initial is not None:
             parts.append(initial.residuals(params, seen, rates))
-        if self.apart:
-            parts.append(lack_of_given(system, t0, y, inputs, self.apart))
+        if self.given_unknowns:
+            parts.append(lack_of_given(system, t0, y, inputs, self.given_unknowns))
         if self.conditions is not None and self.names:
             n = len(system.flat.leaves)
             read = [rates[i - n] if i >= n else seen.get(i, params[i]) for i in self.conditions.leaves]
@@ -127,9 +127,9 @@ class Problem:
         """Of what is to vanish."""
         system, names = self.system, self.system.element_names
         initial = [] if system.initial_equations is None else system.initial_equations.names
-        apart = [f"the start value of {name}" for name in pair_names(system, self.apart)]
+        unknowns = [f"the start value of {name}" for name in pair_names(system, self.given_unknowns)]
         rests = [f"der({names[i]}) = 0" for i in self.rests]
-        return [*system.constraints.names, *rests, *initial, *apart, *self.names]
+        return [*system.constraints.names, *rests, *initial, *unknowns, *self.names]
 
 
 def problem_of(
@@ -157,9 +157,11 @@ def problem_of(
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:
         raise ModelError("moving= exempts derivatives from steady=True, which is not asked for.")
-    apart = tuple(apart_pairs(system, fixed))
+    unknowns = tuple(given_unknowns(system, fixed))
     trim = Trim(system, trimmed)
-    return Problem(system, quantity, names, rests, given, fixed, _wanted(system, given), apart, strict, trim), constants
+    return Problem(
+        system, quantity, names, rests, given, fixed, _wanted(system, given), unknowns, strict, trim
+    ), constants
 
 
 def _residuals(conditions: Conditions, s: Any, d: Any) -> dict[str, Any]:

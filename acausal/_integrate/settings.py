@@ -8,8 +8,8 @@ import diffrax
 import jax
 
 from .._evaluate.system import System
-from .quantity import Quantity
 from .state_vector import StateVector
+from .user_function import UserFunction
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,9 +17,9 @@ class Settings:
     """What a run is compiled for."""
 
     system: System
-    stop: Quantity | None
-    integrand: Quantity | None
-    stored: Quantity | None  # the energy in all components, for the account of what events take
+    stop: UserFunction | None
+    integrand: UserFunction | None
+    stored: UserFunction | None  # the energy in all components, for the account of what events take
     direction: bool | None
     save: str
     solver: diffrax.AbstractSolver

@@ -21,7 +21,6 @@ from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import is_trial, report_failure
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
-from .quantity import Quantity, as_function, trace
 from .run import run
 from .settings import Numbers, Settings
 from .solution import Solution
@@ -29,6 +28,7 @@ from .solvers import AbstractRosenbrock, Rodas5P
 from .start_search import search_start
 from .started import started
 from .unresolved import warn_of_unresolved
+from .user_function import UserFunction, as_function, trace
 
 MAX_STEPS = 4096
 LARGE = 300  # leaves: from here on parameters are packed before they are handed to the compiled run
@@ -164,7 +164,7 @@ def _strong(value: Any) -> Any:
     return np.asarray(value) if isinstance(value, float) else value
 
 
-def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[Quantity | None, list[Any]]:
+def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[UserFunction | None, list[Any]]:
     return (None, []) if function is None else trace(as_function(function, what), system.flat, what)
 
 

@@ -8,7 +8,7 @@ from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
-from .._units.check import unchecked_equations
+from .._unit_check.check import unchecked_equations
 from .plot import equation_name
 
 

@@ -1,1 +1,1 @@
-"""Units: what dimension an equation has, whether its terms agree, and parameters given with a unit."""
+"""Numbers with units: dimensions, unit strings, and quantities in SI units."""

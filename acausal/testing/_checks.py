@@ -7,7 +7,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._reduce.flatten import flatten
-from .._units.check import unit_problems
+from .._unit_check.check import unit_problems
 from ._equations import OpenEquations
 from ._failed import fail
 from ._gradients import gradient_problems

@@ -9,7 +9,7 @@ import pytest
 from jax.test_util import check_grads
 
 from acausal._evaluate.affine import computed
-from acausal._evaluate.elimination import UNROLLED, eliminated
+from acausal._evaluate.elimination import SMALL, eliminated
 
 
 def _system(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -30,7 +30,7 @@ def _solution(matrix: Any, constant: Any, no_matrix: np.ndarray, no_constant: np
     )
 
 
-@pytest.mark.parametrize("n", range(1, UNROLLED + 1))
+@pytest.mark.parametrize("n", range(1, SMALL + 1))
 def test_solution(n: int) -> None:
     for seed in range(10):
         matrix, constant, *structure = _system(np.random.default_rng(seed), n)

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from acausal._unit_check.interpret import Interpreter
+from acausal._unit_check.values import Value
 from acausal._units.dimension import NUMBER, Dimension, base, described
-from acausal._units.interpret import Interpreter
 from acausal._units.parsing import UnknownUnit, parsed
-from acausal._units.values import Value
 
 N, M, S, KG = parsed("N").dimension, base("m"), base("s"), base("kg")
 

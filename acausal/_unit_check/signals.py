@@ -6,7 +6,7 @@ import numpy as np
 
 from .._reduce.flatten import FlatModel, Instances
 from .._reduce.graph import connected
-from .dimension import Dimension, described
+from .._units.dimension import Dimension, described
 from .kinds import kind_units
 
 

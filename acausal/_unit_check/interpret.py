@@ -8,7 +8,7 @@ from typing import Any
 
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal
 from .._reduce.jaxpr import shape_of
-from .dimension import NUMBER, Dimension
+from .._units.dimension import NUMBER, Dimension
 from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
 from .values import ATOM, PRODUCT, SUM, Value, constant, written
 

@@ -18,7 +18,7 @@ from .._tracing import is_traced
 
 
 @dataclasses.dataclass(frozen=True)
-class Quantity:
+class UserFunction:
     """A function of the leaves of a model, without the numbers in it: those are passed as `constants`.
 
     Two functions that compute the same from other numbers are equal, whatever Python function they came from.
@@ -38,7 +38,7 @@ class Quantity:
         return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
 
-_traced: dict[Hashable, tuple[Quantity, list[Any]]] = {}
+_traced: dict[Hashable, tuple[UserFunction, list[Any]]] = {}
 _MOST = 512  # traces kept
 
 
@@ -49,7 +49,7 @@ def as_function(value: Any, what: str) -> Callable[..., Any]:
     return value
 
 
-def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int = 1) -> tuple[Quantity, list[Any]]:
+def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int = 1) -> tuple[UserFunction, list[Any]]:
     """A user's function of `n_views` views of the model, and the numbers it holds.
 
     It is traced once where it surely computes the same again.
@@ -101,7 +101,7 @@ def _inner(params: Iterable[Any]) -> Iterator[ClosedJaxpr | Jaxpr]:
             yield from _inner(param)
 
 
-def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[Quantity, list[Any]]:
+def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[UserFunction, list[Any]]:
     trees: list[Any] = []
 
     def of_leaves(*values: Any) -> list[Any]:
@@ -124,7 +124,7 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
     leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
     invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
     slim = ClosedJaxpr(assembled(invars, jaxpr.outvars, jaxpr.eqns), [])
-    return Quantity(_fingerprint(slim), slim, leaves, trees[0]), constants
+    return UserFunction(_fingerprint(slim), slim, leaves, trees[0]), constants
 
 
 def _check_real(results: list[Any], what: str) -> None:

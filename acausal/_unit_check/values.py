@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._tracing import is_traced
-from .dimension import NUMBER, Dimension, described
+from .._units.dimension import NUMBER, Dimension, described
 
 _LONGEST = 60
 _TINY = 1e-30  # what keeps a quotient finite is taken for zero

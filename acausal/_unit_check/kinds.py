@@ -14,9 +14,9 @@ from .._reduce.flatten import Kind
 from .._reduce.jaxpr import structs
 from .._reduce.stated import initial_templates, templates
 from .._reduce.template import Input
-from .dimension import DERIVED, NUMBER, TIME, Dimension, described
+from .._units.dimension import DERIVED, NUMBER, TIME, Dimension, described
+from .._units.parsing import UnknownUnit, parsed
 from .interpret import Interpreter
-from .parsing import UnknownUnit, parsed
 from .values import Value
 
 

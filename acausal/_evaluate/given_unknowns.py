@@ -13,7 +13,7 @@ from .starts import Inputs
 from .system import System
 
 
-def apart_pairs(system: System, given: frozenset[int]) -> list[Pair]:
+def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
     """The algebraic unknowns whose start values are given, but for those of non-linear blocks: these are guesses."""
     nodes = [system.flat.leaves[i].first + k for i in sorted(given) for k in range(system.flat.leaves[i].count)]
     pairs = dict.fromkeys(pair for pair in (system.pair_of_node(node)[0] for node in nodes) if pair is not None)
@@ -25,7 +25,7 @@ def apart_pairs(system: System, given: frozenset[int]) -> list[Pair]:
 
 
 @dataclasses.dataclass
-class Apart:
+class GivenUnknowns:
     """The conditions that algebraic unknowns, `pairs`, have their start values, and how to meet them."""
 
     system: System
