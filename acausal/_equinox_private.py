@@ -1,10 +1,18 @@
 """What is used of equinox beyond its documented interface: a version that moves it is met here alone.
 
 - `while_loop`: a loop of bounded length that can be differentiated in reverse mode, at any depth of nesting.
+- `members_of`: the members of an enumeration, which cannot be iterated over.
 - `unvmap_any`: whether anything holds in any member of a batch, so that a branch no member takes is not computed.
 
 Of diffrax, only `DirectAdjoint._loop` is private: `_integrate/adjoint.py` derives from it.
 """
 
+from typing import Any
+
 from equinox.internal import unvmap_any as unvmap_any
 from equinox.internal import while_loop as while_loop
+
+
+def members_of(enumeration: Any) -> dict[str, Any]:
+    """The members of an enumeration by name, in their order."""
+    return dict(enumeration._name_to_item)

@@ -16,6 +16,17 @@ from ._fit import Fit as Fit
 from ._free import Free as Free
 from ._free import free_parameters as free_parameters
 from ._identify import identify as identify
+from ._indices import Indices as Indices
 from ._optimise import optimise as optimise
+from ._percentile import percentile_of as percentile_of
 from ._profile import Profile as Profile
 from ._residuals import ResidualTest as ResidualTest
+from ._sensitivities import SensitivityRow as SensitivityRow
+from ._sensitivities import SensitivityTable as SensitivityTable
+from ._sensitivities import sensitivities as sensitivities
+from ._spread import Spread as Spread
+from ._spread import Spreads as Spreads
+from ._spread import Yield as Yield
+from ._tolerance import Members as Members
+from ._tolerance import Tolerance as Tolerance
+from ._worst import Worst as Worst

@@ -1,5 +1,6 @@
 """Distributions of parameters: what is known of a number beforehand, or how it scatters in production."""
 
+import abc
 import dataclasses
 from collections.abc import Sequence
 from typing import Any, TypeAlias
@@ -22,6 +23,11 @@ class Normal:
     mean: Any = None
     std: Any = None
 
+    @property
+    def is_relative(self) -> bool:
+        """Whether it scatters by a share of the model's own value."""
+        return _percent(self.std) is not None
+
     def resolved(self, unit: str, where: str, nominal: float) -> "Normal":
         """The same with numbers in the declared unit."""
         if self.std is None:
@@ -32,19 +38,36 @@ class Normal:
             raise ParameterError(f"{where}: a standard deviation must be positive and finite, got {self.std}.")
         return Normal(mean, std)
 
-    def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The values below which the shares `u` lie."""
-        from scipy.special import ndtri
-
-        return self.mean + self.std * ndtri(u)
+    def of_score(self, z: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Values from scores of the standard normal distribution."""
+        return self.mean + self.std * z
 
     def box(self, sigmas: float) -> tuple[float, float]:
         """The tolerance: so many standard deviations to either side."""
         return self.mean - sigmas * self.std, self.mean + sigmas * self.std
 
 
+class Bounded(abc.ABC):
+    """A distribution that is known by its quantiles."""
+
+    @property
+    def is_relative(self) -> bool:
+        """Whether it scatters by a share of the model's own value."""
+        return any(_percent(value) is not None for value in vars(self).values())
+
+    @abc.abstractmethod
+    def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """The values below which the shares `u` lie."""
+
+    def of_score(self, z: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Values from scores of the standard normal distribution."""
+        from scipy.special import ndtr
+
+        return self.quantile(ndtr(z))
+
+
 @dataclasses.dataclass(frozen=True)
-class Uniform:
+class Uniform(Bounded):
     """All values between two limits equally likely. A limit "-5 %" or "+5 %" is that far from the model's own value."""
 
     low: Any
@@ -75,7 +98,7 @@ class Uniform:
 
 
 @dataclasses.dataclass(frozen=True)
-class Triangular:
+class Triangular(Bounded):
     """Values between two limits, the most likely one at `mode`, by default the model's own value.
 
     A limit "-5 %" or "+5 %" is that far from the model's own value.
@@ -117,7 +140,7 @@ class Triangular:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(Bounded):
     """The values of a table, such as those measured on parts, each equally likely, and linear between them."""
 
     values: Any

@@ -1,0 +1,90 @@
+"""Sobol' indices: which share of a result's variance each parameter causes, alone and with others."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .._analyse.table import aligned
+from .._errors import SimulationError
+from .._extras import needed
+from ._batches import Outcomes
+
+REPLICATES = 200  # of the bootstrap
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Indices:
+    """Indices of results (rows) by parameters (columns); `print` it for a table.
+
+    `first`: the share of the variance that a parameter causes by itself. `total`: what it causes in all combinations
+    with others. `first_error` and `total_error`: their standard errors, by bootstrap. `lost`: of the samples, those of
+    which a run failed.
+    """
+
+    parameters: tuple[str, ...]
+    results: tuple[str, ...]
+    first: Float[np.ndarray, "m k"]
+    total: Float[np.ndarray, "m k"]
+    first_error: Float[np.ndarray, "m k"]
+    total_error: Float[np.ndarray, "m k"]
+    lost: int
+
+    def plot(self, ax: Any = None, result: str = "") -> Any:
+        """Bars of both indices of one result with their errors, the largest on top; returns the matplotlib axes."""
+        row = self.results.index(result) if result else 0
+        order = np.argsort(self.total[row])
+        if ax is None:
+            plt = needed("matplotlib.pyplot", "plots", "A picture")
+            _, ax = plt.subplots(figsize=(7.0, 1.4 + 0.45 * len(order)), layout="constrained")
+        places = np.arange(len(order))
+        for shift, values, errors, label, colour in (
+            (0.2, self.total, self.total_error, "in total", "tab:blue"),
+            (-0.2, self.first, self.first_error, "alone", "tab:orange"),
+        ):
+            bars = values[row, order]
+            ax.barh(places + shift, bars, 0.38, xerr=2.0 * errors[row, order], label=label, color=colour, ecolor="0.3")
+        ax.set_yticks(places, [self.parameters[i] for i in order])
+        ax.set_xlabel(f"share of the variance of {self.results[row]}")
+        ax.legend(frameon=False, fontsize="small", loc="lower right")
+        ax.grid(axis="x", alpha=0.3)
+        return ax
+
+    def __str__(self) -> str:
+        lines = []
+        for row, result in enumerate(self.results):
+            cells = [
+                [self.parameters[i], *(f"{v[row, i]:.4f}" for v in (self.first, self.first_error)),
+                 *(f"{v[row, i]:.4f}" for v in (self.total, self.total_error))]
+                for i in np.argsort(-self.total[row])
+            ]  # fmt: skip
+            lines.append(aligned([[f"variance of {result}", "alone", "±", "in total", "±"], *cells]))
+        return "\n".join([*lines, *([f"{self.lost} samples lost to failed runs"] if self.lost else [])])
+
+
+def indices_of(
+    parameters: tuple[str, ...], results: tuple[str, ...], outcomes: Outcomes, n: int, k: int, seed: int
+) -> Indices:
+    """From results at A, B and A with one column of B after the other, n rows each."""
+    values = outcomes.values.reshape(k + 2, n, -1)
+    good = np.all(outcomes.are_good.reshape(k + 2, n), axis=0)
+    if np.sum(good) < 2:
+        raise SimulationError(f"Of {n} samples, {np.sum(good)} could be computed throughout: {outcomes.failed}.")
+    values = values[:, good]
+    rng, count = np.random.default_rng(seed), values.shape[1]
+    estimates = _estimated(values)
+    again = [_estimated(values[:, rng.integers(0, count, count)]) for _ in range(REPLICATES)]
+    errors = [np.std([pair[i] for pair in again], axis=0, ddof=1) for i in range(2)]
+    return Indices(parameters, results, estimates[0], estimates[1], errors[0], errors[1], int(n - count))
+
+
+def _estimated(values: Float[np.ndarray, "q n m"]) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of first order after Saltelli (2010) and in total after Jansen (1999)."""
+    a, b, mixed = values[0], values[1], values[2:]
+    variance = np.var(np.concatenate([a, b]), axis=0)
+    safe = np.where(variance > 0.0, variance, 1.0)
+    # Values about their mean have less rounding and, in the first estimator, less scatter.
+    first = np.mean((b - np.mean(b, axis=0)) * (mixed - a), axis=1) / safe
+    total = 0.5 * np.mean((mixed - a) ** 2, axis=1) / safe
+    return first.T, total.T

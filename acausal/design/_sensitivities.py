@@ -1,0 +1,117 @@
+"""Sensitivities of results to all parameters, as a sorted table and chart."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._analyse.table import aligned
+from .._declare.by_name import parameters
+from .._declare.component import Component
+from .._errors import SimulationError, UnknownNameError, suggestion
+from .._extras import needed
+from ._bounds import Scale
+from ._free import free_parameters
+from ._limits import objectives_of
+from ._program import Program
+
+MOST = 15  # rows of a chart
+
+
+class SensitivityRow(NamedTuple):
+    """The sensitivity of a result to one parameter.
+
+    `per_unit` is d(result)/d(parameter) in their units; `relative` is the change of the result in per cent where the
+    parameter changes by one per cent, not a number where the result is zero.
+    """
+
+    parameter: str
+    unit: str
+    value: float
+    per_unit: float
+    relative: float
+
+
+class SensitivityTable(NamedTuple):
+    """The sensitivities of one result to all parameters, the largest relative one first; `print` it."""
+
+    result: str
+    scale: Scale
+    value: float
+    rows: tuple[SensitivityRow, ...]
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return tuple(self)[key]
+        found = {row.parameter: row for row in self.rows}
+        if key not in found:
+            raise UnknownNameError(f"There is no sensitivity to {key!r}.{suggestion(key, found)}")
+        return found[key]
+
+    def __str__(self) -> str:
+        per = self.scale.shown if self.scale.text else "1"
+        head = ["parameter", "value", "unit", f"change [{per} per unit]", "% per %"]
+        rows = [
+            [
+                row.parameter, f"{row.value:.5g}", row.unit, f"{self.scale.difference(row.per_unit):.5g}",
+                f"{row.relative:.4f}",
+            ]
+            for row in self.rows
+        ]  # fmt: skip
+        return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
+
+    def plot(self, ax: Any = None, most: int = MOST) -> Any:
+        """Bars of the change in per cent for one per cent of each parameter, the largest on top; returns the axes."""
+        rows = [row for row in self.rows if row.relative][:most][::-1]
+        if ax is None:
+            plt = needed("matplotlib.pyplot", "plots", "A picture")
+            _, ax = plt.subplots(figsize=(7.5, 1.2 + 0.3 * len(rows)), layout="constrained")
+        colours = ["tab:red" if row.relative > 0.0 else "tab:blue" for row in rows]
+        ax.barh([row.parameter for row in rows], [row.relative for row in rows], color=colours)
+        for i, row in enumerate(rows):
+            unit = "" if row.unit in ("", "1") else f" {row.unit}"
+            ax.annotate(f" {row.value:.4g}{unit} ", (row.relative, i), va="center", fontsize="small",
+                        ha="left" if row.relative > 0.0 else "right")  # fmt: skip
+        ax.axvline(0.0, color="black", linewidth=0.8)
+        ax.margins(x=0.25)
+        ax.set_xlabel(f"change of {self.result} in % for 1 % of the parameter")
+        ax.set_title(f"{self.result} = {self.scale.value(self.value):.5g}{self.scale.text}", fontsize="medium")
+        ax.grid(axis="x", alpha=0.3)
+        return ax
+
+
+def sensitivities(model: Component, results: Any, *, run: Callable[[Any], Any] | None = None) -> Any:
+    """The sensitivities of results to all parameters of a model: a `SensitivityTable` for one result, or one for each
+    by name.
+
+        table = sensitivities(drive, (lambda s: s.t1, "ms"), run=lambda m: simulate(m, 0.5, until=...))
+        print(table); table.plot()
+
+    `results` is a function of the run, with the unit to show it in if it is not a pure number, or a dictionary of
+    these; `run` makes what they are given out of the model, without it they are given the model. Derivatives are exact,
+    from one compiled program.
+
+    Raises `SimulationError` where a result cannot be computed.
+    """
+    objectives = objectives_of(results)
+    found = dict(_tables(model, {objective.name: objective for objective in objectives}, run))
+    return found if isinstance(results, Mapping) else next(iter(found.values()))
+
+
+def _tables(model: Component, objectives: Mapping[str, Any], run: Any) -> Iterator[tuple[str, SensitivityTable]]:
+    free = free_parameters(model, {path: None for path, value in parameters(model).items() if np.size(value)})
+    program = Program(model, free, {name: objective.function for name, objective in objectives.items()}, run)
+    x = free.values(model)
+    found = program(x)
+    if not found.is_good:
+        raise SimulationError(f"There are no sensitivities: {found.why}.")
+    for i, (owner, name) in enumerate(zip(program.owners, program.names, strict=True)):
+        value = float(found.values[i])
+        slopes = found.jacobian[i]
+        relative = slopes * x / value if value else np.full(len(x), np.nan)
+        columns = (free.names, free.units, x.tolist(), slopes.tolist(), relative.tolist())
+        rows = [SensitivityRow(*row) for row in zip(*columns, strict=True)]
+        ordered = sorted(rows, key=lambda row: -abs(row.relative) if value else -abs(row.per_unit * row.value))
+        scale = objectives[owner].scale
+        shown = "result" if name == "objective" else name
+        yield name, SensitivityTable(shown, scale, value, tuple(ordered))

@@ -1,0 +1,137 @@
+"""The distribution of a result: its moments, percentiles, and the share that meets a specification."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .._analyse.table import aligned
+from .._errors import ModelError, ParameterError
+from .._extras import needed
+from ._bounds import Scale, number_in
+
+SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Spread:
+    """The distribution of one result, in SI units or whichever the function returns; `print` it for a table.
+
+    - `method`: "first order", "second order", "Monte Carlo" or "Sobol sequence".
+    - `std_error`: of the mean, where it is of independent samples.
+    - `samples`: of the result: all that could be computed, or of the polynomial of a method of some order.
+    - `failed`: how many members could not be computed, by reason. They are in no mean and no percentile.
+    - `shares`: of the variance by parameter, for a method of first order.
+    """
+
+    result: str
+    scale: Scale
+    method: str
+    mean: float
+    std: float
+    samples: Float[np.ndarray, " n"]
+    failed: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    std_error: float = 0.0
+    shares: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    def percentile(self, p: Any) -> Any:
+        """The value below which p per cent lie; several at once for a sequence."""
+        if not np.all((np.asarray(p) >= 0.0) & (np.asarray(p) <= 100.0)):
+            raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
+        if self.method == "first order":
+            from scipy.special import ndtri
+
+            found = self.mean + self.std * ndtri(np.asarray(p, float) / 100.0)
+        else:
+            found = np.percentile(self.samples, p)
+        return float(found) if np.ndim(found) == 0 else found
+
+    def share(self, low: Any = None, high: Any = None) -> "Yield":
+        """The share of members between two limits, with its interval of 95 % after Wilson; failed ones are outside."""
+        if low is None and high is None:
+            raise ModelError("A yield needs a limit: share(low=...), share(high=...) or both.")
+        below = -np.inf if low is None else self._limit(low)
+        above = np.inf if high is None else self._limit(high)
+        n = len(self.samples) + sum(self.failed.values())
+        if self.method == "first order":
+            from scipy.special import ndtr
+
+            inside = float(ndtr((above - self.mean) / self.std) - ndtr((below - self.mean) / self.std))
+            return Yield(inside, inside, inside)
+        inside = float(np.sum((self.samples >= below) & (self.samples <= above))) / n
+        return Yield(inside, *(_wilson(inside, n) if self.failed or self.std_error else (inside, inside)))
+
+    def _limit(self, limit: Any) -> float:
+        """A limit in the unit of the result: a plain number is in it, and a text or a quantity has one of its own."""
+        if isinstance(limit, int | float):
+            return float(limit)
+        return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.shown or "1", self.result)[0])
+
+    def plot(self, ax: Any = None, limits: Any = ()) -> Any:
+        """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
+        if ax is None:
+            plt = needed("matplotlib.pyplot", "plots", "A picture")
+            _, ax = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
+        mean, std = self.scale.value(self.mean), self.scale.difference(self.std)
+        if len(self.samples):
+            bins = int(np.clip(np.sqrt(len(self.samples)), 10, 60))
+            ax.hist(self.scale.value(self.samples), bins=bins, density=True, color="tab:blue", alpha=0.45)
+        x = np.linspace(mean - 4.0 * std, mean + 4.0 * std, 200)
+        ax.plot(x, np.exp(-0.5 * ((x - mean) / std) ** 2) / (std * np.sqrt(2.0 * np.pi)), color="0.3", linewidth=1.0)
+        for p in (1.0, 99.0):
+            ax.axvline(self.scale.value(self.percentile(p)), color="tab:blue", linewidth=1.0, linestyle="--")
+        for limit in np.ravel(limits):
+            ax.axvline(self.scale.value(limit), color="tab:red", linewidth=1.5)
+        ax.set_xlabel(f"{self.result}{f' [{self.scale.shown}]' if self.scale.text else ''}")
+        ax.set_ylabel("density")
+        lost = f", {sum(self.failed.values())} failed" if self.failed else ""
+        ax.set_title(f"{self.method}: {mean:.5g} ± {std:.3g}{self.scale.text}{lost}", fontsize="medium")
+        return ax
+
+    def row(self) -> list[str]:
+        """Its line in a table."""
+        numbers = [self.mean, *self.percentile(SHOWN)]
+        mean, *percentiles = (f"{self.scale.value(number):.5g}" for number in numbers)
+        std = f"{self.scale.difference(self.std):.4g}"
+        unit = self.scale.shown if self.scale.text else "1"
+        return [self.result, unit, self.method, mean, std, *percentiles, str(sum(self.failed.values()))]
+
+    def __str__(self) -> str:
+        return table([self])
+
+
+@dataclasses.dataclass(frozen=True)
+class Yield:
+    """The share of members within a specification, and the interval that it is known to."""
+
+    share: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{100 * self.share:.4g} % ({100 * self.low:.4g} to {100 * self.high:.4g} %)"
+
+
+class Spreads(dict[str, Spread]):
+    """The distributions of several results by name; `print` it for a table."""
+
+    def __str__(self) -> str:
+        return table(list(self.values()))
+
+
+def table(spreads: list[Spread]) -> str:
+    """Lines of distributions, and what failed."""
+    head = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
+    lines = [aligned([head, *(spread.row() for spread in spreads)])]
+    failed = next((spread.failed for spread in spreads if spread.failed), {})
+    return "\n".join([*lines, *(f"failed, {number} times: {reason}" for reason, number in failed.items())])
+
+
+def _wilson(share: float, n: int) -> tuple[float, float]:
+    """Wilson (1927): the interval of 95 % of a binomial share."""
+    z = 1.959963984540054
+    centre = (share + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
+    return float(max(centre - half, 0.0)), float(min(centre + half, 1.0))

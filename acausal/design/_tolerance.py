@@ -1,0 +1,288 @@
+"""`Tolerance`: how results scatter with the parameters."""
+
+import functools as ft
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._declare.component import Component
+from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
+from .._integrate.failure import trials
+from .._progress import compiling
+from ._batches import Outcomes, Task, evaluated
+from ._distributions import Distribution
+from ._free import Free, free_parameters
+from ._indices import Indices, indices_of
+from ._limits import objectives_of
+from ._program import Program
+from ._spread import Spread, Spreads
+from ._worst import Worst, worst
+
+M = TypeVar("M", bound=Component)
+SURROGATE = 2**16  # samples of the polynomial of second order
+
+
+class Members(NamedTuple):
+    """Sampled parameters, row by row in the order of `Tolerance.names`, with their results and codes."""
+
+    parameters: Float[np.ndarray, "n k"]
+    outcomes: Outcomes
+
+
+class Tolerance(Generic[M]):
+    """How results of a model scatter where its parameters do.
+
+        study = Tolerance(
+            drive,
+            {"motor.resistor.R": Normal(std="5 %"), "gear.ratio": Uniform("-1 %", "+1 %")},
+            {"time": (lambda s: s.t1, "ms")},
+            run=lambda m: simulate(m, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end"),
+        )
+        print(study.first_order(), study.monte_carlo(2000), study.indices(512), study.worst_case("time"), sep="\\n")
+
+    - `distributions`: by path, or by a tuple of paths that share a value: `Normal`, `Uniform`, `Triangular` or
+      `Samples`.
+    - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name.
+    - `run`: makes what the functions are given out of the model; without it, they are given the model.
+    - `correlation`: of pairs of parameters, `{("a", "b"): 0.5}`. It is that of the normal scores (a Gaussian copula),
+      and so of the values themselves where both are normal.
+    - `executor`: where batches run, an object with `submit` as those of `concurrent.futures`; by default threads on all
+      cores.
+
+    Laws: GUM (JCGM 100) for the methods of first and second order, JCGM 101 for Monte Carlo.
+
+    Raises `ModelError` or `ParameterError` for what is wrong with names, numbers and units.
+    """
+
+    def __init__(
+        self,
+        model: M,
+        distributions: Mapping[Any, Distribution],
+        results: Any,
+        *,
+        run: Callable[[M], Any] | None = None,
+        correlation: Mapping[tuple[str, str], float] | None = None,
+        executor: Any = None,
+    ) -> None:
+        self.model = model
+        self.free = _free(model, distributions)
+        objectives = {objective.name: objective for objective in objectives_of(results)}
+        self._scales = {name: objective.scale for name, objective in objectives.items()}
+        self.distributions = _resolved(self.free, distributions, model)
+        self._root = _root(self.free.names, correlation or {})
+        functions = {name: objective.function for name, objective in objectives.items()}
+        self._program = Program(model, self.free, functions, run)
+        self._task = Task(model, self.free, self._program)
+        self._executor = executor
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that scatter."""
+        return self.free.names
+
+    @property
+    def means(self) -> Float[np.ndarray, " k"]:
+        return np.array([distribution.mean for distribution in self.distributions])
+
+    @property
+    def covariance(self) -> Float[np.ndarray, "k k"]:
+        """Of the parameters; where one that is correlated is not normal, that of the normal distribution beside it."""
+        std = np.array([distribution.std for distribution in self.distributions])
+        return std[:, None] * (self._root @ self._root.T) * std
+
+    def parameters_at(self, scores: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
+        """Parameters from independent scores of the standard normal distribution."""
+        mixed = np.asarray(scores) @ self._root.T
+        return np.stack([d.of_score(column) for d, column in zip(self.distributions, mixed.T, strict=True)], axis=1)
+
+    def first_order(self) -> Spreads:
+        """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters."""
+        values, gradient = self._derivatives
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+            g = gradient[i]
+            variance = float(g @ self.covariance @ g)
+            parts = g * (self.covariance @ g) / (variance or 1.0)
+            shares = dict(zip(self.names, parts.tolist(), strict=True))
+            found[name] = Spread(
+                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), shares=shares
+            )
+        return found
+
+    def second_order(self) -> Spreads:
+        """From the polynomial of second order about the means, with exact second derivatives H.
+
+        The mean is f + tr(H S)/2. Spread and percentiles are those of the polynomial, of which many members of a Sobol
+        sequence are taken, as they cost nothing.
+        """
+        values, gradient = self._derivatives
+        hessian = self._hessian
+        steps = self.parameters_at(_sobol(len(self.names), SURROGATE, 0)) - self.means
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+            mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
+            samples = values[i] + steps @ gradient[i] + 0.5 * np.einsum("ni,ij,nj->n", steps, hessian[i], steps)
+            std = float(np.std(samples))
+            found[name] = Spread(name, self._scales[owner], "second order", mean, std, samples)
+        return found
+
+    def monte_carlo(
+        self, n: int = 1000, *, seed: int = 0, progress: Callable[[int, int], None] | None = None, scores: Any = None
+    ) -> Spreads:
+        """From `n` independent members, drawn by numpy's `default_rng(seed)`, or from `scores` of one's own.
+
+        The distributions hold the members that could be computed; the others are counted by reason.
+        """
+        if scores is None:
+            scores = np.random.default_rng(seed).standard_normal((_count(n), len(self.names)))
+        return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
+
+    def sobol_sequence(
+        self, n: int = 1024, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
+    ) -> Spreads:
+        """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
+        return self._sampled("Sobol sequence", _sobol(len(self.names), _count(n), seed), progress)
+
+    def members(self, scores: Float[np.ndarray, "n k"], progress: Any = None) -> Members:
+        """The runs of members that are given by independent scores."""
+        x = self.parameters_at(scores)
+        return Members(x, evaluated(self._task, x, executor=self._executor, progress=progress))
+
+    def indices(self, n: int = 512, *, seed: int = 0, progress: Callable[[int, int], None] | None = None) -> Indices:
+        """Sobol' indices of first order and in total, by n (k + 2) runs for k parameters; these have to be independent.
+
+        Estimators: Saltelli and others (2010), Computer Physics Communications 181, 259-270, table 2 (b) and (f).
+        """
+        if not np.allclose(self._root, np.eye(len(self.names))):
+            raise ModelError("Sobol' indices are defined for independent parameters: leave out `correlation`.")
+        k = len(self.names)
+        both = _sobol(2 * k, _count(n), seed)
+        first, second = both[:, :k], both[:, k:]
+        mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
+        found = self.members(np.concatenate([first, second, *mixed]), progress)
+        return indices_of(self.names, self._program.names, found.outcomes, n, k, seed)
+
+    def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
+        """The least and the greatest value of a result within the tolerances, and where they are.
+
+        The box goes to the limits of bounded distributions and to so many standard deviations of `Normal` ones; that
+        parameters are correlated is not considered. Found by scipy's L-BFGS-B with exact gradients, from the corner
+        that the gradient at the mean points to and from further starts.
+        """
+        _, gradient = self._derivatives
+        row = self._row(result)
+        box = np.array([distribution.box(sigmas) for distribution in self.distributions])
+        owner = self._program.owners[row]
+        return worst(self._program, row, box, gradient[row], self.names, self._scales[owner], starts, seed)
+
+    def _row(self, result: str) -> int:
+        self._derivatives  # noqa: B018, names are known from the first evaluation on
+        names = self._program.names
+        if not result and len(names) == 1:
+            return 0
+        if result not in names:
+            raise UnknownNameError(f"There is no result {result!r}.{suggestion(result, names)}")
+        return names.index(result)
+
+    def _sampled(self, method: str, scores: np.ndarray, progress: Any) -> Spreads:
+        if scores.ndim != 2 or scores.shape[1] != len(self.names):
+            raise ModelError(f"scores need a column for each of {len(self.names)} parameters, got {scores.shape}.")
+        outcomes = self.members(scores, progress).outcomes
+        good = outcomes.values[outcomes.are_good]
+        if len(good) < 2:
+            reasons = ", ".join(f"{reason} ({number})" for reason, number in outcomes.failed.items())
+            raise SimulationError(f"Fewer than two of {len(scores)} members could be computed: {reasons}.")
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+            mean, std = float(np.mean(good[:, i])), float(np.std(good[:, i], ddof=1))
+            error = std / np.sqrt(len(good)) if method == "Monte Carlo" else 0.0
+            found[name] = Spread(
+                name, self._scales[owner], method, mean, std, good[:, i], outcomes.failed, float(error)
+            )
+        return found
+
+    @ft.cached_property
+    def _derivatives(self) -> tuple[np.ndarray, np.ndarray]:
+        """Results at the means and their derivatives."""
+        found = self._program(self.means)
+        if not found.is_good:
+            raise SimulationError(f"The model cannot be computed with the means of its parameters: {found.why}.")
+        return found.values, found.jacobian
+
+    @ft.cached_property
+    def _hessian(self) -> np.ndarray:
+        """Second derivatives of the results at the means."""
+
+        def results(x: Array) -> Array:
+            return self._program.results(self.free.with_values(self.model, x))[0]
+
+        with trials(), compiling("second derivatives of the results", self.model, results):
+            found = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(self.means)))
+        if not np.all(np.isfinite(found)):
+            raise SimulationError("The second derivatives of the results are not finite.")
+        return found
+
+
+def _free(model: Component, distributions: Mapping[Any, Distribution]) -> Free:
+    free = free_parameters(model, dict.fromkeys(distributions))
+    if len(free.variables) != len(distributions):
+        raise ModelError(
+            "A distribution is that of one number: name elements of arrays one by one, as in 'table.y[3]'."
+        )
+    return free
+
+
+def _resolved(free: Free, distributions: Mapping[Any, Distribution], model: Component) -> tuple[Distribution, ...]:
+    """The distributions with numbers in the declared units."""
+    found = []
+    values = zip(free.variables, distributions.values(), free.values(model).tolist(), strict=True)
+    for variable, distribution, nominal in values:
+        if not isinstance(distribution, Distribution):
+            raise ModelError(
+                f"{variable.name}: give a distribution, such as Normal(std='5 %') or Uniform(1.0, 2.0); "
+                f"got {distribution!r}."
+            )
+        found.append(distribution.resolved(variable.unit, variable.name, nominal))
+    return tuple(found)
+
+
+def _root(names: tuple[str, ...], correlation: Mapping[tuple[str, str], float]) -> np.ndarray:
+    """The Cholesky factor of the correlation of the scores."""
+    matrix = np.eye(len(names))
+    for pair, value in correlation.items():
+        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
+            raise ModelError(f"A correlation is that of a pair of parameters, as in {{('a', 'b'): 0.5}}; got {pair!r}.")
+        unknown = [name for name in pair if name not in names]
+        if unknown:
+            raise ModelError(f"{unknown[0]!r} has no distribution, but a correlation.{suggestion(unknown[0], names)}")
+        i, j = (names.index(name) for name in pair)
+        matrix[i, j] = matrix[j, i] = value
+    try:
+        return np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError as error:
+        raise ParameterError(
+            "The correlations contradict one another: their matrix is not positive definite."
+        ) from error
+
+
+def _count(n: int) -> int:
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
+        raise ParameterError(f"The number of members is an integer of at least 2, got {n!r}.")
+    return int(n)
+
+
+def _sobol(dimensions: int, n: int, seed: int) -> Float[np.ndarray, "n k"]:
+    """Scores of the standard normal distribution from a scrambled Sobol sequence."""
+    import warnings
+
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that n is no power of two
+        points = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(n)
+    return ndtri(np.clip(points, 1e-12, 1.0 - 1e-12))

@@ -1,0 +1,73 @@
+"""The worst case: the least and the greatest value of a result within a box of tolerances."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .._analyse.table import aligned
+from .._errors import SimulationError
+from ._bounds import Scale
+from ._program import Program
+
+REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the result
+
+
+@dataclasses.dataclass(frozen=True)
+class Worst:
+    """Both ends of a result within the tolerances, and the parameters there, by name; `print` it for a table."""
+
+    result: str
+    scale: Scale
+    low: float
+    high: float
+    at_low: Mapping[str, float]
+    at_high: Mapping[str, float]
+    evaluations: int
+
+    def __str__(self) -> str:
+        ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
+        rows = [[name, f"{self.at_low[name]:.6g}", f"{self.at_high[name]:.6g}"] for name in self.at_low]
+        return aligned([[f"worst case of {self.result}", *ends], *rows])
+
+
+def worst(
+    program: Program, row: int, box: np.ndarray, gradient: np.ndarray, names: tuple[str, ...], scale: Scale,
+    starts: int, seed: int,
+) -> Worst:  # fmt: skip
+    """Both ends, each the best of several searches."""
+    before = program.evaluations
+    ends = [_end(program, row, box, sign, gradient, starts, seed) for sign in (1.0, -1.0)]
+    (low, at_low), (high, at_high) = ends
+    places = [dict(zip(names, x.tolist(), strict=True)) for x in (at_low, at_high)]
+    return Worst(program.names[row], scale, low, high, places[0], places[1], program.evaluations - before)
+
+
+def _end(
+    program: Program, row: int, box: np.ndarray, sign: float, gradient: np.ndarray, starts: int, seed: int
+) -> tuple[float, np.ndarray]:
+    """The least of sign times the result."""
+    from scipy.optimize import minimize
+
+    low, width = box[:, 0], box[:, 1] - box[:, 0]
+    size = float(np.sum(np.abs(gradient) * width)) or 1.0
+    corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
+    # A start in the corner itself would be an end at once; a little inside, the gradient there is looked at, too.
+    places = [0.02 + 0.96 * corner, *np.random.default_rng(seed).random((max(starts - 1, 0), len(low)))]
+
+    def function(z: Any) -> tuple[float, np.ndarray]:
+        found = program(low + width * z)
+        if not found.is_good:
+            return REFUSED, np.zeros(len(low))
+        return sign * found.values[row] / size, sign * found.jacobian[row] * width / size
+
+    options: Any = dict(ftol=1e-14, gtol=1e-10)
+    ends = [
+        minimize(function, z, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(low), options=options)
+        for z in places
+    ]
+    best = min(ends, key=lambda end: float(end.fun))
+    if best.fun >= REFUSED:
+        raise SimulationError("No design within the tolerances could be computed.")
+    return sign * size * float(best.fun), low + width * best.x
