@@ -2,7 +2,7 @@
 
 import argparse
 
-from ._execute import DOCS, PAGES, refreshed
+from ._execute import DOCS, PAGES, PICTURES, refreshed
 from ._notebook import executed, write
 
 
@@ -14,7 +14,7 @@ def main() -> None:
     names = parser.parse_args().names
     for page in PAGES:
         if not names or page.name in names:
-            page.write_text(refreshed(page, draw=True))
+            page.write_text(refreshed(page, PICTURES))
             print(f"wrote {page}")
     for notebook in notebooks:
         if not names or notebook.name in names:

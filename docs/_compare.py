@@ -1,10 +1,17 @@
-"""Whether two texts say the same, numbers up to rounding."""
+"""Whether two texts say the same, numbers up to rounding, and how far two pictures are apart."""
 
+import io
 import math
 import re
 
+import matplotlib.image as mpimg
+import numpy as np
+
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:e[-+]?\d+)?(?![\w.]*:)", re.IGNORECASE)
-_NOISE = re.compile(r"imbalance: \S+ J|\d+ steps accepted, \d+ rejected")  # errors of the integration
+_NOISE = re.compile(r"imbalance: \S+ J")  # errors of the integration
+_STEPS = re.compile(r"\d+ steps accepted, \d+ rejected")
+ALIKE = 0.01  # difference of pictures that rounding may make
+MORE_STEPS = (0.1, 2)  # share and number by which rounding may change how many steps there are
 
 
 def first_difference(expected: str, found: str, rtol: float = 1e-4) -> str | None:
@@ -21,7 +28,16 @@ def _same(left: str, right: str, rtol: float) -> bool:
         return True
     numbers = [[float(text) for text in _NUMBER.findall(line)] for line in (left, right)]
     words = [re.sub(r"\s+", " ", _NUMBER.sub("#", line)) for line in (left, right)]
+    rel_tol, abs_tol = MORE_STEPS if _STEPS.search(left) else (rtol, 1e-12)
     same_numbers = len(numbers[0]) == len(numbers[1]) and all(
-        math.isclose(x, y, rel_tol=rtol, abs_tol=1e-12) for x, y in zip(*numbers, strict=True)
+        math.isclose(x, y, rel_tol=rel_tol, abs_tol=abs_tol) for x, y in zip(*numbers, strict=True)
     )
     return words[0] == words[1] and same_numbers
+
+
+def picture_difference(expected: bytes, found: bytes) -> float:
+    """The root of the mean square by which the colours of two PNG pictures differ, of 1 between black and white."""
+    a, b = (
+        np.asarray(mpimg.imread(io.BytesIO(picture), format="png"), float)[..., :3] for picture in (expected, found)
+    )
+    return float(np.sqrt(np.mean((a - b) ** 2))) if a.shape == b.shape else math.inf

@@ -25,6 +25,7 @@ import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
+PICTURES = DOCS / "pictures"
 WIDTH = 110  # of messages
 PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")))
 _BLOCK = re.compile(
@@ -54,16 +55,16 @@ class Block:
         return named[0] if named else None
 
 
-def refreshed(page: Path, *, draw: bool = False) -> str:
-    """The text of the page with the outputs that its code gives now; with `draw`, its pictures are written too."""
+def refreshed(page: Path, pictures: Path | None = None) -> str:
+    """The text of the page with the outputs that its code gives now; its pictures are written to a folder, if given."""
     text, pieces, end = page.read_text(), [], 0
     with _module(f"docs_page_{page.stem}") as module:
         for match in _BLOCK.finditer(text):
             line = text.count("\n", 0, match.start("code")) + 1
             block = Block(tuple(match["words"].split()), match["code"], line)
             output = _run(block, module, page)
-            if block.picture and draw:
-                _draw(block.picture)
+            if block.picture and pictures is not None:
+                _draw(block.picture, pictures)
             plt.close("all")
             pieces += [text[end : match.start()], f"```python{match['words']}\n{block.code}```\n"]
             pieces += [f"\n```text\n{output}\n```\n"] if output else []
@@ -104,7 +105,6 @@ def _wrapped(message: str) -> str:
     return "\n".join(fill(line) for line in message.split("\n"))
 
 
-def _draw(name: str) -> None:
-    folder = DOCS / "pictures"
+def _draw(name: str, folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     plt.gcf().savefig(folder / f"{name}.png", dpi=100)

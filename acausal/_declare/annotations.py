@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from jax import Array
 
+from .._errors import ArgumentError
+
 Scalar: TypeAlias = Array | float
 Vector: TypeAlias = Array
 
@@ -97,7 +99,7 @@ class Declaration:
 
 def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: bool) -> Declaration:
     if not isinstance(unit, str):
-        raise TypeError(f"The second item of an annotation is its unit, a string such as 'N.m'; got {unit!r}.")
+        raise ArgumentError(f"The second item of an annotation is its unit, a string such as 'N.m'; got {unit!r}.")
     fields: dict[str, Any] = {"sizes": () if scalar else None}
     for option in options:
         match option:
@@ -110,7 +112,7 @@ def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: 
             case Shape():
                 fields["sizes"] = option.sizes
             case _:
-                raise TypeError(
+                raise ArgumentError(
                     f"Unknown option {option!r} in an annotation. Use positive, nonnegative, nonzero, prefer, avoid, "
                     "never, Nominal(...) or shape(...)."
                 )
@@ -125,7 +127,7 @@ class _Maker:
 
     def __getitem__(self, items: tuple[Any, ...]) -> Any:
         if not isinstance(items, tuple) or len(items) < 2:
-            raise TypeError(f"{self._role.capitalize()}[...] takes a type and a unit, as in Param[Scalar, 'ohm'].")
+            raise ArgumentError(f"{self._role.capitalize()}[...] takes a type and a unit, as in Param[Scalar, 'ohm'].")
         kind, unit, *options = items
         return Annotated[kind, _declaration(self._role, unit, tuple(options), kind == Scalar)]
 

@@ -64,21 +64,24 @@ def simulate(
     `jit`, `vmap`, `grad` and `jvp` work over the model, whose pytree leaves are its parameters and start values, and
     over the numbers given here. The structural work is done once for each structure of model and is cached.
 
+    - `t0`: time at which the run starts, in s.
     - `until(s)`: a real function of the variables, `s` having the shape of the model; the run stops where it crosses
-      zero, in the given `direction` or in either. The time found is differentiable.
+      zero. The time found is differentiable. None: run to `t1`.
+    - `direction`: "up" or "down", the way in which `until` has to cross zero; None: either.
     - `save`: "steps" (every step), "end", "dense" (then `sol.at(t)`), or an array of times.
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
     - `energy`: integrate the powers of all components; `sol.energy` is the account.
-    - `rtol`: relative tolerance, 1e-6; the absolute one is `rtol` times the nominal size of each variable.
+    - `rtol`: relative tolerance; the absolute one is `rtol` times the nominal size of each variable.
     - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
-    - `solver`: `Rodas5P()`; `Rodas3P()` and the solvers of diffrax work too.
-    - `dt0`: first step, by default guessed from the vector field. `dtmin`: the smallest step before the run is given
-      up, by default 1e-14 of the time span. `max_steps`: 4096. `max_events`: 32, how many events are recorded; what
-      comes later happens, but is not listed.
-    - `adjoint`: by default both modes of differentiation work; those of diffrax can be passed instead.
+    - `solver`: `Rodas3P()` or a solver of diffrax; None: `Rodas5P()`.
+    - `dt0`: first step in s; None: guessed from the vector field.
+    - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time span.
+    - `max_steps`: most steps, rejected ones included.
+    - `max_events`: how many events are recorded; what comes later happens, but is not listed.
+    - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
-    - `progress`: print how far the run is. With False, nothing is said of a compilation that takes long, either.
-    - `system`: the outcome of `compile`, whose choice of states is then used.
+    - `progress`: print how far the run is; None: say only that a compilation takes long; False: not that, either.
+    - `system`: the outcome of `compile`, whose choice of states is then used; None: chosen from the classes.
 
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
     what goes wrong in the run. Outside of `jit` and `vmap`, warns with `UnresolvedWarning` of variables that are so

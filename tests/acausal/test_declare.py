@@ -12,6 +12,7 @@ from _models import rc
 from _postponed import Friend, Postponed
 
 from acausal import (
+    ArgumentError,
     Component,
     Equations,
     Flow,
@@ -213,14 +214,14 @@ def test_array_variable_without_shape() -> None:
 
 
 def test_annotation_without_unit() -> None:
-    with pytest.raises(TypeError, match="takes a type and a unit"):
+    with pytest.raises(ArgumentError, match="takes a type and a unit"):
         Param[Scalar]  # pyright: ignore[reportInvalidTypeArguments]
-    with pytest.raises(TypeError, match="unit"):
+    with pytest.raises(ArgumentError, match="unit"):
         Param[Scalar, 3.0]
 
 
 def test_annotation_with_unknown_option() -> None:
-    with pytest.raises(TypeError, match=r"Unknown option 'large'.*positive"):
+    with pytest.raises(ArgumentError, match=r"Unknown option 'large'.*positive"):
         Var[Scalar, "m", "large"]
 
 

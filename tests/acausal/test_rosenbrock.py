@@ -11,6 +11,7 @@ import optimistix as optx
 import pytest
 from jaxtyping import Array, Float
 
+from acausal import ParameterError
 from acausal._integrate.solvers import Rodas3P, Rodas5P
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
 from acausal._linear_solver import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
@@ -389,5 +390,5 @@ def test_step_out_of_the_domain_is_retried(outside):
 
 @pytest.mark.parametrize("y0", [1.0, np.ones((2, 2)), {"x": np.ones(2)}])
 def test_state_must_be_a_flat_real_vector(y0):
-    with pytest.raises(ValueError, match="one flat vector of real numbers"):
+    with pytest.raises(ParameterError, match="one flat vector of real numbers"):
         adaptive(lambda t, y, _: y, y0)

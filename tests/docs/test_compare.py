@@ -1,8 +1,12 @@
-"""The comparison of texts with numbers."""
+"""The comparison of texts with numbers, and of pictures."""
 
+import io
+import math
+
+import matplotlib.pyplot as plt
 import pytest
 
-from docs._compare import first_difference
+from docs._compare import ALIKE, first_difference, picture_difference
 
 
 @pytest.mark.parametrize(
@@ -12,6 +16,7 @@ from docs._compare import first_difference
         ("total   12.5", "total 12.5"),
         ("imbalance: 1e-07 J", "imbalance: -3.2e-08 J"),
         ("-1e-15", "0.0"),
+        ("100 steps accepted, 3 rejected", "108 steps accepted, 1 rejected"),
     ],
 )
 def test_same(a: str, b: str) -> None:
@@ -19,7 +24,33 @@ def test_same(a: str, b: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("a", "b"), [("x 1.0 m", "x 1.1 m"), ("a", "b"), ("a 1", "b 1"), ("a", "a\nb"), ("1 2", "1"), ("1", "-1")]
+    ("a", "b"),
+    [
+        ("x 1.0 m", "x 1.1 m"),
+        ("a", "b"),
+        ("a 1", "b 1"),
+        ("a", "a\nb"),
+        ("1 2", "1"),
+        ("1", "-1"),
+        ("100 steps accepted, 3 rejected", "120 steps accepted, 3 rejected"),
+    ],
 )
 def test_different(a: str, b: str) -> None:
     assert first_difference(a, b) is not None
+
+
+def drawn(*values: float, size: float = 3.0) -> bytes:
+    """A line, as PNG."""
+    figure, ax = plt.subplots(figsize=(size, 2.0))
+    ax.plot(values)
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    plt.close(figure)
+    return file.getvalue()
+
+
+def test_pictures() -> None:
+    assert picture_difference(drawn(1.0, 2.0, 4.0), drawn(1.0, 2.0, 4.0)) == 0.0
+    assert picture_difference(drawn(1.0, 2.0, 4.0), drawn(1.0, 2.0001, 4.0)) < ALIKE
+    assert picture_difference(drawn(1.0, 2.0, 4.0), drawn(1.0, 2.5, 4.0)) > ALIKE
+    assert picture_difference(drawn(1.0, 2.0), drawn(1.0, 2.0, size=4.0)) == math.inf

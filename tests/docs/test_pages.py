@@ -7,8 +7,8 @@ from pathlib import Path
 import jax
 import pytest
 
-from docs._compare import first_difference
-from docs._execute import PAGES, ROOT, refreshed
+from docs._compare import ALIKE, first_difference, picture_difference
+from docs._execute import PAGES, PICTURES, ROOT, refreshed
 
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -35,9 +35,12 @@ LONG = (
 @pytest.mark.parametrize(
     "page", [pytest.param(page, id=page.name, marks=[pytest.mark.slow] * (page.name in LONG)) for page in PAGES]
 )
-def test_page_shows_what_its_code_prints(page: Path) -> None:
-    difference = first_difference(page.read_text(), refreshed(page))
+def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -> None:
+    difference = first_difference(page.read_text(), refreshed(page, tmp_path))
     assert difference is None, f"{page.name} is out of date, run `python -m docs {page.name}`.\n{difference}"
+    for drawn in tmp_path.iterdir():
+        difference = picture_difference((PICTURES / drawn.name).read_bytes(), drawn.read_bytes())
+        assert difference < ALIKE, f"{drawn.name} is out of date, run `python -m docs {page.name}`."
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..._errors import ParameterError
 from ..._linear_solver import linear_solver
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: State, args: Any) -> None:
         if jax.tree.structure(y0) != jax.tree.structure(0) or jnp.ndim(y0) != 1 or not jnp.isrealobj(y0):
-            raise ValueError(
+            raise ParameterError(
                 f"{type(self).__name__} integrates one flat vector of real numbers, but the state is {y0}. "
                 "Flatten it with `jax.flatten_util.ravel_pytree`."
             )
