@@ -1,8 +1,16 @@
 """Electrical components (as in MSL `Modelica.Electrical.Analog`)."""
 
+from ._battery import Battery as Battery
+from ._battery import Cable as Cable
+from ._brushed_motor import BrushDrop as BrushDrop
+from ._brushed_motor import BrushedMotor as BrushedMotor
+from ._brushed_motor import MagnetEMF as MagnetEMF
+from ._dq_machine import DqCurrents as DqCurrents
+from ._dq_machine import DqMachine as DqMachine
 from ._interfaces import Pin as Pin
 from ._interfaces import TwoPin as TwoPin
 from ._interfaces import TwoPort as TwoPort
+from ._limited_bridge import CurrentLimitedBridge as CurrentLimitedBridge
 from ._machines import EMF as EMF
 from ._machines import DCMotor as DCMotor
 from ._machines import TranslationalEMF as TranslationalEMF
@@ -15,9 +23,14 @@ from ._passive import Ground as Ground
 from ._passive import Inductor as Inductor
 from ._passive import NegativeResistor as NegativeResistor
 from ._passive import Resistor as Resistor
+from ._pmsm import PMSM as PMSM
+from ._pmsm import DqPort as DqPort
+from ._pmsm import Inverter as Inverter
+from ._pmsm import PMSMDrive as PMSMDrive
 from ._sensors import CurrentSensor as CurrentSensor
 from ._sensors import PowerSensor as PowerSensor
 from ._sensors import VoltageSensor as VoltageSensor
+from ._solenoid import DataSheetSolenoid as DataSheetSolenoid
 from ._solenoid import Solenoid as Solenoid
 from ._sources import ConstantCurrent as ConstantCurrent
 from ._sources import ConstantVoltage as ConstantVoltage

@@ -1,9 +1,28 @@
-"""A coil that pulls an armature."""
+"""Coils that pull an armature."""
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import (
+    Component,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+    require,
+)
 
+from .. import _pieces as pieces
+from .._checks import sampled
+from .._tables import monotone_cubic, monotone_cubic_integral
 from ..translational import Flange as Rod
 from ._interfaces import Pin
 
@@ -38,6 +57,50 @@ class Solenoid(Component):
             # Psi^2 / (2 L0 g0), as the current is Psi (1 + g / g0) / L0.
             force=eq(2.0 * self.L0 * self.g0 * self.rod.f, -(self.Psi**2)),
         )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.Psi * self.i, dissipated=self.R * self.i**2)
+
+
+class DataSheetSolenoid(Component):
+    """A coil as its data sheet states it: resistance, force over the position at one current, one inductance.
+
+    For linear iron the force is i^2/2 dL/ds; so the curve F(s) at the current `rated` gives the inductance L(s) = L_0 +
+    2/rated^2 times the integral of F from the first position on, and with it v = R i + dPsi/dt, Psi = L(s) i, and the
+    force (i/rated)^2 F(s) towards larger s: the energy is that of one magnetic field (Kallenbach et al.,
+    `Elektromagnete`). F is a monotone cubic through its samples, and a line beyond them. Not modelled: saturation, with
+    which the force grows less than with the square of the current, eddy currents, hysteresis, warming of the coil.
+    """
+
+    R: Param[Scalar, "ohm", nonnegative]  # resistance of the coil, warm or cold as is to be simulated
+    L_0: Param[Scalar, "H", positive]  # inductance at the first position
+    rated: Param[Scalar, "A", positive]  # current at which the forces hold
+    positions: Param[Vector, "m"]  # of the rod, increasing
+    forces: Param[Vector, "N"]  # magnetic force at these, towards larger positions
+    Psi: Var[Scalar, "Wb", prefer] = 0.0  # flux linkage
+    i: Var[Scalar, "A"] = 0.0  # current from p to n
+    L: Var[Scalar, "H", positive] = 1e-3  # inductance
+    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the position
+    p: Pin = Pin()
+    n: Pin = Pin()
+    rod: Rod = Rod()
+
+    def requirements(self) -> Requirements:
+        return (*sampled(self, "forces", "positions"), require(self.forces >= 0.0, "forces must be nonnegative"))
+
+    def equations(self, d: Self) -> Equations:
+        table = self.positions, self.forces, self.piece
+        return dict(
+            kirchhoff=eq(self.p.i + self.n.i),
+            current=eq(self.i, self.p.i),
+            inductance=eq(self.L, self.L_0 + 2.0 / self.rated**2 * monotone_cubic_integral(self.rod.s, *table)),
+            flux=eq(self.Psi, self.L * self.i),
+            coil=eq(self.p.v - self.n.v, self.R * self.i + d.Psi),
+            force=eq(self.rod.f, -((self.i / self.rated) ** 2) * monotone_cubic(self.rod.s, *table)),
+        )
+
+    def events(self) -> Events:
+        return pieces.passes_through(self.rod.s, self.piece, self.positions)
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.Psi * self.i, dissipated=self.R * self.i**2)

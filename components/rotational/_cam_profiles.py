@@ -43,10 +43,10 @@ class LinearLift(CamProfile):
 
 
 class EccentricDisc(CamProfile):
-    """A disc turning about a point off its centre, with a follower in line with that point.
+    """A disc turning about a point off its centre, with a knife edge or roller in line with that point.
 
     l = -e cos(angle) + sqrt(R^2 - e^2 sin^2(angle)) - (R - e): zero at the lowest point, angle = 0, and 2 e half a
-    turn on. It is the slider-crank with crank e and connecting rod R.
+    turn on. It is the slider-crank with crank e and connecting rod R. Under a flat follower: `FlatEccentricDisc`.
     """
 
     eccentricity: Param[Scalar, "m", positive]  # e, smaller than the radius
@@ -58,6 +58,15 @@ class EccentricDisc(CamProfile):
     def lift(self, angle: Scalar) -> Scalar:
         e, radius = self.eccentricity, self.radius
         return -e * jnp.cos(angle) + jnp.sqrt(radius**2 - (e * jnp.sin(angle)) ** 2) - (radius - e)
+
+
+class FlatEccentricDisc(CamProfile):
+    """A disc turning about a point off its centre under a flat follower: l = e (1 - cos(angle)), a harmonic motion."""
+
+    eccentricity: Param[Scalar, "m", positive]  # e
+
+    def lift(self, angle: Scalar) -> Scalar:
+        return self.eccentricity * (1.0 - jnp.cos(angle))
 
 
 class TabulatedLift(CamProfile):

@@ -88,6 +88,25 @@ class MeshLoss(Record):
         return 1.0 + (1.0 / self.efficiency - 1.0) * jnp.tanh(delivered / self.transition_power)
 
 
+class EqualMeshLoss(Record):
+    """Loss of a gear mesh with one efficiency, whichever side drives.
+
+    The driving torque is efficiency^-x times the ideal one, with x = tanh(P/P_t) and the power P that the mesh delivers
+    (Mueller, `Die Umlaufgetriebe`; VDI 2157). `MeshLoss` has the same friction both ways instead, as a worm has; near
+    an efficiency of 1 they agree to (1 - efficiency)^2. On the width P_t see there.
+    """
+
+    efficiency: Param[Scalar, "1", positive]  # share of the power that passes, at most 1
+    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t
+
+    def requirements(self) -> Requirements:
+        return (require(self.efficiency <= 1.0, "efficiency must be at most 1"),)
+
+    def factor(self, delivered: Scalar) -> Scalar:
+        """Driving torque over ideal driving torque when the mesh delivers the given power in W."""
+        return self.efficiency ** -jnp.tanh(delivered / self.transition_power)
+
+
 class PlanetaryGearbox(Component):
     """Single planetary stage with inertia and mesh losses; a reducer when its ring is held (connect it to `Fixed`).
 
@@ -106,7 +125,7 @@ class PlanetaryGearbox(Component):
     ratio: Param[Scalar, "1", positive]  # N > 1, speed of the sun over that of the carrier while the ring is held
     J_sun: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the sun
     J_carrier: Param[Scalar, "kg.m2", nonnegative] = 0.0  # and with the carrier, planets included
-    loss: MeshLoss | None = None  # of the meshes in series, the carrier held
+    loss: MeshLoss | EqualMeshLoss | None = None  # of the meshes in series, the carrier held
     w_sun: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the sun
     w_carrier: Var[Scalar, "rad/s"] = 0.0  # speed of the carrier
     tau_mesh: Var[Scalar, "N.m"] = 0.0  # tau_sun'
@@ -125,7 +144,7 @@ class PlanetaryGearbox(Component):
         ring: int,
         J_sun: Scalar = 0.0,
         J_carrier: Scalar = 0.0,
-        loss: MeshLoss | None = None,
+        loss: MeshLoss | EqualMeshLoss | None = None,
     ) -> "PlanetaryGearbox":
         """A stage with the given numbers of teeth."""
         return cls(ratio=1.0 + ring / sun, J_sun=J_sun, J_carrier=J_carrier, loss=loss)

@@ -1,12 +1,17 @@
 """One-dimensional translational mechanics (as in MSL `Modelica.Mechanics.Translational`)."""
 
 from ._basic import Damper as Damper
+from ._basic import DualRateSpring as DualRateSpring
 from ._basic import Fixed as Fixed
 from ._basic import Mass as Mass
 from ._basic import Rod as Rod
 from ._basic import SlidingMass as SlidingMass
 from ._basic import Spring as Spring
 from ._basic import SpringDamper as SpringDamper
+from ._disc_springs import ConicalDisc as ConicalDisc
+from ._disc_springs import Diaphragm as Diaphragm
+from ._disc_springs import DiaphragmClutch as DiaphragmClutch
+from ._disc_springs import DiscSpring as DiscSpring
 from ._dry_friction import Brake as Brake
 from ._dry_friction import DryFriction as DryFriction
 from ._dry_friction import StribeckFriction as StribeckFriction
@@ -20,6 +25,7 @@ from ._housing import TabulatedSpring as TabulatedSpring
 from ._interfaces import Compliant as Compliant
 from ._interfaces import Flange as Flange
 from ._interfaces import ToGround as ToGround
+from ._lever import Lever as Lever
 from ._lugre import LuGreFriction as LuGreFriction
 from ._motion import ConstantSpeed as ConstantSpeed
 from ._motion import SignalAcceleration as SignalAcceleration

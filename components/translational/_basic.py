@@ -2,7 +2,23 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Record,
+    Scalar,
+    Var,
+    eq,
+    kink,
+    nonnegative,
+    positive,
+    prefer,
+)
 
 from ._interfaces import Compliant, Flange
 
@@ -141,3 +157,32 @@ class SpringDamper(Compliant):
             stored=0.5 * self.c * (self.s_rel - self.s_rel0) ** 2,
             dissipated=self.d * self.v_rel**2,
         )
+
+
+class DualRateSpring(Compliant):
+    """A spring of two rates, f = c_1 x below the knee and c_1 knee + c_2 (x - knee) above; x = s_rel0 - s_rel pushes.
+
+    The tension is -f. Two coil springs one inside the other, the second one shorter by `knee`, or one whose coils
+    touch. It also pulls, with c_1. A spring of any curve against the housing is a `TabulatedSpring`, one with preload,
+    such as a return spring, a `ClutchSpring`.
+    """
+
+    c_1: Param[Scalar, "N/m", nonnegative]  # stiffness up to the knee
+    c_2: Param[Scalar, "N/m", nonnegative]  # and beyond it
+    knee: Param[Scalar, "m", nonnegative]  # compression at which the stiffness changes
+    s_rel0: Param[Scalar, "m"] = 0.0  # relative position of the unloaded spring
+
+    def _beyond(self) -> Scalar:
+        x = self.s_rel0 - self.s_rel - self.knee
+        return jnp.where(x > 0.0, x, 0.0)
+
+    def equations(self, d: Self) -> Equations:
+        x = self.s_rel0 - self.s_rel
+        return super().equations(d) | dict(law=eq(self.f, -self.c_1 * x - (self.c_2 - self.c_1) * self._beyond()))
+
+    def events(self) -> Events:
+        return dict(_knee=kink(self.s_rel0 - self.s_rel - self.knee))
+
+    def energy(self) -> Energy:
+        x = self.s_rel0 - self.s_rel
+        return Energy(stored=0.5 * self.c_1 * x**2 + 0.5 * (self.c_2 - self.c_1) * self._beyond() ** 2)

@@ -26,13 +26,22 @@ CYLINDER = dict(bore=1.0, stroke=1.0, liquid=OIL, dead_a=1.0, dead_b=1.0)
 GAS = dict(capacity=0.5, resistance=1.0, volume=1.0, precharge=1.0)
 PIPE = dict(n=2, length=1.0, diameter=0.1, liquid=OIL)
 # What numbers of 1 for all parameters without a default would not do.
+MACHINE = electrical.DqMachine(p=2.0, psi=1.0, Ld=1.0, Lq=2.0, Rs=0.5)
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "AnnularGap": dict(diameter=1.0, clearance=1.0, length=1.0, liquid=OIL),
+    "Battery": dict(Q=1.0, charges=GRID, voltages=GRID + 1.0, R0=1.0, R=[1.0, 2.0], C=[1.0, 2.0]),
     "BearingFriction": dict(speeds=GRID, torques=GRID + 1.0),
+    "BrushedMotor": dict(R=1.0, k=1.0, J=1.0, winding=1.0, housing=1.0, G_wh=1.0, G_ha=1.0, L=1.0, brush=1.0),
     "Chamber": dict(volume=1.0, liquid=OIL),
     "CounterbalanceValve": dict(pressure=1.0, ratio=1.0, **PILOTED),
     "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
+    "CrankSlider": dict(crank=1.0, rod_length=2.0),
+    "DataSheetSolenoid": dict(R=1.0, L_0=1.0, rated=1.0, positions=GRID, forces=GRID),
     "DeadZone": LIMITS,
+    "DiaphragmClutch": dict(
+        spring=translational.Diaphragm(R=2.0, r=1.0, R_1=1.9, r_1=1.1, r_f=0.5, t=1.0, H=1.0), engaged=1.0
+    ),
+    "DiscSpring": dict(disc=translational.ConicalDisc(De=2.0, Di=1.0, t=1.0, h=1.0)),
     "DoubleActingCylinder": CYLINDER,
     "FixedPump": PUMP,
     "Function": dict(function=wave),
@@ -46,9 +55,15 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "LoadSensingPump": dict(tau=1.0, p_set=1.0, band=1.0, margin=1.0, band_set=1.0, **PUMP),
     "LocalLoss": dict(area=1.0, liquid=OIL, zeta_ab=1.0, zeta_ba=1.0),
     "LossyGear": dict(ratio=2.0, losses=np.array([[0.0, 0.9, 0.8, 0.1, 0.1]])),
+    "LossyGearR2T": dict(
+        gear=rotational.LossyGear.worm(ratio=1.0, efficiency=0.8), converter=rotational.IdealGearR2T(ratio=2.0)
+    ),
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
     "Pipe": PIPE,
+    "PMSM": dict(machine=MACHINE, J=1.0),
+    "PMSMDrive": dict(machine=MACHINE, J=1.0, i_max=1.0, C=1.0),
     "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "PlanetaryTrain": dict(stages=[rotational.PlanetaryGearbox(ratio=3.0)]),
     "PressureCompensatedPump": dict(tau=1.0, p_set=1.0, band=1.0, **PUMP),
     "SaturatingInductor": dict(Lnom=0.5, Inom=1.0, Lzer=1.0, Linf=0.1),
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),
@@ -94,7 +109,12 @@ def _built(cls: type) -> Any:
 PROFILES = [
     rotational.LinearLift(rate=1.0),
     rotational.EccentricDisc(eccentricity=1.0, radius=2.0),
+    rotational.FlatEccentricDisc(eccentricity=1.0),
     rotational.TabulatedLift(angles=GRID, lifts=np.zeros(4)),
+    rotational.RiseDwellReturn(motion=rotational.ModifiedSine(), height=1.0, rise=1.0, dwell=1.0, fall=1.0),
+    rotational.RiseDwellReturn(
+        motion=rotational.BSplineMotion(controls=np.array([0.3, 0.7])), height=1.0, rise=1.0, dwell=1.0, fall=1.0
+    ),
 ]
 LIBRARY = [_built(cls) for cls in _library() if cls.__name__ != "Cam"]
 LIBRARY += [rotational.Cam(profile=profile, J=1.0) for profile in PROFILES]

@@ -4,6 +4,7 @@ import inspect
 
 import jax.numpy as jnp
 import pytest
+from _drive_examples import DRIVES
 from _fluid_examples import FLUID
 
 from acausal import Component, Scalar
@@ -24,6 +25,7 @@ def square(t: Scalar) -> Scalar:
 
 # Parameters of order one, so that a random point of order one exercises every term.
 EXAMPLES: tuple[Component, ...] = (
+    *DRIVES,
     *FLUID,
     blocks.ChirpSine(amplitude=1.3, f0=0.3, f1=0.5, duration=0.9, start_time=0.3),
     blocks.Clock(offset=0.4, start_time=0.3),

@@ -1,0 +1,145 @@
+"""Brushed motor with what temperature does to it."""
+
+import itertools
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Connections,
+    Energy,
+    Equations,
+    Param,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    nonnegative,
+    positive,
+)
+
+from ..rotational import Flange, Inertia, IronLoss
+from ..thermal import HeatCapacitor, HeatPort, ThermalConductor
+from ._interfaces import Pin, TwoPin
+from ._passive import Inductor
+from ._variable import HeatingResistor
+
+
+class BrushDrop(TwoPin):
+    """Contact voltage of a pair of brushes, v = V tanh(i/i_0), nearly constant beyond the current i_0.
+
+    About 2 V for graphite, 0.5 V for metal graphite, much less for precious metal (Schroeder, `Elektrische Antriebe`).
+    With `heat=HeatPort()` the loss leaves as heat.
+    """
+
+    V: Param[Scalar, "V", nonnegative]  # both brushes together
+    i_0: Param[Scalar, "A", positive] = 0.1  # width of the transition through zero
+    heat: HeatPort | None = None
+
+    def equations(self, d: Self) -> Equations:
+        heat = {} if self.heat is None else dict(loss=eq(self.heat.Q_flow, -self.v * self.i))
+        return super().equations(d) | heat | dict(contact=eq(self.v, self.V * jnp.tanh(self.i / self.i_0)))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.v * self.i if self.heat is None else 0.0)
+
+
+class MagnetEMF(Component):
+    """Lossless conversion by magnets that weaken with the temperature: v = k w, tau = -k i.
+
+    k = k_ref (1 + alpha (T - T_ref)), where T is the temperature of the heat port, which takes no heat. The stator is
+    the ground. Valid below the temperature at which the magnets lose their strength for good; alpha is about -2e-3 1/K
+    for ferrite, -1.1e-3 1/K for NdFeB and -0.4e-3 1/K for SmCo (IEC 60404-8-1).
+    """
+
+    k_ref: Param[Scalar, "N.m/A"]  # torque constant at T_ref
+    alpha: Param[Scalar, "1/K"] = 0.0  # temperature coefficient of the remanence
+    T_ref: Param[Scalar, "K", positive] = 293.15  # reference temperature
+    k: Var[Scalar, "N.m/A"] = 0.0  # torque constant
+    w: Var[Scalar, "rad/s"] = 0.0  # speed of the shaft
+    p: Pin = Pin()
+    n: Pin = Pin()
+    shaft: Flange = Flange()
+    heat: HeatPort = HeatPort()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            kirchhoff=eq(self.p.i + self.n.i),
+            speed=eq(self.w, d.shaft.phi),
+            no_heat=eq(self.heat.Q_flow),
+            magnets=eq(self.k, self.k_ref * (1.0 + self.alpha * (self.heat.T - self.T_ref))),
+            back_emf=eq(self.p.v - self.n.v, self.k * self.w),
+            torque=eq(self.shaft.tau, -self.k * self.p.i),
+        )
+
+
+class BrushedMotor(Component):
+    """Direct-current motor that warms: v = R i + L di/dt + brush tanh(i/i_0) + k w, J dw/dt = k i - drag + tau.
+
+    R is linear in the temperature T_w of the winding, k in T_h of the housing, in which the magnets are: two nodes,
+    C_w dT_w/dt = R i^2 - G_wh (T_w - T_h) and C_h dT_h/dt = G_wh (T_w - T_h) + losses of brushes and core - G_ha (T_h -
+    T_ambient). `ambient` has to be connected, if only to a `FixedTemperature`. A data sheet states thermal resistances,
+    1/G, and time constants, C/G. `BrushedMotor(R=..., k=..., J=..., winding=..., housing=..., G_wh=..., G_ha=...)`. At
+    a constant current, the winding runs away above sqrt(G/(R alpha)), with 1/G = 1/G_wh + 1/G_ha. Not modelled:
+    commutation, armature reaction, saturation, cooling that depends on the speed.
+    """
+
+    resistor: HeatingResistor
+    inductor: Inductor | None
+    brushes: BrushDrop | None
+    emf: MagnetEMF
+    rotor: Inertia
+    iron: IronLoss
+    winding: HeatCapacitor
+    housing: HeatCapacitor
+    inside: ThermalConductor
+    outside: ThermalConductor
+    p: Pin = Pin()
+    n: Pin = Pin()
+    shaft: Flange = Flange()
+    ambient: HeatPort = HeatPort()
+
+    def __init__(
+        self,
+        *,
+        R: Param[Scalar, "ohm"],  # resistance of the winding at T_ref
+        k: Param[Scalar, "N.m/A"],  # torque constant at T_ref
+        J: Param[Scalar, "kg.m2"],  # moment of inertia of the rotor
+        winding: Param[Scalar, "J/K"],  # heat capacity C_w of the winding
+        housing: Param[Scalar, "J/K"],  # heat capacity C_h of the housing with the magnets
+        G_wh: Param[Scalar, "W/K"],  # thermal conductance from winding to housing
+        G_ha: Param[Scalar, "W/K"],  # and from housing to ambient
+        L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
+        alpha: Param[Scalar, "1/K"] = 3.93e-3,  # temperature coefficient of the resistance; copper
+        magnets: Param[Scalar, "1/K"] = 0.0,  # temperature coefficient of the magnets; see `MagnetEMF`
+        brush: Param[Scalar, "V"] | None = None,  # contact voltage of the brushes
+        T_h: Param[Scalar, "N.m"] = 0.0,  # constant part of friction and iron losses
+        k_e: Param[Scalar, "N.m.s/rad"] = 0.0,  # and the part that grows with the speed
+        T_ref: Param[Scalar, "K"] = 298.15,  # reference temperature of the data
+        T: Param[Scalar, "K"] = 298.15,  # of winding and housing at the start
+    ) -> None:
+        self.resistor = HeatingResistor(R_ref=R, T_ref=T_ref, alpha=alpha)
+        self.inductor = None if L is None else Inductor(L=L)
+        self.brushes = None if brush is None else BrushDrop(V=brush, heat=HeatPort())
+        self.emf = MagnetEMF(k_ref=k, alpha=magnets, T_ref=T_ref)
+        self.rotor = Inertia(J=J)
+        self.iron = IronLoss(T_h=T_h, k_e=k_e, heat=HeatPort())
+        self.winding, self.housing = HeatCapacitor(C=winding, T=T), HeatCapacitor(C=housing, T=T)
+        self.inside, self.outside = ThermalConductor(G=G_wh), ThermalConductor(G=G_ha)
+        self.p, self.n, self.shaft, self.ambient = Pin(), Pin(), Flange(), HeatPort()
+
+    def connections(self) -> Connections:
+        parts = [part for part in (self.resistor, self.inductor, self.brushes, self.emf) if part is not None]
+        brushes = () if self.brushes is None or self.brushes.heat is None else (self.brushes.heat,)
+        assert self.iron.heat is not None
+        return (
+            connect(self.p, parts[0].p),
+            *(connect(one.n, other.p) for one, other in itertools.pairwise(parts)),
+            connect(self.emf.n, self.n),
+            connect(self.emf.shaft, self.rotor.a, self.iron.flange),
+            connect(self.rotor.b, self.shaft),
+            connect(self.resistor.heat, self.winding.port, self.inside.a),
+            connect(self.inside.b, self.housing.port, self.outside.a, self.emf.heat, self.iron.heat, *brushes),
+            connect(self.outside.b, self.ambient),
+        )

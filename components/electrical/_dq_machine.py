@@ -1,0 +1,162 @@
+"""Data of a synchronous machine with permanent magnets, and its best currents within the limits of an inverter."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from acausal import Param, Record, Scalar, nonnegative, positive
+
+_ANGLES = 48  # of the voltage, among which the largest torque is looked for
+_HALVINGS = 40
+_NEWTON = 6  # steps, of which one would do for values, and one more for each order of derivatives
+
+
+class DqCurrents(NamedTuple):
+    """Peak values of the currents in rotor coordinates in A."""
+
+    d: Scalar
+    q: Scalar
+
+
+class DqMachine(Record):
+    """A synchronous machine in rotor coordinates, sinusoidal and without saturation; d is the axis of the magnets.
+
+    In steady state, with the electrical speed w: v_d = Rs i_d - w Lq i_q, v_q = Rs i_q + w (Ld i_d + psi), and the
+    torque is 3/2 p (psi i_q + (Ld - Lq) i_d i_q). Voltages and currents are peak values of a phase (the transformation
+    keeps amplitudes), so the power is 3/2 (v_d i_d + v_q i_q) (Schroeder, `Elektrische Antriebe - Regelung`).
+    """
+
+    p: Param[Scalar, "1", positive]  # pairs of poles
+    psi: Param[Scalar, "Wb", positive]  # flux linkage of the magnets: voltage at no load per electrical speed
+    Ld: Param[Scalar, "H", positive]  # inductance along the magnets
+    Lq: Param[Scalar, "H", positive]  # and across them, the larger one where these are buried
+    Rs: Param[Scalar, "ohm", nonnegative] = 0.0  # resistance of a phase
+
+    def torque(self, i: DqCurrents) -> Scalar:
+        """Torque in N.m."""
+        return 1.5 * self.p * (self.psi + (self.Ld - self.Lq) * i.d) * i.q
+
+    def voltages(self, i: DqCurrents, w: Scalar) -> tuple[Scalar, Scalar]:
+        """v_d and v_q in V in steady state, at the electrical speed w in rad/s."""
+        return self.Rs * i.d - w * self.Lq * i.q, self.Rs * i.q + w * (self.Ld * i.d + self.psi)
+
+    def voltage(self, i: DqCurrents, w: Scalar) -> Scalar:
+        """Size of the voltage in V."""
+        return jnp.hypot(*self.voltages(i, w))
+
+    def most_per_ampere(self, size: Scalar) -> DqCurrents:
+        """The currents of the largest torque for a size of the current in A (maximum torque per ampere, MTPA)."""
+        s = self.Lq - self.Ld
+        i_d = -2.0 * s * size**2 / (self.psi + jnp.sqrt(self.psi**2 + 8.0 * (s * size) ** 2))
+        return DqCurrents(i_d, jnp.sqrt(size**2 - i_d**2))
+
+    def least_for(self, torque: Scalar) -> DqCurrents:
+        """The smallest currents for a torque >= 0 in N.m, whatever the voltage: those of MTPA."""
+        s, k = self.Lq - self.Ld, 0.75 * self.p
+
+        def root(i_q: Scalar) -> Scalar:
+            return jnp.sqrt(self.psi**2 + (2.0 * s * i_q) ** 2)
+
+        def excess(i_q: Scalar) -> Scalar:
+            return k * i_q * (self.psi + root(i_q)) - torque
+
+        # The torque over i_q is convex, so that Newton's steps come down to the root from above.
+        i_q = _root(excess, torque / (2.0 * k * self.psi))
+        return DqCurrents(-2.0 * s * i_q**2 / (self.psi + root(i_q)), i_q)
+
+    def currents(self, torque: Scalar, w: Scalar, v_max: Scalar, i_max: Scalar) -> DqCurrents:
+        """The smallest currents for a torque in N.m, or the largest one of its sign, within the limits of an inverter.
+
+        Up to the corner speed they are those of MTPA; above it the field is weakened, at the limit of the voltage, and
+        the torque bounded by that of the current or by the largest one that the voltage allows (MTPV; Morimoto et al.,
+        `Expansion of operating limits for permanent magnet motor`, IEEE Trans. Ind. Appl. 26, 1990). At a speed at
+        which both limits exclude each other, that of the voltage is kept, with the currents of no torque, which are
+        above i_max: a drive must not be turned so fast. w is the electrical speed in rad/s.
+        """
+        sign = jnp.where(torque < 0.0, -1.0, 1.0)  # a motor that turns the other way has the same currents, but -i_q
+        most = self.most_per_ampere(i_max)
+        wanted = jnp.minimum(sign * torque, self.torque(most))
+        easy = self.least_for(wanted)
+        weakened = self._at_voltage(wanted, sign * w, v_max, i_max)
+        fits = self.voltage(easy, sign * w) <= v_max
+        return DqCurrents(jnp.where(fits, easy.d, weakened.d), sign * jnp.where(fits, easy.q, weakened.q))
+
+    def _of_voltage(self, angle: Scalar | Array, w: Scalar, v: Scalar) -> DqCurrents:
+        """The currents at v_d = -v sin(angle), v_q = v cos(angle)."""
+        square = self.Rs**2 + w**2 * self.Ld * self.Lq
+        det = jnp.where(square > 0.0, square, 1.0)
+        v_d, drive = -v * jnp.sin(angle), v * jnp.cos(angle) - w * self.psi
+        return DqCurrents(
+            (self.Rs * v_d + w * self.Lq * drive) / det,
+            (self.Rs * drive - w * self.Ld * v_d) / det,
+        )
+
+    def _idle_angle(self, w: Scalar, v: Scalar) -> tuple[Scalar, Scalar]:
+        """The angle of the voltage without i_q, with the larger one of two i_d, and whether there is one."""
+        square, half = self.Rs**2 + (w * self.Ld) ** 2, w**2 * self.Ld * self.psi
+        a = jnp.where(square > 0.0, square, 1.0)
+        root = half**2 - a * ((w * self.psi) ** 2 - v**2)
+        exists = root > 0.0
+        i_d = (jnp.sqrt(jnp.where(exists, root, 1.0)) - half) / a
+        return jnp.arctan2(-self.Rs * i_d, w * (self.Ld * i_d + self.psi)), exists
+
+    def _at_voltage(self, torque: Scalar, w: Scalar, v: Scalar, i_max: Scalar) -> DqCurrents:
+        """Currents for a torque >= 0 at a size v of the voltage; the largest one within i_max if they do not reach it.
+
+        From the angle of no torque on, the torque grows up to that of MTPV. The last angle at which both it and the
+        current are below their bounds is bracketed, without derivatives, and corrected by Newton's method, traced. A
+        machine that is braked at a voltage near that of a short circuit has no angle without torque: then from the
+        least torque on.
+        """
+        held, scale = jax.lax.stop_gradient, self.torque(self.most_per_ampere(i_max))
+
+        def given(angle: Scalar | Array) -> Scalar:
+            return self.torque(self._of_voltage(angle, w, v)) / scale
+
+        def rising(angle: Scalar) -> Scalar:
+            """The derivative of `given`; that of the currents is what a quarter turn further adds to their centre."""
+            i, centre = self._of_voltage(angle, w, v), self._of_voltage(angle, w, 0.0 * v)
+            i_d, i_q = (
+                one - other for one, other in zip(self._of_voltage(angle + 0.5 * jnp.pi, w, v), centre, strict=True)
+            )
+            s = self.Ld - self.Lq
+            return 1.5 * self.p * (s * i_d * i.q + (self.psi + s * i.d) * i_q) / scale
+
+        def more(angle: Scalar) -> Scalar:
+            return given(angle) - torque / scale
+
+        def larger(angle: Scalar) -> Scalar:
+            i = self._of_voltage(angle, w, v)
+            return (i.d**2 + i.q**2) / i_max**2 - 1.0
+
+        def halved(_: int, bracket: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+            low, high = bracket
+            middle = 0.5 * (low + high)
+            below = (more(middle) < 0.0) & (larger(middle) < 0.0)
+            return jnp.where(below, middle, low), jnp.where(below, high, middle)
+
+        idle, exists = self._idle_angle(w, v)
+        circle = jnp.linspace(-jnp.pi, jnp.pi, 2 * _ANGLES)
+        lowest = _root(rising, held(circle[jnp.argmin(given(circle))]))
+        idle = jnp.where(exists, idle, lowest)
+        least = held(idle)
+        angles = least + jnp.linspace(0.0, jnp.pi, _ANGLES)
+        best = _root(rising, held(angles[jnp.argmax(given(angles))]))
+        high = held(jax.lax.fori_loop(0, _HALVINGS, halved, (least, held(best)))[1])
+        by_torque, by_current = _root(more, high), _root(larger, high)
+        bound = jnp.where(more(high) >= 0.0, by_torque, jnp.where(larger(high) >= 0.0, by_current, best))
+        return self._of_voltage(jnp.where((larger(least) >= 0.0) | (more(least) >= 0.0), idle, bound), w, v)
+
+
+def _root(function: Callable[[Scalar], Scalar], x: Scalar) -> Scalar:
+    """The root near x, by Newton's steps, which are traced; x where the slope is zero."""
+
+    def step(_: int, x: Scalar) -> Scalar:
+        value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
+        flat = slope == 0.0
+        return x - jnp.where(flat, 0.0, value / jnp.where(flat, 1.0, slope))
+
+    return jax.lax.fori_loop(0, _NEWTON, step, jnp.asarray(x, dtype=float))

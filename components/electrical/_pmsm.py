@@ -1,0 +1,172 @@
+"""Synchronous machine with permanent magnets in rotor coordinates, its inverter, and both as a controlled drive."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Events,
+    Flow,
+    Param,
+    Port,
+    Scalar,
+    Var,
+    eq,
+    kink,
+    positive,
+    prefer,
+)
+
+from ..blocks import Input
+from ..rotational import Flange
+from ._dq_machine import DqCurrents, DqMachine
+from ._interfaces import Pin, TwoPin
+
+
+class DqPort(Port):
+    """Three phases in rotor coordinates, as peak values; the power into the component is 3/2 (v_d i_d + v_q i_q)."""
+
+    v_d: Var[Scalar, "V"] = 0.0  # voltage along the magnets
+    v_q: Var[Scalar, "V"] = 0.0  # and across them
+    i_d: Flow[Scalar, "A"] = 0.0
+    i_q: Flow[Scalar, "A"] = 0.0
+
+    def power(self, d: Any) -> Scalar:
+        del d
+        return 1.5 * (self.v_d * self.i_d + self.v_q * self.i_q)
+
+
+class PMSM(Component):
+    """Permanent-magnet synchronous machine in rotor coordinates, with its rotor: J dw/dt = tau + torque.
+
+    v_d = Rs i_d + Ld di_d/dt - w_el Lq i_q and v_q = Rs i_q + Lq di_q/dt + w_el (Ld i_d + psi), with w_el = p w, and
+    torque = 3/2 p (psi i_q + (Ld - Lq) i_d i_q). For conventions and source see `DqMachine`. The stator is the ground.
+    Not modelled: saturation, harmonics and cogging, iron loss (put a `rotational.IronLoss` on the shaft), warming.
+    """
+
+    machine: DqMachine
+    J: Param[Scalar, "kg.m2", positive]  # moment of inertia of the rotor
+    i_d: Var[Scalar, "A", prefer] = 0.0  # current along the magnets
+    i_q: Var[Scalar, "A", prefer] = 0.0  # current across the magnets, which makes the torque
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the shaft
+    torque: Var[Scalar, "N.m"] = 0.0  # electromagnetic torque
+    terminals: DqPort = DqPort()
+    shaft: Flange = Flange()
+
+    def equations(self, d: Self) -> Equations:
+        m, i = self.machine, DqCurrents(self.i_d, self.i_q)
+        steady_d, steady_q = m.voltages(i, m.p * self.w)
+        return dict(
+            current_d=eq(self.i_d, self.terminals.i_d),
+            current_q=eq(self.i_q, self.terminals.i_q),
+            voltage_d=eq(m.Ld * d.i_d, self.terminals.v_d - steady_d),
+            voltage_q=eq(m.Lq * d.i_q, self.terminals.v_q - steady_q),
+            torque=eq(self.torque, m.torque(i)),
+            speed=eq(self.w, d.shaft.phi),
+            newton=eq(self.J * d.w, self.shaft.tau + self.torque),
+        )
+
+    def energy(self) -> Energy:
+        m = self.machine
+        coils = 0.75 * (m.Ld * self.i_d**2 + m.Lq * self.i_q**2)
+        return Energy(
+            stored=coils + 0.5 * self.J * self.w**2,
+            dissipated=1.5 * m.Rs * (self.i_d**2 + self.i_q**2),
+        )
+
+
+class Inverter(Component):
+    """A lossless three-phase bridge, averaged over its switching: v = m v_dc, with |m| limited to m_max.
+
+    The modulation m = (m_d, m_q) is shortened to m_max = 1/sqrt(3) by space vectors, 1/2 by sines without a third
+    harmonic, 2/pi in six steps. The power is the same on both sides: i_dc = 3/2 (m_d i_d + m_q i_q). Left out: ripple,
+    dead time, losses, and what its diodes rectify where the machine turns too fast.
+    """
+
+    m_max: Param[Scalar, "1", positive] = 3**-0.5  # peak phase voltage over direct voltage, at most
+    m_d: Var[Scalar, "1"] = 0.0  # modulation within the limit
+    m_q: Var[Scalar, "1"] = 0.0
+    p: Pin = Pin()
+    n: Pin = Pin()
+    machine: DqPort = DqPort()
+    u_d: Input = Input()  # wanted modulation
+    u_q: Input = Input()
+
+    def _size(self) -> Scalar:
+        return jnp.sqrt(jnp.maximum(self.u_d.value**2 + self.u_q.value**2, self.m_max**2))
+
+    def equations(self, d: Self) -> Equations:
+        share, v_dc = self.m_max / self._size(), self.p.v - self.n.v
+        return dict(
+            kirchhoff=eq(self.p.i + self.n.i),
+            limit_d=eq(self.m_d, share * self.u_d.value),
+            limit_q=eq(self.m_q, share * self.u_q.value),
+            voltage_d=eq(self.machine.v_d, self.m_d * v_dc),
+            voltage_q=eq(self.machine.v_q, self.m_q * v_dc),
+            power=eq(self.p.i, -1.5 * (self.m_d * self.machine.i_d + self.m_q * self.machine.i_q)),
+        )
+
+    def events(self) -> Events:
+        return dict(_limit=kink(self.u_d.value**2 + self.u_q.value**2 - self.m_max**2))
+
+
+class PMSMDrive(TwoPin):
+    """A PMSM with inverter and control: it gives the torque u, as far as the limits of the inverter let it.
+
+    The currents are at each moment the smallest ones for the torque within |i| <= i_max and |v| <= m_max v_dc, with the
+    field weakened above the corner speed (`DqMachine.currents`); they follow `u` in N.m with the lag tau dT/dt = u - T
+    of the wanted torque T. With w the speed, J dw/dt = tau_shaft + torque, and C dv_dc/dt = i - (torque w + 3/2 Rs
+    |i_dq|^2)/v_dc at the capacitor of the direct-voltage link, which has to be charged at the start: `v=...`. Not
+    modelled: transients of the currents beyond that lag (see `PMSM`, `Inverter`), losses of the inverter, saturation,
+    iron loss, the rectifier that the inverter is to a machine that turns too fast.
+    """
+
+    machine: DqMachine
+    J: Param[Scalar, "kg.m2", positive]  # moment of inertia of the rotor
+    i_max: Param[Scalar, "A", positive]  # limit of the current, peak value of a phase
+    C: Param[Scalar, "F", positive]  # capacitance of the direct-voltage link
+    tau: Param[Scalar, "s", positive] = 1e-3  # lag of the current control
+    m_max: Param[Scalar, "1", positive] = 3**-0.5  # peak phase voltage over direct voltage, at most; see `Inverter`
+    v: Var[Scalar, "V", positive, prefer] = 1.0  # direct voltage
+    wanted: Var[Scalar, "N.m", prefer] = 0.0  # torque that the control tries to give
+    torque: Var[Scalar, "N.m"] = 0.0  # electromagnetic torque
+    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the shaft
+    i_d: Var[Scalar, "A"] = 0.0  # current along the magnets
+    i_q: Var[Scalar, "A"] = 0.0  # current across the magnets
+    shaft: Flange = Flange()
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        m, i = self.machine, DqCurrents(self.i_d, self.i_q)
+        best = m.currents(self.wanted, m.p * self.w, self._v_max(), self.i_max)
+        return super().equations(d) | dict(
+            control=eq(self.tau * d.wanted, self.u.value - self.wanted),
+            current_d=eq(self.i_d, best.d),
+            current_q=eq(self.i_q, best.q),
+            torque=eq(self.torque, m.torque(i)),
+            speed=eq(self.w, d.shaft.phi),
+            newton=eq(self.J * d.w, self.shaft.tau + self.torque),
+            link=eq(self.C * d.v, self.i - (self.torque * self.w + self._loss()) / self.v),
+        )
+
+    def _v_max(self) -> Scalar:
+        return self.m_max * self.v
+
+    def _loss(self) -> Scalar:
+        return 1.5 * self.machine.Rs * (self.i_d**2 + self.i_q**2)
+
+    def events(self) -> Events:
+        m, sign = self.machine, jnp.where(self.wanted < 0.0, -1.0, 1.0)
+        most = m.torque(m.most_per_ampere(self.i_max))
+        easy = m.least_for(jnp.minimum(sign * self.wanted, most))
+        return dict(
+            _full=kink(sign * self.wanted - most),
+            _corner=kink(m.voltage(easy, sign * m.p * self.w) - self._v_max()),
+            _less=kink(sign * (self.wanted - self.torque) - 1e-9 * most),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.J * self.w**2 + 0.5 * self.C * self.v**2, dissipated=self._loss())

@@ -1,0 +1,65 @@
+"""Several planetary stages in one housing."""
+
+import math
+from collections.abc import Sequence
+
+from acausal import ArgumentError, Component, Connections, Scalar, connect
+
+from ._backlash import ElastoBacklash
+from ._basic import Fixed
+from ._gears import PlanetaryGearbox
+from ._interfaces import Flange
+
+
+class PlanetaryTrain(Component):
+    """Planetary stages in series, with sun in, carrier out and the rings held by one housing: a geared reducer.
+
+    `PlanetaryTrain(stages=[...])` joins the carrier of each stage to the sun of the next; ratios and efficiencies
+    multiply. `teeth`, one `ElastoBacklash` for each stage, give the play and stiffness behind its carrier. Without, the
+    train is rigid. The housing is the ground, unless `support=Flange()` makes it a flange of its own, which takes the
+    reaction. Other fixings are made from `PlanetaryGearbox`, whose three flanges are open.
+    """
+
+    stages: tuple[PlanetaryGearbox, ...]  # from a to b
+    teeth: tuple[ElastoBacklash, ...]  # behind the carrier of each stage, or none
+    housing: Fixed | None
+    a: Flange = Flange()
+    b: Flange = Flange()
+    support: Flange | None = None
+
+    def __init__(
+        self,
+        *,
+        stages: Sequence[PlanetaryGearbox],
+        teeth: Sequence[ElastoBacklash] = (),
+        support: Flange | None = None,
+    ) -> None:
+        if not stages:
+            raise ArgumentError("PlanetaryTrain needs at least one stage.")
+        if len(teeth) not in (0, len(stages)):
+            raise ArgumentError(f"PlanetaryTrain takes {len(stages)} teeth, one for each stage, got {len(teeth)}.")
+        self.stages, self.teeth, self.support = tuple(stages), tuple(teeth), support
+        self.housing = Fixed() if support is None else None
+        self.a, self.b = Flange(), Flange()
+
+    @property
+    def ratio(self) -> Scalar:
+        """Turns of a for one turn of b."""
+        return math.prod(stage.ratio for stage in self.stages)
+
+    def connections(self) -> Connections:
+        held = self.support if self.housing is None else self.housing.flange
+        assert held is not None
+        outs = [stage.carrier for stage in self.stages]
+        if self.teeth:
+            soft = tuple(connect(stage.carrier, tooth.a) for stage, tooth in zip(self.stages, self.teeth, strict=True))
+            outs = [tooth.b for tooth in self.teeth]
+        else:
+            soft = ()
+        return (
+            connect(self.a, self.stages[0].sun),
+            *soft,
+            *(connect(out, stage.sun) for out, stage in zip(outs, self.stages[1:], strict=False)),
+            connect(outs[-1], self.b),
+            connect(held, *(stage.ring for stage in self.stages)),
+        )
