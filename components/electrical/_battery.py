@@ -120,13 +120,15 @@ class Cable(TwoPin):
     i: Var[Scalar, "A", prefer] = 0.0  # current from p to n
 
     def requirements(self) -> Requirements:
-        return (require(self.R >= 0.0, "alpha must leave a resistance above 0 at the temperature"),)
+        return (require(self._warm() >= 0.0, "alpha must leave a resistance above 0 at the temperature"),)
+
+    def _warm(self) -> Scalar:
+        return 1.0 + self.alpha * (self.temperature - self.T_ref)
 
     @property
     def R(self) -> Scalar:
         """Resistance there and back in ohm."""
-        warm = 1.0 + self.alpha * (self.temperature - self.T_ref)
-        return 2.0 * self.resistivity * warm * self.length / self.area
+        return 2.0 * self.resistivity * self._warm() * self.length / self.area
 
     def equations(self, d: Self) -> Equations:
         drop = self.R * self.i + self.inductance * self.length * d.i
