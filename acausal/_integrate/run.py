@@ -136,6 +136,7 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _inputs=given.inputs,
         _dense=raw.interpolation,
         _losses=y_end[layout.losses],
+        _peaks=_peaks(settings, given, y_end),
         _errors=control.error[layout.states],
         _largest=largest,
         _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[layout.states]),
@@ -145,8 +146,15 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
         _choices=settings.choices,
         _demands=(),
+        _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )
+
+
+def _peaks(settings: Settings, given: Given, y: Any) -> Any:
+    """Values, then times, which the solver counts forwards."""
+    values, times = jnp.split(y[settings.layout.peaks], 2)
+    return jnp.concatenate([values, given.direction * times])
 
 
 def _outcome(

@@ -19,6 +19,7 @@ class Settings:
     system: System
     stop: UserFunction | None
     integrand: UserFunction | None
+    peaks: UserFunction | None
     stored: UserFunction | None  # the energy in all components, for the account of what events take
     direction: bool | None
     save: str
@@ -55,6 +56,7 @@ class Settings:
             n_memory=system.carried.n_memory,
             n_discrete=system.carried.n_discrete,
             n_losses=0 if self.stored is None or events is None else events.total,
+            n_peaks=0 if self.peaks is None else self.peaks.n_outputs,
             has_status=self.has_events,
             n_integrals=self.n_extra,
         )
@@ -86,5 +88,6 @@ class Numbers:
     times: Any
     stop: list[Any]  # numbers in the stop condition
     rates: list[Any]  # numbers in the integrands
+    peaks: list[Any]  # in the functions whose peaks are wanted
     stored: list[Any]  # and in the energy
     unmet: Any = None  # 1 where no start values meet the initial equations of components, else 0

@@ -46,6 +46,7 @@ def simulate(
     direction: Literal["up", "down"] | None = None,
     save: Any = "steps",
     integrals: Callable[[M], Any] | None = None,
+    peaks: Callable[[M], Any] | None = None,
     energy: bool = False,
     rtol: Any = 1e-6,
     nominal: Mapping[str, Any] | None = None,
@@ -70,6 +71,8 @@ def simulate(
     - `direction`: "up" or "down", the way in which `until` has to cross zero; None: either.
     - `save`: "steps" (every step), "end", "dense" (then `sol.at(t)`), or an array of times.
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
+    - `peaks(s)`: a dictionary (any pytree) of functions of which `sol.peaks` has the largest value over the run and its
+      time, exact on the dense solution and differentiable; the smallest one is that of the negative.
     - `energy`: integrate the powers of all components; `sol.energy` is the account.
     - `rtol`: relative tolerance; the absolute one is `rtol` times the nominal size of each variable.
     - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
@@ -106,11 +109,13 @@ def simulate(
             leaves, unmet = started(system, leaves, t0, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
+    watched, peak_constants = _traced(peaks, system, "peaks")
     stored_energy, stored_constants = _traced(_total_stored if energy and system.events else None, system, "energy")
     settings = Settings(
         system=system,
         stop=stop,
         integrand=integrand,
+        peaks=watched if watched is not None and watched.n_outputs else None,
         stored=stored_energy,
         direction=one_of(direction, "direction", _DIRECTIONS),
         save=save if isinstance(save, str) else "times",
@@ -136,6 +141,7 @@ def simulate(
         times=times_of(save),
         stop=stop_constants,
         rates=rate_constants,
+        peaks=peak_constants,
         stored=stored_constants,
         unmet=unmet,
     )
@@ -184,7 +190,7 @@ def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
     """The parameters that a run reads by themselves; thousands of arguments would take XLA long."""
     system = settings.system
     wanted = {*system.carried.discrete_places}
-    for quantity in (settings.stop, settings.integrand, settings.stored):
+    for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
         wanted.update(quantity.leaves if quantity else ())
     if system.events:
         wanted.update(system.events.leaves)

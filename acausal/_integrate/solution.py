@@ -24,6 +24,7 @@ from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
+from .peaks import Peak
 from .result import sentence
 from .state_vector import StateVector
 from .unresolved import unresolved
@@ -55,6 +56,7 @@ class Solution(eqx.Module, Generic[M]):
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
     _losses: Any  # energies lost at events
+    _peaks: Any  # values and times
     _errors: Any  # of the states in the last step, in tolerances
     _largest: Any  # absolute values of the states in the run
     _unresolved: Any  # which states are so small that the tolerance means little for them
@@ -64,6 +66,7 @@ class Solution(eqx.Module, Generic[M]):
     _numbers: dict[str, Any]  # that the run was called with
     _choices: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # that it was compiled for
     _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
+    _peaks_tree: Any = eqx.field(static=True)
     _integrals_tree: Any = eqx.field(static=True)
 
     @property
@@ -176,6 +179,15 @@ class Solution(eqx.Module, Generic[M]):
         if self._integrals_tree is None:
             raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
         return self._integrals_tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
+
+    @property
+    def peaks(self) -> Any:
+        """The largest values over the run of the `peaks` asked for, each a `Peak` with `value` and `time`."""
+        if self._peaks_tree is None:
+            raise ModelError("No peaks were asked for: pass peaks=... to simulate.")
+        n = self._peaks_tree.num_leaves
+        values, times = self._peaks[..., :n], self._peaks[..., n:]
+        return self._peaks_tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(n)])
 
     @property
     def energy(self) -> EnergyAccount:

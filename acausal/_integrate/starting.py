@@ -50,10 +50,10 @@ def start_of(
     """
     none = diffrax.NoProgressMeter()
     settings = Settings(
-        system, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, inputs.given, none, is_started
+        system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, inputs.given, none, is_started
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
-    given = Given(inputs, Numbers(params, None, inputs.starts, t0, end, None, None, one, None, [], [], []))
+    given = Given(inputs, Numbers(params, None, inputs.starts, t0, end, None, None, one, None, [], [], [], []))
     y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None

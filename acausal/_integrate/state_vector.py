@@ -12,11 +12,11 @@ STATUS = 4  # numbers that a step leaves about itself: see `StateVector`
 
 @dataclasses.dataclass(frozen=True)
 class StateVector:
-    """[states, memory, discrete variables, energies lost, status, integrals], each part possibly empty.
+    """[states, memory, discrete variables, energies lost, peaks, status, integrals], each part possibly empty.
 
     `states` are those of the system, in mass-matrix form with its algebraic unknowns. `memory` holds the unknowns of
-    the last iterations. States and integrals are the *core*, which a solver integrates; all between them is *carried*
-    along and changes between steps only. The status of a step:
+    the last iterations, and `peaks` values, then times. States and integrals are the *core*, which a solver integrates;
+    all between them is *carried* along and changes between steps only. The status of a step:
 
     - `outcome`: 0, or why the run ends here;
     - `moment`: when the step really ended, at an event before its planned end;
@@ -28,6 +28,7 @@ class StateVector:
     n_memory: int
     n_discrete: int
     n_losses: int
+    n_peaks: int
     has_status: bool
     n_integrals: int
 
@@ -53,8 +54,12 @@ class StateVector:
         return slice(self.discrete.stop, self.discrete.stop + self.n_losses)
 
     @property
+    def peaks(self) -> slice:
+        return slice(self.losses.stop, self.losses.stop + 2 * self.n_peaks)
+
+    @property
     def status(self) -> slice:
-        return slice(self.losses.stop, self.losses.stop + STATUS * self.has_status)
+        return slice(self.peaks.stop, self.peaks.stop + STATUS * self.has_status)
 
     @property
     def outcome(self) -> int:

@@ -13,6 +13,7 @@ from .._reduce.instants import first
 from .conditions import EventConditions
 from .field import Given
 from .look import TOO_SOON, Found, Point, look
+from .peaks import Peaks
 from .record import Record
 from .run_events import RunEvents
 from .schedule import tick
@@ -67,7 +68,8 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     """Steps of `solver`, up to the first event.
 
     `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given)` renews the
-    unknowns from which iterations start, and `events` are those of the run; each may be missing.
+    unknowns from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may be
+    missing.
 
     A step is taken as if there were no events. Where one begins in it, the step ends there: the vector is that of the
     dense output, changed by what happens, and `moment` in its status says when. With times to save at beyond the event,
@@ -78,6 +80,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     layout: StateVector = eqx.field(static=True)
     project: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
     remember: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
+    peaks: Peaks | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
     begin: Any  # the `EventMemory` to start with, None without events
 
@@ -128,17 +131,25 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             terms, t0, end, layout.core(y0), (args, carried), solver_state.inner, jumped
         )
         error = layout.joined(error, jnp.zeros_like(carried))
+        inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
+        path = Span(t0, end, inner_path, carried, y0[layout.memory], layout)
         if state is None:
             y = self._remembered(t1, self._projected(t1, layout.joined(core, carried), args), args)
+            y = self._with_peaks(path, t1, y, args)
         else:
-            inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
-            path = Span(t0, end, inner_path, carried, y0[layout.memory], layout)
             y, state = self._through_events(path, t0, t1, layout.joined(core, carried), state, args)
+            y = self._with_peaks(path, y[layout.moment], y, args)
             # A run that has ended stays where it is.
             has_ended = y0[layout.outcome] != 0
             y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
         info = {"inner": info, "begin": t0, "end": end, "carried": carried, "memory": y[layout.memory]}
         return y, error, info, Memory(inner, state), result
+
+    def _with_peaks(self, path: Span, end: Any, y: Vector, given: Given) -> Vector:
+        """The vector after a step with the peaks up to its end."""
+        if self.peaks is None:
+            return y
+        return self.layout.with_part(y, self.layout.peaks, self.peaks.renewed(path, end, y, given))
 
     def _projected(self, t: Any, y: Vector, given: Given) -> Vector:
         """The vector on the invariants."""

@@ -12,6 +12,7 @@ from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .field import Given, vector_field
 from .look import Point
+from .peaks import Peaks
 from .record import Record
 from .run_events import RunEvents
 from .settings import Settings
@@ -39,7 +40,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
     system, solver = settings.system, settings.solver
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
-    if not system.carried.memory and not system.ordered.invariants and events is None:
+    if not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks:
         return solver
 
     def project(t: Any, states: Any, given: Given) -> Any:
@@ -53,6 +54,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
         settings.layout,
         project if system.ordered.invariants else None,
         remember if system.carried.memory else None,
+        Peaks(settings) if settings.peaks else None,
         events,
         begin,
     )
@@ -70,7 +72,7 @@ def begin_run(
     rest = jnp.zeros(layout.size - layout.discrete.stop)
     y = jnp.concatenate([y0, guess, *discrete, rest])
     if not settings.has_events:
-        return _remembered(settings, given, y), None, None
+        return _with_peaks(settings, given, _remembered(settings, given, y)), None, None
     events, t0 = RunEvents(settings, layout, is_reversible), numbers.t0
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
@@ -87,7 +89,7 @@ def begin_run(
         settled.holds, settled.fresh, Point(t0, nothing, nothing), due, settled.record,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
-    return layout.with_part(y, layout.status, status), events, memory
+    return _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory
 
 
 def _remembered(settings: Settings, given: Given, y: Any) -> Any:
@@ -96,6 +98,13 @@ def _remembered(settings: Settings, given: Given, y: Any) -> Any:
         return y
     new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
     return layout.with_part(y, layout.memory, new)
+
+
+def _with_peaks(settings: Settings, given: Given, y: Any) -> Any:
+    if settings.peaks is None:
+        return y
+    t0 = given.direction * given.numbers.t0
+    return settings.layout.with_part(y, settings.layout.peaks, Peaks(settings).begun(t0, y, given))
 
 
 def controller_of(settings: Settings, given: Given) -> Steps:
