@@ -12,7 +12,8 @@ from .._equinox_private import unvmap_any
 from .._reduce.instants import first
 from .conditions import EventConditions
 from .field import Given
-from .look import TOO_SOON, Found, Point, look
+from .interval import Point
+from .look import TOO_SOON, Found, look
 from .peaks import Peaks
 from .record import Record
 from .run_events import RunEvents
@@ -211,7 +212,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         arrives = _is_there(t1, instant, given) & (instant < run_end)
         end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
         none = jnp.zeros(events.total, bool)
-        found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.point)
+        found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.point, end)
         if events.is_searched:
             span = jnp.abs(numbers.t1 - numbers.t0)
             margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
@@ -239,11 +240,13 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             & (found.t - t0 > NEAR_END * (t1 - t0))
             & (t1 - found.t > NEAR_END * (t1 - t0))
         )
+        is_late = ~found.is_any & (found.reached < t1)
         if times is not None:
             saves = given.direction * times
             is_cut |= found.is_any & jnp.any((saves > found.t) & (saves <= t1))
         least = t0 + 4.0 * tick(t0, given.numbers.t0)
-        return jnp.where(is_cut & (t1 > 2.0 * least - t0), jnp.maximum(found.before, least), jnp.inf)
+        to = jnp.maximum(jnp.where(is_late, found.reached, found.before), least)
+        return jnp.where((is_cut | is_late) & (t1 > 2.0 * least - t0), to, jnp.inf)
 
 
 def _is_there(t: Any, instant: Any, given: Given) -> Any:

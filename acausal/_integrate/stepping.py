@@ -1,9 +1,11 @@
 """How a run is stepped: its first vector, its solver and its step sizes."""
 
 import dataclasses
+import functools as ft
 from collections.abc import Callable
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -11,7 +13,7 @@ from .._evaluate.invariants import onto_invariants
 from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .field import Given, vector_field
-from .look import Point
+from .interval import seen
 from .peaks import Peaks
 from .record import Record
 from .run_events import RunEvents
@@ -84,9 +86,9 @@ def begin_run(
     due = events.due(t0, y, given, events.past(t0, y, given))
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
-    nothing = jnp.zeros(events.n_margins)
+    unknown = jax.eval_shape(ft.partial(seen, lambda t: events.margins(t, y, given)), jnp.asarray(t0, float))
     memory = EventMemory(
-        settled.holds, settled.fresh, Point(t0, nothing, nothing), due, settled.record,
+        settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.record,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory

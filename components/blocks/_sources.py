@@ -78,7 +78,8 @@ class Sine(SignalSource):
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        angle = 2.0 * jnp.pi * self.frequency * (self.t - self.start_time) + self.phase
+        # Nothing turns before the start, so that no event has to be looked for there.
+        angle = 2.0 * jnp.pi * self.frequency * jnp.maximum(self.t - self.start_time, 0.0) + self.phase
         on = jnp.where(self.t < self.start_time, 0.0, self.amplitude)
         return dict(sine=eq(self.y.value, self.offset + on * jnp.sin(angle)))
 

@@ -9,7 +9,7 @@ from _rig import Rig
 from numpy.typing import NDArray
 
 from acausal import Connections, Scalar, connect, simulate
-from components import blocks, rotational
+from components import blocks, rotational, translational
 
 N, END = 24, 1.0
 TC, WS, C, ROTOR = 0.4, 0.05, 0.05, 1e-3
@@ -74,3 +74,34 @@ def test_break_away_under_a_swinging_torque() -> None:
         t1, phi = batch(rtol, *map(jnp.asarray, cases))
         np.testing.assert_allclose(t1, END)
         np.testing.assert_allclose(phi, expected, atol=2e-3 + 20.0 * rtol, rtol=2e-3)
+
+
+def held(amplitude: Scalar, frequency: Scalar, start: Scalar, m: Scalar) -> Rig:
+    """A mass at rest on a surface that holds up to 1 N, and an alternating force from a time on."""
+    parts = (
+        blocks.Sine(amplitude=amplitude, frequency=frequency, start_time=start),
+        translational.SignalForce(),
+        translational.Mass(m=m),
+        translational.StribeckFriction(Fc=0.8, Fs=1.0, vs=0.1),
+    )
+    return Rig(parts=parts, wiring=wire_held)
+
+
+def wire_held(source: Any, push: Any, mass: Any, friction: Any) -> Connections:
+    return connect(source.y, push.u), connect(push.flange, mass.a), connect(mass.b, friction.flange)
+
+
+def test_breaks_away_in_the_first_period() -> None:
+    """However long the steps are that the rest before has led to, and however short the force is above what holds."""
+    n, draw = 64, np.random.default_rng(1)
+    over, frequency = 10.0 ** draw.uniform(-5.0, 0.5, n), 10.0 ** draw.uniform(-1.0, 4.0, n)
+    start, m = 10.0 ** draw.uniform(-2.0, 2.0, n), 10.0 ** draw.uniform(-2.0, 2.0, n)
+
+    def first(amplitude: Scalar, frequency: Scalar, start: Scalar, m: Scalar) -> Any:
+        end = start + 10.0 / frequency
+        moves = lambda rig: rig.parts[3].acceleration - 1e-6 * amplitude / m  # noqa: E731
+        return simulate(held(amplitude, frequency, start, m), end, until=moves, save="end", throw=False).t1 - start
+
+    found = jax.jit(jax.vmap(first))(*map(jnp.asarray, (1.0 + over, frequency, start, m)))
+    expected = np.arcsin(1.0 / (1.0 + over)) / (2.0 * np.pi * frequency)
+    np.testing.assert_allclose(found * frequency, expected * frequency, atol=1e-4)

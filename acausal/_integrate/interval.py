@@ -1,0 +1,117 @@
+"""What the margins at the ends of an interval tell of what happens in between."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from .._reduce.angles import with_angles
+from .conditions import EventConditions, sign_of, signs
+
+PARTS = 4  # of a step, that are looked at one by one where events may be near
+TURN = 0.5 * math.pi  # by no more than which the fastest angle turns on a part
+
+
+class Point(NamedTuple):
+    """Margins and the angles that they are computed with, the rates of both at a time, and the sum of the steps of
+    stairs on which they are.
+    """
+
+    t: Any
+    g: Any
+    rate: Any
+    angle: Any
+    speed: Any
+    steps: Any
+
+
+class Verdict(NamedTuple):
+    """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x."""
+
+    passes: Any
+    is_found: Any
+    begins: Any
+    x: Any
+
+
+def seen(margins: Callable[[Any], Any], t: Any) -> Point:
+    """What is there at a time."""
+    here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
+    return Point(t, here.value, rates.value, here.angles, rates.angles, here.steps)
+
+
+def advance(low: Point, high: Point) -> Any:
+    """By how much the fastest angle turns on an interval: by the difference, and lest it turns there and back, by what
+    the rates at both ends agree on.
+    """
+    turned = (high.t - low.t) * jnp.minimum(jnp.abs(low.speed), jnp.abs(high.speed))
+    turned = jnp.maximum(turned, jnp.abs(high.angle - low.angle))
+    return jnp.max(jnp.where(jnp.isfinite(turned), turned, 0.0), initial=0.0)
+
+
+def may_turn(low: Point, high: Point, above: Any) -> Any:
+    """Which margins may be zero in between, though they need not be of another sign at the ends of an interval: those
+    that come near zero, and where angles turn fast, all that move.
+    """
+    moves = (low.g != high.g) | (low.rate != 0) | (high.rate != 0)
+    return _is_near(low, high, above) | (moves & (advance(low, high) > TURN))
+
+
+def _is_near(low: Point, high: Point, above: Any) -> Any:
+    """Which margins may become zero on an interval by as much as they vary there, or are not known; those that are
+    infinite at both ends, as at a stop that is infinitely far away, do not.
+    """
+    sign = -sign_of(above)
+    variation = jnp.abs(high.g - low.g) + (high.t - low.t) * (jnp.abs(low.rate) + jnp.abs(high.rate))
+    nearest = jnp.maximum(sign * low.g, sign * high.g)
+    return ~((nearest + variation < 0) | (nearest == -jnp.inf))
+
+
+def judged(
+    conditions: EventConditions, length: Any, short: Any, count: Any, low: Point, high: Point, above: Any, holds: Any
+) -> Verdict:
+    """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`."""
+    width, sign = high.t - low.t, -sign_of(above)
+    # Positive beyond the next change, and the rates towards it.
+    q0, q1, p0, p1 = sign * low.g, sign * high.g, sign * low.rate, sign * high.rate
+    after = signs(high.g, above)
+    changes = after != above
+    points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
+    bend = jnp.where(points, p0 - p1, 1.0)
+    bumps = points & (q0 + p0 * (q1 - q0 - p1 * width) / bend > 0)
+    # Where stairs have a step in between, margins may leap, and either side may bring them to zero on its own.
+    leaps = (low.steps != high.steps) & (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
+    turned, is_short = advance(low, high), width <= short
+    is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
+    turns = jnp.where(is_part, bumps | leaps, may_turn(low, high, above))
+    is_likely = jnp.any(conditions.may_begin(above, changes, turns, holds))
+    begins = conditions.begin(after, holds)
+    happens = jnp.any(begins)
+    aim = _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, changes, bumps, short, count)
+    share = jnp.where(is_part, aim, jnp.minimum(0.5, over(TURN, turned)))
+    return Verdict(
+        ~is_likely | (is_short & ~happens), is_short & happens, begins, low.t + jnp.clip(share, 0.0, 1.0) * width
+    )
+
+
+def _aim(q0: Any, q1: Any, p0: Any, p1: Any, width: Any, changes: Any, bumps: Any, short: Any, count: Any) -> Any:
+    """The share of an interval at which to look: by turns before and behind where the zero probably is, or at the
+    extremum, and lest that comes no nearer, half-way.
+    """
+    rise = q1 - q0
+    secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
+    # Where the margin bends one way only, its zero lies between the secant's and that of a tangent.
+    tangents = jnp.stack([-over(q0, p0 * width), 1.0 - over(q1, p1 * width)])
+    guesses = jnp.stack([secant, *jnp.where((tangents > 0) & (tangents < 1), tangents, secant)])
+    near, far = jnp.min(guesses, axis=0), jnp.max(guesses, axis=0)
+    turn = over(p0, p0 - p1)
+    which = jnp.argmin(jnp.where(changes, near, jnp.inf))
+    zero = jnp.where(count % 2 == 0, near[which] - short / width, far[which] + short / width)
+    share = jnp.where(jnp.any(bumps), jnp.min(jnp.where(bumps, turn, jnp.inf)), zero)
+    return jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share)
+
+
+def over(a: Any, b: Any) -> Any:
+    return jnp.where(b != 0, a / jnp.where(b != 0, b, 1.0), jnp.inf)

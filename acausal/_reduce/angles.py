@@ -1,0 +1,84 @@
+"""The angles that a function turns through, of which it takes sines and cosines, and its stairs of whole numbers."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
+
+from .jaxpr import bind, called, differentiable_call, is_floating
+
+_WAVES = ("sin", "cos", "tan")
+_STAIRS = {"floor": 0.0, "ceil": 0.0, "round": 0.5}
+
+
+class Traced(NamedTuple):
+    """The value of a function, all `angles` in rad that it computes with, a step of a stair being a full turn, and the
+    sum of the `steps` on which it is.
+    """
+
+    value: Any
+    angles: Any
+    steps: Any
+
+
+def with_angles(function: Callable[[Any], Any]) -> Callable[[Any], Traced]:
+    """The function, and what turns in it, besides what a loop inside it computes."""
+
+    def both(x: Any) -> Traced:
+        closed, shape = jax.make_jaxpr(function, return_shape=True)(x)
+        angles, stairs = [jnp.zeros(0)], [jnp.zeros(0)]
+        values = _walk(closed, jax.tree.leaves(x), angles, stairs)
+        heights = jnp.concatenate(stairs)
+        turns = jnp.concatenate([*angles, 2.0 * math.pi * heights])
+        return Traced(jax.tree.unflatten(jax.tree.structure(shape), values), turns, jnp.sum(jnp.floor(heights)))
+
+    return both
+
+
+def _walk(closed: ClosedJaxpr, inputs: Sequence[Any], angles: list[Any], stairs: list[Any]) -> list[Any]:
+    """The outputs; notes angles and heights of stairs on the way."""
+    jaxpr = closed.jaxpr
+    env: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
+    env |= dict(zip(jaxpr.constvars, closed.consts, strict=True))
+
+    def read(atom: Any) -> Any:
+        return jnp.asarray(atom.val) if isinstance(atom, Literal) else env[atom]
+
+    for eqn in jaxpr.eqns:
+        args = [read(atom) for atom in eqn.invars]
+        inner = called(eqn)
+        if inner is not None and _turns(inner):
+            results = _walk(inner, args, angles, stairs)
+        else:
+            results = bind(eqn, args)
+            _note(eqn, args, angles, stairs)
+        env |= dict(zip(eqn.outvars, results, strict=True))
+    return [read(atom) for atom in jaxpr.outvars]
+
+
+def _note(eqn: JaxprEqn, args: Sequence[Any], angles: list[Any], stairs: list[Any]) -> None:
+    name = eqn.primitive.name
+    if name in _WAVES:
+        angles.append(jnp.ravel(args[0]))
+    elif name in _STAIRS:
+        stairs.append(jnp.ravel(args[0]) + _STAIRS[name])
+    elif name == "rem" and is_floating(eqn.invars[0]):
+        stairs.append(jnp.ravel(args[0] / args[1]))
+    for body in _bodies(eqn):
+        if _turns(body):
+            _walk(body, args[len(args) - len(body.jaxpr.invars) :], angles, stairs)
+
+
+def _turns(closed: ClosedJaxpr) -> bool:
+    """Whether there is any such thing in a jaxpr."""
+    names = (*_WAVES, *_STAIRS, "rem")
+    return any(eqn.primitive.name in names or any(map(_turns, _bodies(eqn))) for eqn in closed.jaxpr.eqns)
+
+
+def _bodies(eqn: JaxprEqn) -> list[ClosedJaxpr]:
+    """What an equation computes from its last arguments, if it is no loop."""
+    branches = eqn.params["branches"] if eqn.primitive.name == "cond" else ()
+    return [body for body in (called(eqn), differentiable_call(eqn), *branches) if body is not None]
