@@ -73,6 +73,16 @@ def refreshed(page: Path, pictures: Path | None = None) -> str:
 
 
 @contextlib.contextmanager
+def namespace(page: Path, *, blocks: int) -> Iterator[types.ModuleType]:
+    """The module in which the first blocks of a page have been executed."""
+    text = page.read_text()
+    with _module(f"docs_page_{page.stem}") as module:
+        for match in list(_BLOCK.finditer(text))[:blocks]:
+            _run(Block((), match["code"], text.count("\n", 0, match.start("code")) + 1), module, page)
+        yield module
+
+
+@contextlib.contextmanager
 def _module(name: str) -> Iterator[types.ModuleType]:
     """A module for the classes of a page: their annotations are looked up in it."""
     module = types.ModuleType(name)

@@ -27,6 +27,7 @@ from ._math import Sum as Sum
 from ._math import WeightedSum as WeightedSum
 from ._nonlinear import DeadZone as DeadZone
 from ._nonlinear import Limiter as Limiter
+from ._nonlinear import Play as Play
 from ._nonlinear import SlewRateLimiter as SlewRateLimiter
 from ._nonlinear import SmoothSwitch as SmoothSwitch
 from ._nonlinear import Switch as Switch

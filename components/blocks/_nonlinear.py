@@ -15,6 +15,7 @@ from acausal import (
     Scalar,
     Var,
     eq,
+    kink,
     nonnegative,
     positive,
     prefer,
@@ -23,6 +24,7 @@ from acausal import (
 )
 
 from .. import _pieces as pieces
+from .._limit import limited
 from ._interfaces import SISO, Input, Output
 
 
@@ -82,6 +84,28 @@ class SlewRateLimiter(SISO):
 
     def events(self) -> Events:
         return pieces.passes(self._rate(), self.piece, -self.falling, self.rising)
+
+
+class Play(SISO):
+    """Hysteresis: y stays until u is `width`/2 away from it, and then follows at that distance.
+
+    T dy/dt = u - y -+ width/2 beyond that distance, with a lag T that is short against what u does. y starts at x.
+    """
+
+    width: Param[Scalar, "", nonnegative]  # of the loop, in u
+    T: Param[Scalar, "s", positive] = 1e-4  # lag
+    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+
+    def equations(self, d: Self) -> Equations:
+        lead = self.u.value - self.x
+        return dict(
+            follow=eq(self.T * d.x, lead - limited(lead, -0.5 * self.width, 0.5 * self.width)),
+            output=eq(self.y.value, self.x),
+        )
+
+    def events(self) -> Events:
+        lead = self.u.value - self.x
+        return dict(_above=kink(lead - 0.5 * self.width), _below=kink(lead + 0.5 * self.width))
 
 
 class Switch(Component):

@@ -5,7 +5,7 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
+from acausal import Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
 
 from .._limit import limited
 from ._interfaces import FluidPort
@@ -96,9 +96,9 @@ class CounterbalanceValve(PilotedValve):
 
 
 class PilotCheckValve(PilotedValve):
-    """Lets liquid pass from a to b, and back once the pilot opens it: p_a - p_b + ratio (p_x - p_a) > cracking.
+    """Lets liquid pass from a to b, and back once the pilot opens it: p_a - p_b + ratio (p_x - p_a)+ > cracking.
 
-    See `PilotedValve`.
+    ( )+ is 0 below zero: the pilot's piston pushes the poppet, and does not hold it. See `PilotedValve`.
     """
 
     cracking: Param[Scalar, "Pa", nonnegative]  # pressure of its spring
@@ -106,10 +106,31 @@ class PilotCheckValve(PilotedValve):
     pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
-        return self.dp + self.ratio * (self.pilot.p - self.a.p) - self.cracking
+        push = self.pilot.p - self.a.p
+        return self.dp + self.ratio * jnp.where(push > 0.0, push, 0.0) - self.cracking
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+    def events(self) -> Events:
+        return super().events() | dict(_pushes=kink(self.pilot.p - self.a.p))
+
+
+class BypassCompensator(PilotedValve):
+    """Lets the surplus of a fixed pump at a pass to b, so that p_a stays `margin` above the pressure of the load.
+
+    With a metering edge between a and the load it makes the flow to the load one of the edge alone: load sensing with
+    a fixed pump, or a three-way flow regulator. The port `load` senses only. See `PilotedValve`.
+    """
+
+    margin: Param[Scalar, "Pa", positive]  # above the load, at which it begins to open
+    load: FluidPort = FluidPort()
+
+    def excess(self) -> Scalar:
+        return self.a.p - self.load.p - self.margin
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.load.q))
 
 
 class FlowControlValve(Resistance):
@@ -130,39 +151,3 @@ class FlowControlValve(Resistance):
 
     def events(self) -> Events:
         return dict(_regulates=kink(self.dp - self.margin))
-
-
-class ShuttleValve(Component):
-    """Connects c with the higher one of a and b: the share of a's edge is 1/2 + (p_a - p_b)/(2 band), within 0 .. 1.
-
-    Each edge passes K sqrt(dp) with K = rated_flow/sqrt(rated_drop), rounded at zero as in `Orifice`. The ball is
-    without mass.
-    """
-
-    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    band: Param[Scalar, "Pa", positive] = 1e4  # difference of a and b that moves the ball over
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
-    a: FluidPort = FluidPort()
-    b: FluidPort = FluidPort()
-    c: FluidPort = FluidPort()
-
-    def equations(self, d: Self) -> Equations:
-        share = limited(0.5 * (1.0 + self._lead()), 0.0, 1.0)
-        conductance = self.rated_flow / jnp.sqrt(self.rated_drop)
-        return dict(
-            edge_a=eq(self.a.q, turbulent_flow(self.a.p - self.c.p, share * conductance, self.transition_pressure)),
-            edge_b=eq(
-                self.b.q, turbulent_flow(self.b.p - self.c.p, (1.0 - share) * conductance, self.transition_pressure)
-            ),
-            flow=eq(self.a.q + self.b.q + self.c.q),
-        )
-
-    def events(self) -> Events:
-        return dict(_at_a=kink(self._lead() - 1.0), _at_b=kink(self._lead() + 1.0))
-
-    def energy(self) -> Energy:
-        return Energy(dissipated=(self.a.p - self.c.p) * self.a.q + (self.b.p - self.c.p) * self.b.q)
-
-    def _lead(self) -> Scalar:
-        return (self.a.p - self.b.p) / self.band

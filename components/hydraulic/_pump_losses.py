@@ -4,7 +4,7 @@ import abc
 
 import jax.numpy as jnp
 
-from acausal import Param, Record, Scalar, nonnegative, positive
+from acausal import Events, Param, Record, Scalar, nonnegative, positive
 
 from ._valves import turbulent_flow
 
@@ -13,12 +13,17 @@ class PumpLosses(Record, partial=True):
     """What a machine of displacement D loses of flow and torque at the pressure rise dp and the speed w."""
 
     @abc.abstractmethod
-    def slip(self, displacement: Scalar, dp: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
+    def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         """Flow in m3/s from delivery to suction; viscosity in Pa.s."""
 
     @abc.abstractmethod
     def drag(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         """Torque in N.m against the rotation."""
+
+    def events(self, dp: Scalar, w: Scalar) -> Events:
+        """Where the machine cannot work; nowhere, unless the losses say so."""
+        del dp, w
+        return {}
 
 
 class LaminarLosses(PumpLosses, partial=True):
@@ -30,7 +35,7 @@ class LaminarLosses(PumpLosses, partial=True):
     T_c: Param[Scalar, "N.m", nonnegative] = 0.0  # friction of seals and bearings
     w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the sign
 
-    def slip(self, displacement: Scalar, dp: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
+    def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         return self.C_s * displacement * dp / viscosity
 
     def drag(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
@@ -56,9 +61,9 @@ class SchloesserLosses(LaminarLosses):
     C_h: Param[Scalar, "1", nonnegative] = 0.0  # hydrodynamic drag
     p_t: Param[Scalar, "Pa", positive] = 100.0  # width of the root
 
-    def slip(self, displacement: Scalar, dp: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
+    def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         conductance = self.C_st * displacement ** (2.0 / 3.0) * jnp.sqrt(2.0 / density)
-        return super().slip(displacement, dp, viscosity, density) + turbulent_flow(dp, conductance, self.p_t)
+        return super().slip(displacement, dp, w, viscosity, density) + turbulent_flow(dp, conductance, self.p_t)
 
     def drag(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         churning = self.C_h * 0.5 * density * w * jnp.abs(w) * displacement ** (5.0 / 3.0)

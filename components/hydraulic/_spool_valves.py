@@ -51,7 +51,9 @@ class Spool(Component, partial=True):
         return (sense * self.u.value - lap) / (1.0 - lap)
 
     def _edge(self, dp: Scalar, opening: Scalar, piece: Scalar) -> Scalar:
-        share = pieces.limited(opening, piece, 0.0, 1.0) + self.leakage
+        return self._flow(dp, pieces.limited(opening, piece, 0.0, 1.0) + self.leakage)
+
+    def _flow(self, dp: Scalar, share: Scalar) -> Scalar:
         conductance = self.rated_flow / jnp.sqrt(self.rated_drop) * share
         return turbulent_flow(dp, conductance, self.transition_pressure)
 
@@ -87,12 +89,8 @@ class ThreeWayValve(Spool):
         return Energy(dissipated=(self.p.p - self.a.p) * self.q_pa + (self.a.p - self.t.p) * self.q_at)
 
 
-class FourWayValve(Spool):
-    """4/3 or proportional valve: u > 0 joins p to a and b to t, u < 0 p to b and a to t.
-
-    A 4/2 valve is one whose signal is either -1 or 1. The dynamics of the spool are a block in front of u, such as
-    `blocks.SecondOrder`; see `ProportionalValve`. Not modelled: flow forces, which its actuator has to overcome.
-    """
+class FourEdges(Spool, partial=True):
+    """u > 0 joins p to a and b to t, u < 0 p to b and a to t."""
 
     q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
     q_pb: Var[Scalar, "m3/s"] = 0.0
@@ -119,7 +117,7 @@ class FourWayValve(Spool):
             bt=(self.q_bt, b - t, from_b, self.piece_bt),
         )
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         laws = {
             f"edge_{name}": eq(q, self._edge(dp, opening, piece))
             for name, (q, dp, opening, piece) in self._edges().items()
@@ -139,3 +137,11 @@ class FourWayValve(Spool):
 
     def energy(self) -> Energy:
         return Energy(dissipated=sum(dp * q for q, dp, _, _ in self._edges().values()))
+
+
+class FourWayValve(FourEdges):
+    """4/3 or proportional valve: u > 0 joins p to a and b to t, u < 0 p to b and a to t.
+
+    A 4/2 valve is one whose signal is either -1 or 1. The dynamics of the spool are a block in front of u, such as
+    `blocks.SecondOrder`; see `ProportionalValve`. `FourWaySpool` has flow forces, which its actuator has to overcome.
+    """

@@ -38,3 +38,42 @@ class LevelTank(Component):
     def energy(self) -> Energy:
         lifted = self.area * self.h * (self.pressure + 0.5 * self.density * self.g * self.h)
         return Energy(stored=lifted)
+
+
+class BootstrapTank(Component):
+    """A tank that the circuit itself keeps under pressure, by a small piston on the rod of the one on its liquid.
+
+    With the travel s: area ds/dt = q, pilot_area ds/dt = -q_pilot, and
+    p area = p_pilot pilot_area + preload + rate s + damping ds/dt. A run ends with an error when the tank is empty,
+    s < -stroke/1000, or full, s > stroke. Not modelled: the mass of the piston, leakage.
+    """
+
+    area: Param[Scalar, "m2", positive]  # of the large piston, on the liquid kept
+    pilot_area: Param[Scalar, "m2", nonnegative]  # of the small one, under the pressure of the circuit
+    stroke: Param[Scalar, "m", positive]  # from empty to full
+    preload: Param[Scalar, "N", nonnegative] = 0.0  # of a spring, when empty
+    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # of the spring
+    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # of the pistons' seals
+    s: Var[Scalar, "m", prefer] = 0.0  # travel of the pistons; area s is the liquid kept
+    v: Var[Scalar, "m/s"] = 0.0  # their speed
+    port: FluidPort = FluidPort()
+    pilot: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        push = self.pilot.p * self.pilot_area + self.preload + self.rate * self.s + self.damping * self.v
+        return dict(
+            speed=eq(self.v, d.s),
+            content=eq(self.area * self.v, self.port.q),
+            driven=eq(self.pilot.q, -self.pilot_area * self.v),
+            balance=eq(self.area * self.port.p, push),
+        )
+
+    def events(self) -> Events:
+        return dict(
+            dry=refuse(self.s < -1e-3 * self.stroke, "the tank is empty: its pump sucks air"),
+            over=refuse(self.s > self.stroke, "the tank is full: give it a relief valve, or a longer stroke"),
+        )
+
+    def energy(self) -> Energy:
+        stored = self.s * (self.preload + 0.5 * self.rate * self.s)
+        return Energy(stored=stored, dissipated=self.damping * self.v**2)

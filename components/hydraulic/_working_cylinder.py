@@ -7,7 +7,6 @@ import jax.numpy as jnp
 from acausal import (
     Component,
     Connections,
-    Energy,
     Equations,
     Events,
     Param,
@@ -24,12 +23,11 @@ from acausal import (
 )
 
 from ..translational import Flange, HardStop, Mass, StribeckFriction
-from . import _content as content
 from ._interfaces import FluidPort
-from ._liquids import AnyLiquid
+from ._two_chambers import TwoChambers
 
 
-class DoubleActingCylinder(Component):
+class DoubleActingCylinder(TwoChambers):
     """Two chambers of a liquid at a piston: liquid into a pushes the rod out, s grows; into b, back.
 
     With A_a = pi/4 (bore^2 - rod_a^2), A_b alike, V_a = dead_a + A_a s and V_b = dead_b + A_b (stroke - s), and
@@ -44,18 +42,10 @@ class DoubleActingCylinder(Component):
 
     bore: Param[Scalar, "m", positive]  # diameter of the piston
     stroke: Param[Scalar, "m", positive]
-    liquid: AnyLiquid
-    dead_a: Param[Scalar, "m3", positive]  # volume of chamber a at s = 0, lines included
-    dead_b: Param[Scalar, "m3", positive]  # volume of chamber b at s = stroke
     rod: Param[Scalar, "m", nonnegative] = 0.0  # diameter of the rod, in chamber b
     rod_a: Param[Scalar, "m", nonnegative] = 0.0  # of one that goes on through chamber a
-    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # past the piston
-    p_a: Var[Scalar, "Pa", prefer] = 0.0  # pressures of the chambers
-    p_b: Var[Scalar, "Pa", prefer] = 0.0
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed of the rod
     flange: Flange = Flange()
-    a: FluidPort = FluidPort()
-    b: FluidPort = FluidPort()
 
     def requirements(self) -> Requirements:
         return (
@@ -74,40 +64,20 @@ class DoubleActingCylinder(Component):
         return 0.25 * jnp.pi * (self.bore**2 - self.rod**2)
 
     def equations(self, d: Self) -> Equations:
-        (volume_a, volume_b), (into_a, into_b), liquid = self._volumes(), self._inflows(), self.liquid
-        swept_a = self.area_a * liquid.relative_density(self.p_a) * self.v
-        swept_b = self.area_b * liquid.relative_density(self.p_b) * self.v
-        return dict(
-            pressure_a=eq(self.p_a, self.a.p),
-            pressure_b=eq(self.p_b, self.b.p),
+        return super().equations(d) | dict(
             speed=eq(self.v, d.flange.s),
-            content_a=eq(content.capacity(liquid, volume_a, self.p_a, 0.0) * d.p_a, into_a - swept_a),
-            content_b=eq(content.capacity(liquid, volume_b, self.p_b, 0.0) * d.p_b, into_b + swept_b),
             force=eq(self.flange.f, self.p_b * self.area_b - self.p_a * self.area_a),
         )
 
     def events(self) -> Events:
-        volume_a, volume_b = self._volumes()
-        lost = (volume_a < 0.5 * self.dead_a) | (volume_b < 0.5 * self.dead_b)
-        return dict(lost=refuse(lost, "the piston is beyond its ends: give the rod stops, or take a HydraulicCylinder"))
+        reason = "the piston is beyond its ends: give the rod stops, or take a HydraulicCylinder"
+        return dict(lost=refuse(self._lost(), reason))
 
-    def energy(self) -> Energy:
-        (volume_a, volume_b), (into_a, into_b) = self._volumes(), self._inflows()
-        in_a = self.liquid.account(self.p_a, volume_a, into_a, self.area_a * self.v)
-        in_b = self.liquid.account(self.p_b, volume_b, into_b, -self.area_b * self.v)
-        return Energy(
-            stored=in_a.stored + in_b.stored,
-            supplied=in_a.supplied + in_b.supplied,
-            dissipated=self.leakage * (self.p_a - self.p_b) ** 2,
-        )
+    def _swept(self) -> tuple[Scalar, Scalar]:
+        return self.area_a * self.flange.s, self.area_b * (self.stroke - self.flange.s)
 
-    def _volumes(self) -> tuple[Scalar, Scalar]:
-        s = self.flange.s
-        return self.dead_a + self.area_a * s, self.dead_b + self.area_b * (self.stroke - s)
-
-    def _inflows(self) -> tuple[Scalar, Scalar]:
-        leaked = self.leakage * (self.p_a - self.p_b)
-        return self.a.q - leaked, self.b.q + leaked
+    def _growth(self) -> tuple[Scalar, Scalar]:
+        return self.area_a * self.v, -self.area_b * self.v
 
 
 class HydraulicCylinder(Component):

@@ -20,19 +20,36 @@ GAS = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=
 HOLE = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
 CYLINDER = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
 BYPASS = hydraulic.CheckValve(conductance=1.3, cracking_pressure=0.5, transition_pressure=0.6)
+MAP = hydraulic.MappedLosses(
+    speeds=[0.5, 2.0, 90.0],
+    pressures=[0.3, 1.0, 90.0],
+    slips=[[0.1, 0.2, 0.4], [0.2, 0.3, 0.5], [0.3, 0.5, 0.8]],
+    drags=[[0.2, 0.4, 0.5], [0.3, 0.5, 0.6], [0.4, 0.7, 0.9]],
+    p_t=0.7,
+)
+EDGE = hydraulic.MeteringEdge(width=1.3, stroke=0.8, density=1.2, lap=0.1, leak=0.05, transition_pressure=0.6)
+STAGE = hydraulic.PilotStage(w=1.3, D=0.4, rate=0.7)
 LOSS = hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE)
 
 FLUID: tuple[Component, ...] = (
     hydraulic.AnnularGap(diameter=0.7, clearance=0.9, length=0.8, liquid=OIL, eccentricity=0.4),
+    hydraulic.BootstrapTank(area=1.3, pilot_area=0.4, stroke=0.9, preload=0.3, rate=0.7, damping=0.2),
+    hydraulic.BypassCompensator(margin=0.3, **PILOTED),
     hydraulic.Chamber(volume=1.3, liquid=OIL, wall=0.1),
     hydraulic.Chamber(volume=1.3, liquid=LINEAR, wall=0.1),
+    hydraulic.Cooler(resistance=0.7, UA=1.3, density=1.2, specific_heat=0.8),
     hydraulic.CounterbalanceValve(pressure=0.4, ratio=1.3, **PILOTED),
+    hydraulic.DecelerationValve(
+        rated_flow=1.3, rated_drop=0.7, start=0.1, length=0.7, rate=0.4, leakage=0.1, transition_pressure=0.6
+    ),
     hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
     hydraulic.DoubleActingCylinder(liquid=LINEAR, rod_a=0.4, **CYLINDER),
     hydraulic.EndCushion(gap=0.1, length=0.7, sense=-1.0, end=0.4, **HOLE),
     hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
     hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
+    hydraulic.FixedPump(**(PUMP | dict(losses=MAP))),
     hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
+    hydraulic.FourWaySpool.of(EDGE),
     hydraulic.FourWayValve(**SPOOL),
     hydraulic.GasAccumulator(n=1.3, **GAS),
     hydraulic.HydraulicCylinder(
@@ -48,16 +65,26 @@ FLUID: tuple[Component, ...] = (
     hydraulic.LiquidOrifice(**HOLE),
     hydraulic.LoadSensingPump(tau=0.4, p_set=1.3, band=0.7, margin=0.3, band_set=0.8, **PUMP),
     hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE),
+    EDGE,
     hydraulic.PilotCheckValve(cracking=0.4, ratio=1.3, **PILOTED),
+    STAGE,
     hydraulic.PilotReliefValve(pressure=0.4, **PILOTED),
     hydraulic.Pipe(n=3, liquid=OIL, wall=0.1, **SIZE),
     hydraulic.Pipe(n=2, liquid=LINEAR, wall=0.1, friction=hydraulic.BlasiusFriction(), **SIZE),
     hydraulic.PoppetValve(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6),
+    hydraulic.PowerLimitedPump(tau=0.4, p_set=1.3, band=0.7, power=0.5, **PUMP),
     hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
     hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
     hydraulic.ProportionalValve(spool=blocks.SecondOrder(w=1.3, D=0.4), valve=hydraulic.FourWayValve(**SPOOL)),
+    hydraulic.PurgeValve(rated_flow=1.3, rated_drop=0.7, threshold=0.2, band=0.8, transition_pressure=0.6),
+    hydraulic.RipplingPump(ripple=0.2, pulses=0.3, **PUMP),
+    hydraulic.RotaryVaneActuator(liquid=OIL, displacement=0.7, angle=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2),
     hydraulic.SequenceValve(pressure=0.4, **PILOTED),
+    hydraulic.ServoPump(swash=STAGE, pump=hydraulic.VariablePump(**PUMP)),
+    hydraulic.ServoValve(play=blocks.Play(width=0.3, T=0.4), stage=STAGE, valve=hydraulic.FourWayValve(**SPOOL)),
     hydraulic.ShuttleValve(rated_flow=1.3, rated_drop=0.7, band=0.8, transition_pressure=0.6),
+    hydraulic.SingleActingCylinder(bore=1.3, liquid=OIL, dead=3.0),
+    hydraulic.SixWayValve(bypass_flow=0.9, closed=0.7, **SPOOL),
     hydraulic.SpringAccumulator(capacity=0.8, resistance=0.6, preload=0.4, stiffness=1.3),
     hydraulic.TJunction(loss_a=LOSS, loss_b=LOSS, loss_c=LOSS),
     hydraulic.ThermalAccumulator(tau=0.4, T_0=0.9, T=1.1, kappa=1.3, **GAS),

@@ -25,6 +25,8 @@ PUMP = dict(displacement=1.0, liquid=OIL, losses=hydraulic.WilsonLosses())
 CYLINDER = dict(bore=1.0, stroke=1.0, liquid=OIL, dead_a=1.0, dead_b=1.0)
 GAS = dict(capacity=0.5, resistance=1.0, volume=1.0, precharge=1.0)
 PIPE = dict(n=2, length=1.0, diameter=0.1, liquid=OIL)
+STAGE = hydraulic.PilotStage(w=1.0, D=1.0, rate=1.0)
+EDGE = hydraulic.MeteringEdge(width=1.0, stroke=1.0, density=1.0)
 # What numbers of 1 for all parameters without a default would not do.
 MACHINE = electrical.DqMachine(p=2.0, psi=1.0, Ld=1.0, Lq=2.0, Rs=0.5)
 ARGUMENTS: dict[str, dict[str, Any]] = {
@@ -32,6 +34,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "Battery": dict(Q=1.0, charges=GRID, voltages=GRID + 1.0, R0=1.0, R=[1.0, 2.0], C=[1.0, 2.0]),
     "BearingFriction": dict(speeds=GRID, torques=GRID + 1.0),
     "BrushedMotor": dict(R=1.0, k=1.0, J=1.0, winding=1.0, housing=1.0, G_wh=1.0, G_ha=1.0, L=1.0, brush=1.0),
+    "BypassCompensator": dict(margin=1.0, **PILOTED),
     "Chamber": dict(volume=1.0, liquid=OIL),
     "CounterbalanceValve": dict(pressure=1.0, ratio=1.0, **PILOTED),
     "DCMotor": dict(R=1.0, k=1.0, J=1.0, L=1.0, friction=1.0),
@@ -86,6 +89,13 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "VariablePump": PUMP,
     "WeightedSum": dict(k=[1.0, -1.0]),
     "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
+    "FourWaySpool": dict(pa=EDGE, pb=EDGE, at=EDGE, bt=EDGE),
+    "PowerLimitedPump": dict(tau=1.0, p_set=1.0, band=1.0, power=1.0, **PUMP),
+    "RipplingPump": dict(ripple=0.5, pulses=9.0, **PUMP),
+    "RotaryVaneActuator": dict(displacement=1.0, angle=1.0, liquid=OIL, dead_a=1.0, dead_b=1.0),
+    "ServoPump": dict(swash=STAGE, pump=hydraulic.VariablePump(**PUMP)),
+    "ServoValve": dict(play=blocks.Play(width=0.1), stage=STAGE, valve=hydraulic.FourWayValve(**RATED)),
+    "SingleActingCylinder": dict(bore=1.0, liquid=OIL, dead=1.0),
     "EndCushion": dict(area=1.0, gap=0.5, length=1.0, liquid=OIL),
     "Filter": dict(element=hydraulic.LaminarResistance(resistance=1.0), bypass=hydraulic.CheckValve(conductance=1.0)),
     "ProportionalValve": dict(spool=blocks.SecondOrder(w=1.0, D=1.0), valve=hydraulic.FourWayValve(**RATED)),

@@ -47,6 +47,7 @@ EXAMPLES: tuple[Component, ...] = (
     blocks.PI(k=1.3, T=0.7),
     blocks.PID(k=1.3, Ti=0.7, Td=0.2),
     blocks.PWMAverage(),
+    blocks.Play(width=0.3, T=0.4),
     blocks.Product(),
     blocks.Pulse(amplitude=1.3, period=0.9),
     blocks.Ramp(height=1.3, duration=0.9),

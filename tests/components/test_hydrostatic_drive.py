@@ -1,21 +1,30 @@
 """Electro-hydrostatic actuators: a pump between the chambers of a cylinder, in a closed circuit."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _rig import Part, Rig
 
-from acausal import Connections, connect, simulate
+from acausal import Component, Connections, connect, replace, simulate
 from components.blocks import Sine, Step
 from components.hydraulic import (
     ConstantPressure,
     DoubleActingCylinder,
+    FixedPump,
+    GasAccumulator,
+    HydraulicCylinder,
     IdealCheckValve,
     LaminarResistance,
     LinearLiquid,
+    PilotCheckValve,
     Pump,
+    ReliefValve,
+    WilsonLosses,
+    iso_vg_46,
 )
 from components.rotational import SignalSpeed
-from components.translational import Damper, Fixed, Mass, SignalForce, Spring
+from components.translational import Damper, Fixed, Flange, Mass, SignalForce, Spring
 
 LIQUID = LinearLiquid(density=860.0, bulk_modulus=1.2e9, viscosity=3e-5)
 AREA, RADIUS = 8e-4, 0.005
@@ -95,3 +104,90 @@ def test_check_valves_of_a_closed_circuit() -> None:
         once, tenfold = (np.asarray(sol[name]) for sol in found)
         np.testing.assert_allclose(once, of_finite, atol=1e-6 * size, err_msg=name)
         np.testing.assert_allclose((10.0 * tenfold - once) / 9.0, of_ideal, atol=1e-5 * size, err_msg=name)
+
+
+class Actuator(Component):
+    """A pump at a given speed between the chambers of a cylinder; what these take or leave over, an accumulator gives
+    through pilot-operated check valves.
+    """
+
+    speed: Sine
+    drive: SignalSpeed
+    pump: FixedPump
+    accumulator: GasAccumulator
+    check_a: PilotCheckValve
+    check_b: PilotCheckValve
+    relief_a: ReliefValve
+    relief_b: ReliefValve
+    cylinder: HydraulicCylinder
+    load: Mass
+    spring: Spring
+    wall: Fixed
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.speed.y, self.drive.u),
+            connect(self.drive.flange, self.pump.shaft),
+            connect(self.pump.b, self.cylinder.a, self.check_a.b, self.check_b.pilot, self.relief_a.a),
+            connect(self.pump.a, self.cylinder.b, self.check_b.b, self.check_a.pilot, self.relief_b.a),
+            connect(self.accumulator.port, self.check_a.a, self.check_b.a, self.relief_a.b, self.relief_b.b),
+            connect(self.cylinder.flange, self.load.a, self.spring.b),
+            connect(self.wall.flange, self.spring.a),
+        )
+
+
+def actuator() -> Actuator:
+    oil = iso_vg_46()
+    chambers = DoubleActingCylinder(
+        bore=0.04, rod=0.02, stroke=0.2, liquid=oil, dead_a=5e-5, dead_b=5e-5, p_a=2.3e6, p_b=1e6
+    )
+    check = PilotCheckValve(cracking=2e4, ratio=3.0, rated_flow=3e-4, rated_drop=2e5, band=1e5)
+    relief = ReliefValve(conductance=1e-9, cracking_pressure=1.8e7)
+    return Actuator(
+        speed=Sine(amplitude=200.0, frequency=1.0),
+        drive=SignalSpeed(),
+        pump=FixedPump(displacement=0.4e-6, liquid=oil, losses=WilsonLosses(C_s=2e-9, C_v=1e5, C_f=0.02)),
+        accumulator=GasAccumulator(capacity=2e-4, resistance=1e8, volume=3e-4, precharge=5e5, V=1.2e-4),
+        check_a=check,
+        check_b=check,
+        relief_a=relief,
+        relief_b=relief,
+        cylinder=HydraulicCylinder(chambers=chambers, m=2.0, Fc=80.0, Fs=120.0, vs=0.02, C=300.0),
+        load=Mass(m=60.0, v=0.0, a=Flange(s=0.05)),
+        spring=Spring(c=2e4, s_rel0=-0.05),
+        wall=Fixed(),
+    )
+
+
+@pytest.mark.slow
+def test_hydrostatic_actuator() -> None:
+    """With a differential and with a symmetric cylinder: both chambers stay under pressure, and energy is balanced."""
+    for rod_a in (0.0, 0.02):
+        model = replace(actuator(), {"cylinder.chambers.rod_a": rod_a})
+        sol = simulate(model, 1.2, save="steps", energy=True)
+        dissipated = float(sol.energy.totals[2])
+        assert abs(float(sol.energy.imbalance)) < 1e-6 * dissipated
+        for name in ("p_a", "p_b"):
+            assert float(np.min(sol[f"cylinder.chambers.{name}"])) > 4e5
+        # The oil's way: what the pump displaces in half a period, less slip and what compression takes.
+        swept = 2.0 * 200.0 * 0.4e-6 / (2.0 * np.pi)
+        lift = float(np.max(sol["load.a.s"])) - 0.05
+        area = np.pi / 4.0 * (0.04**2 - 0.02**2)
+        assert 0.9 * swept / (np.pi / 4.0 * 0.04**2) < lift < swept / area
+
+
+@pytest.mark.slow
+def test_gradients_of_the_hydrostatic_actuator() -> None:
+    names, base = ("pump.displacement", "accumulator.V", "cylinder.chambers.bore"), jnp.array([0.4e-6, 1.2e-4, 0.04])
+    model = actuator()
+
+    def reached(scales: jax.Array, rtol: float = 1e-6) -> jax.Array:
+        changed = replace(model, dict(zip(names, base * scales, strict=True)))
+        return jnp.asarray(simulate(changed, 0.3, save="end", rtol=rtol).final.load.a.s)
+
+    here, along = jnp.ones(3), jnp.array([1.0, 1.0, 0.1])
+    forward = jax.jvp(reached, (here,), (along,))[1]
+    h = 1e-4
+    ahead, behind = (reached(here + sign * h * along, rtol=1e-9) for sign in (1.0, -1.0))
+    assert float(forward) == pytest.approx(float(jax.grad(reached)(here) @ along), rel=1e-7)
+    assert float(forward) == pytest.approx(float((ahead - behind) / (2.0 * h)), rel=1e-3)

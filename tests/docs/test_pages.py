@@ -27,6 +27,7 @@ LONG = (
     "events.md",
     "initialise.md",
     "linearise.md",
+    "servo.md",
     "signs.md",
     "simulate.md",
 )  # they compile many models

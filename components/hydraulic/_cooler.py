@@ -1,0 +1,45 @@
+"""What takes heat out of a circuit."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Equations, Events, Param, Scalar, eq, kink, nonnegative, positive
+
+from ..thermal import HeatPort
+from ._interfaces import TwoPort
+
+
+class Cooler(TwoPort):
+    """Oil passes from a to b against a laminar resistance, and gives heat to a coolant of one temperature.
+
+    dp = resistance q and Q = C [1 - exp(-UA/C)] (T_oil - T_coolant), with the capacity flow C = density
+    specific_heat |q| (a heat exchanger of NTU = UA/C; Kays, London, `Compact Heat Exchangers`). Liquids have no
+    temperature of their own in this library: that of the oil is the one of the heat port `oil`, a `HeatCapacitor` of
+    all the oil in the tank, which takes dp q and gives Q. No energy is lost.
+    """
+
+    resistance: Param[Scalar, "Pa.s/m3", nonnegative]  # pressure drop per flow
+    UA: Param[Scalar, "W/K", positive]  # heat transfer coefficient times surface
+    density: Param[Scalar, "kg/m3", positive] = 870.0  # of the oil
+    specific_heat: Param[Scalar, "J/(kg.K)", positive] = 1950.0  # of the oil
+    oil: HeatPort = HeatPort()
+    coolant: HeatPort = HeatPort()
+
+    def equations(self, d: Self) -> Equations:
+        heat = self._conductance() * (self.oil.T - self.coolant.T)
+        return super().equations(d) | dict(
+            law=eq(self.dp, self.resistance * self.q),
+            cooled=eq(self.oil.Q_flow, heat - self.dp * self.q),
+            warmed=eq(self.coolant.Q_flow, -heat),
+        )
+
+    def events(self) -> Events:
+        return dict(_turns=kink(self.q))
+
+    def _conductance(self) -> Scalar:
+        """Q per difference of temperature."""
+        capacity = self.density * self.specific_heat * jnp.where(self.q < 0.0, -self.q, self.q)
+        # So little flow leaves with the temperature of the coolant; the quotient would be one by zero.
+        is_slow = capacity < 1e-2 * self.UA
+        return jnp.where(is_slow, capacity, -capacity * jnp.expm1(-self.UA / jnp.where(is_slow, self.UA, capacity)))

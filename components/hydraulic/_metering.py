@@ -1,0 +1,165 @@
+"""Edges that a rod opens and closes, with the forces on it."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Connections,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    nonnegative,
+    nonzero,
+    positive,
+    require,
+)
+
+from .. import _pieces as pieces
+from ..translational import Flange
+from ._interfaces import FluidPort
+from ._valves import Resistance, turbulent_flow
+
+
+class MeteringEdge(Resistance):
+    """An edge of a spool with the flow force on it: with the opening y = sense s - lap, limited to 0 .. stroke,
+
+    q = C_d (width y + leak) sqrt(2 dp/rho), and the jet pulls the spool closed, whichever way it flows, with
+    2 C_d C_v cos(jet) width y |dp| (von Mises; Merritt, `Hydraulic Control Systems`, ch. 5). Both are rounded at
+    dp = 0 as in `Orifice`. What the flow force does to the rod, the liquid's momentum pays: it is booked as supplied.
+    Not modelled: the force of a flow that changes.
+    """
+
+    width: Param[Scalar, "m", positive]  # area of the opening per travel, pi d for a full ring
+    stroke: Param[Scalar, "m", positive]  # full opening
+    density: Param[Scalar, "kg/m3", positive]  # rho
+    lap: Param[Scalar, "m"] = 0.0  # travel before it opens; negative where it is open in the middle
+    leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where growing s opens it, -1 where it closes it
+    jet: Param[Scalar, "rad"] = 1.2043  # angle of the jet against the axis, 69 degrees
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
+    v: Var[Scalar, "m/s"] = 0.0  # speed of the rod
+    rod: Flange = Flange()
+
+    def requirements(self) -> Requirements:
+        return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
+
+    def events(self) -> Events:
+        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        area = self.width * self._opening() + self.leak
+        conductance = self.discharge_coefficient * area * jnp.sqrt(2.0 / self.density)
+        return super().equations(d) | dict(
+            speed=eq(self.v, d.rod.s),
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
+            force=eq(self.rod.f, self.sense * self._flow_force()),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.dp * self.q, supplied=-self.sense * self._flow_force() * self.v)
+
+    def _travel(self) -> Scalar:
+        return (self.sense * self.rod.s - self.lap) / self.stroke
+
+    def _opening(self) -> Scalar:
+        return self.stroke * pieces.limited(self._travel(), self.piece, 0.0, 1.0)
+
+    def _flow_force(self) -> Scalar:
+        coefficient = 2.0 * self.discharge_coefficient * self.velocity_coefficient * jnp.cos(self.jet)
+        pressure = self.dp**2 / jnp.sqrt(self.dp**2 + self.transition_pressure**2)
+        return coefficient * self.width * self._opening() * pressure
+
+
+class FourWaySpool(Component):
+    """The spool of a 4/3 valve with four edges, moved by its rod: s > 0 joins p to a and b to t, s < 0 p to b, a to t.
+
+    `FourWaySpool.of(MeteringEdge(...))` has four edges alike. With a `Mass`, centring springs and a `Solenoid` on the
+    rod it is a valve that its actuator has to hold against the flow; `FourWayValve` is the one that a signal moves.
+    """
+
+    pa: MeteringEdge
+    pb: MeteringEdge
+    at: MeteringEdge
+    bt: MeteringEdge
+    rod: Flange = Flange()
+    p: FluidPort = FluidPort()
+    t: FluidPort = FluidPort()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    @classmethod
+    def of(cls, edge: MeteringEdge) -> Self:
+        """A spool whose edges are all like the one that opens p to a as s grows."""
+        values: dict[str, Any] = {name: getattr(edge, name) for name in _ALIKE}
+        opened, closed = MeteringEdge(**values, sense=edge.sense), MeteringEdge(**values, sense=-edge.sense)
+        return cls(pa=opened, pb=closed, at=closed, bt=opened)
+
+    def connections(self) -> Connections:
+        edges = (self.pa, self.pb, self.at, self.bt)
+        return (
+            connect(self.rod, *(edge.rod for edge in edges)),
+            connect(self.p, self.pa.a, self.pb.a),
+            connect(self.t, self.at.b, self.bt.b),
+            connect(self.a, self.pa.b, self.at.a),
+            connect(self.b, self.pb.b, self.bt.a),
+        )
+
+
+_ALIKE = (
+    "width", "stroke", "density", "lap", "leak", "jet", "discharge_coefficient", "velocity_coefficient",
+    "transition_pressure",
+)  # fmt: skip
+
+
+class DecelerationValve(Resistance):
+    """A valve whose roller a cam on the load presses in, so that a cylinder comes to its end slowly.
+
+    With the depth y = sense s - start, above 0: q = K (1 - y/length + leakage) sqrt(dp), K = rated_flow/
+    sqrt(rated_drop), closed from y = length on; the roller pushes back with rate y. Root as in `Orifice`.
+    """
+
+    rated_flow: Param[Scalar, "m3/s", positive]  # fully open
+    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
+    start: Param[Scalar, "m"]  # position, times sense, where the cam meets the roller
+    length: Param[Scalar, "m", positive]  # way along which it closes
+    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # of the roller's spring
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # of the closed valve, as an opening
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where growing s closes it, -1 where it opens it
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 before the cam, 1 closing, 2 closed
+    rod: Flange = Flange()
+
+    def requirements(self) -> Requirements:
+        return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
+
+    def events(self) -> Events:
+        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        share = 1.0 - pieces.limited(self._travel(), self.piece, 0.0, 1.0) + self.leakage
+        conductance = share * self.rated_flow / jnp.sqrt(self.rated_drop)
+        return super().equations(d) | dict(
+            law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
+            force=eq(self.rod.f, self.sense * self.rate * self._depth()),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.rate * self._depth() ** 2, dissipated=self.dp * self.q)
+
+    def _travel(self) -> Scalar:
+        return (self.sense * self.rod.s - self.start) / self.length
+
+    def _depth(self) -> Scalar:
+        return self.length * jnp.where(self.piece < 0.5, 0.0, self._travel())

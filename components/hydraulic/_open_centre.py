@@ -1,0 +1,47 @@
+"""Directional valves of mobile machines."""
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import Discrete, Equations, Events, Param, Scalar, Var, eq, positive
+
+from .. import _pieces as pieces
+from ._interfaces import FluidPort
+from ._spool_valves import FourEdges
+
+
+class SixWayValve(FourEdges):
+    """6/3 valve with an open centre: the edges of a `FourWayValve`, and a bypass from c to d that closes as they open.
+
+    The bypass passes K_c (1 - |u|/closed) sqrt(dp), limited to 0 .. 1, with K_c = bypass_flow/sqrt(rated_drop): in the
+    middle the pump's flow goes on to the next valve, or to the tank, without pressure. See `Spool` for edges and root.
+    """
+
+    bypass_flow: Param[Scalar, "m3/s", positive]  # through the open bypass, at rated_drop
+    closed: Param[Scalar, "1", positive] = 0.6  # |u| from which on the bypass is closed
+    q_cd: Var[Scalar, "m3/s"] = 0.0  # flow from c to d
+    piece_cd: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 and 2 partly open, 3 closed: how many knots u is above
+    c: FluidPort = FluidPort()
+    d: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        share = self.bypass_flow / self.rated_flow * self._bypass()
+        return super().equations(d) | dict(
+            edge_cd=eq(self.q_cd, self._flow(self.c.p - self.d.p, share)),
+            flow_c=eq(self.c.q, self.q_cd),
+            flow_d=eq(self.d.q, -self.q_cd),
+        )
+
+    def events(self) -> Events:
+        share = self.u.value / self.closed
+        return super().events() | pieces.passes(share, self.piece_cd, -1.0, 0.0, 1.0, name="piece_cd")
+
+    def energy(self) -> Any:
+        account = super().energy()
+        return account._replace(dissipated=account.dissipated + (self.c.p - self.d.p) * self.q_cd)
+
+    def _bypass(self) -> Scalar:
+        share = self.u.value / self.closed
+        closing = jnp.where(self.piece_cd < 1.5, 1.0 + share, 1.0 - share)
+        return jnp.where(jnp.abs(self.piece_cd - 1.5) < 1.0, closing, 0.0)

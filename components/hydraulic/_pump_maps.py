@@ -1,0 +1,63 @@
+"""Losses of pumps and motors by measured maps."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+
+from acausal import Events, Param, Requirements, Scalar, Vector, kink, nonnegative, positive, refuse
+
+from .._checks import sampled
+from .._tables import clamped, monotone_cubic
+from ._pump_losses import PumpLosses
+
+
+class MappedLosses(PumpLosses):
+    """Slip and drag from measurements over speed and pressure, at the viscosity at which they were made.
+
+    Both are found from the sizes of w and dp by cubics that rise and fall only where the samples do (Fritsch, Butland
+    1984), first along the pressure and then along the speed; slip has the sign of dp and drag that of w, rounded by
+    tanh. Below the map its edge holds; beyond its highest pressure or speed a run ends with an error.
+    `MappedLosses.from_efficiencies(...)` takes the efficiencies of a data sheet. Differentiable in all samples.
+    """
+
+    speeds: Param[Vector, "rad/s"]  # increasing
+    pressures: Param[Vector, "Pa"]  # increasing
+    slips: Param[Vector, "m3/s", nonnegative]  # a row for each speed, a column for each pressure
+    drags: Param[Vector, "N.m", nonnegative]  # alike
+    p_t: Param[Scalar, "Pa", positive] = 1e5  # width of the sign of dp
+    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the sign of w
+
+    @classmethod
+    def from_efficiencies(
+        cls, *, displacement: Any, speeds: Any, pressures: Any, volumetric: Any, mechanical: Any
+    ) -> Self:
+        """From efficiencies as a pump: slip D w (1 - eta_v) and drag D dp (1/eta_m - 1), a row for each speed."""
+        w, dp = jnp.asarray(speeds, float), jnp.asarray(pressures, float)
+        slips = displacement * w[:, None] * (1.0 - jnp.asarray(volumetric))
+        drags = displacement * dp * (1.0 / jnp.asarray(mechanical) - 1.0)
+        return cls(speeds=w, pressures=dp, slips=slips, drags=drags)
+
+    def requirements(self) -> Requirements:
+        return sampled(self, "slips", "speeds", "pressures") + sampled(self, "drags", "speeds", "pressures")
+
+    def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
+        del displacement, viscosity, density
+        return self._at(self.slips, dp, w) * jnp.tanh(dp / self.p_t)
+
+    def drag(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
+        del displacement, viscosity, density
+        return self._at(self.drags, dp, w) * jnp.tanh(w / self.w_t)
+
+    def events(self, dp: Scalar, w: Scalar) -> Events:
+        is_beyond = (jnp.abs(dp) > self.pressures[-1]) | (jnp.abs(w) > self.speeds[-1])
+        return dict(
+            _pressure=kink(jnp.abs(dp) - self.pressures[0]),
+            _speed=kink(jnp.abs(w) - self.speeds[0]),
+            beyond=refuse(is_beyond, "pressure or speed is beyond the map of losses: extend the map"),
+        )
+
+    def _at(self, samples: Vector, dp: Scalar, w: Scalar) -> Scalar:
+        dp, w = (clamped(jnp.abs(x), knots) for x, knots in ((dp, self.pressures), (w, self.speeds)))
+        along = jnp.asarray(jax.vmap(lambda row: monotone_cubic(dp, self.pressures, row))(samples))
+        return monotone_cubic(w, self.speeds, along)
