@@ -1,9 +1,11 @@
 """Inertia, stiffness, damping and the fixed point."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
 
+from .._starts import placed
 from ._interfaces import Compliant, Flange
 
 
@@ -38,13 +40,33 @@ class Fixed(Component):
 class Inertia(Component):
     """A rigid rotor, J dw/dt = tau_a + tau_b (MSL `Inertia`).
 
-    Its angle is that of its flanges, and so is the one it starts from: `Inertia(J=1.0, a=Flange(phi=0.3))`.
+    `Inertia(J=..., phi=..., w=...)` starts at an angle and with a speed. The angle is that of its flanges: phi is no
+    variable of its own, but `inertia.phi` reads `inertia.a.phi`, by which name results and start values know it.
     """
 
     J: Param[Scalar, "kg.m2", positive]  # moment of inertia
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     a: Flange = Flange()
     b: Flange = Flange()
+
+    def __init__(
+        self,
+        *,
+        J: Param[Scalar, "kg.m2"],
+        phi: Any = None,  # angle at the start
+        w: Any = None,
+        a: Flange | None = None,
+        b: Flange | None = None,
+        nominal: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.J, self.w = J, w
+        self.nominal = {} if nominal is None else nominal
+        self.a, self.b = placed(self, Flange, "phi", phi, a), Flange() if b is None else b
+
+    @property
+    def phi(self) -> Scalar:
+        """The angle in rad."""
+        return self.a.phi
 
     def equations(self, d: Self) -> Equations:
         return dict(

@@ -1,6 +1,7 @@
 """Mass, stiffness, damping and the fixed point."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 import jax.numpy as jnp
 
@@ -15,11 +16,14 @@ from acausal import (
     Var,
     eq,
     kink,
+    magnitude,
     nonnegative,
     positive,
     prefer,
 )
 
+from .._checks import numbers
+from .._starts import placed
 from ._interfaces import Compliant, Flange
 
 
@@ -51,20 +55,57 @@ class Fixed(Component):
         return dict(held=eq(self.flange.s, 0.0 if self.place is None else self.place.s0))
 
 
-class Mass(Component):
-    """A rigid body of no length, m dv/dt = f_a + f_b (MSL `Mass` with L = 0; a `SlidingMass` has a length).
+class Length(Record):
+    """How long a body is."""
 
-    Its position is that of its flanges, and so is the one it starts from: `Mass(m=1.0, a=Flange(s=0.3))`.
+    L: Param[Scalar, "m"]  # from a to b
+
+
+class Mass(Component):
+    """A rigid body, m dv/dt = f_a + f_b, with its flanges at s - L/2 and s + L/2 (MSL `Mass`).
+
+    `Mass(m=..., L=..., s=..., v=...)` starts at a position of its centre and with a speed. A length that is given is
+    the parameter `body.L`; one that is not is no parameter, so that both flanges are one. The position is that of the
+    flanges: s is no variable of its own, but `mass.s` reads `mass.a.s` + L/2; by name, results and start values know
+    `a.s`. See `SlidingMass`, too.
     """
 
     m: Param[Scalar, "kg", positive]  # mass
+    body: Length | None = None
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     a: Flange = Flange()
     b: Flange = Flange()
 
+    def __init__(
+        self,
+        *,
+        m: Param[Scalar, "kg"],
+        L: Param[Scalar, "m"] | None = None,  # length from a to b
+        s: Any = None,  # position of the centre at the start
+        v: Any = None,
+        a: Flange | None = None,
+        b: Flange | None = None,
+        nominal: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.m, self.v = m, v
+        self.nominal = {} if nominal is None else nominal
+        self.body = None if L is None else Length(L=L)
+        if s is not None and self.body is not None:
+            s = numbers(self, "s", magnitude(s, "m", "Mass.s")) - self._half()
+        self.a, self.b = placed(self, Flange, "s", s, a), Flange() if b is None else b
+
+    def _half(self) -> Scalar:
+        return 0.0 if self.body is None else 0.5 * self.body.L
+
+    @property
+    def s(self) -> Scalar:
+        """The position of the centre in m."""
+        return self.a.s + self._half()
+
     def equations(self, d: Self) -> Equations:
+        rigid = eq(self.a.s, self.b.s) if self.body is None else eq(self.b.s, self.a.s + self.body.L)
         return dict(
-            rigid=eq(self.a.s, self.b.s),
+            rigid=rigid,
             speed=eq(self.v, d.a.s),
             newton=eq(self.m * d.v, self.a.f + self.b.f),
         )
@@ -85,9 +126,10 @@ class Rod(Component):
 
 
 class SlidingMass(Component):
-    """A rigid body with a length, m dv/dt = f_a + f_b, s_a = s - L/2 and s_b = s + L/2 (MSL `Mass`).
+    """A `Mass` whose position s is a variable of its own, which results and start values know by name.
 
-    Where positions only matter as displacements, `Mass` has fewer equations.
+    s_a = s - L/2, s_b = s + L/2, ds/dt = v, m dv/dt = f_a + f_b. It bears the name that MSL 3 gave to `Mass`; where the
+    position matters only at the flanges, `Mass` has fewer equations.
     """
 
     m: Param[Scalar, "kg", positive]  # mass

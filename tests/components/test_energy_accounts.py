@@ -180,6 +180,7 @@ EXAMPLES: tuple[Component, ...] = (
     translational.ForceSensor(),
     translational.LinearSpeedDependentForce(force=1.3, v_nominal=0.7),
     translational.Mass(m=1.3),
+    translational.Mass(m=1.3, L=0.4),
     translational.SlidingMass(m=1.3, L=0.4),
     translational.MultiSensor(),
     translational.PositionSensor(),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from _rig import Rig
 
-from acausal import ArgumentError, Component, Connections, connect, simulate
+from acausal import ArgumentError, Component, Connections, ParameterError, connect, quantity, simulate
 from acausal.testing import check_law, solved
 from components import blocks, electrical, rotational, translational
 
@@ -121,13 +121,19 @@ def hang(body: Any, spring: Any, wall: Any) -> Connections:
     ("body", "spring", "wall", "place"),
     [
         (
-            rotational.Inertia(J=0.5, a=rotational.Flange(phi=1.2), w=0.3),
+            rotational.Inertia(J=0.5, phi=1.2, w=0.3),
             rotational.Spring(c=2.0),
             rotational.Fixed(phi0=0.4),
             "phi",
         ),
         (
-            translational.Mass(m=0.5, a=translational.Flange(s=1.2), v=0.3),
+            translational.Mass(m=0.5, s=1.2, v=0.3),
+            translational.Spring(c=2.0),
+            translational.Fixed(s0=0.4),
+            "s",
+        ),
+        (
+            translational.Mass(m=0.5, L=0.2, s=1.3, v=0.3),
             translational.Spring(c=2.0),
             translational.Fixed(s0=0.4),
             "s",
@@ -145,3 +151,17 @@ def test_bodies_start_where_they_are_said_to(body: Any, spring: Any, wall: Any, 
     end = simulate(Rig(parts=(body, spring, wall), wiring=hang), 0.7, save="end", rtol=1e-9).final.parts[0]
     expected = 0.4 + 0.8 * np.cos(1.4) + 0.15 * np.sin(1.4)
     np.testing.assert_allclose(getattr(end.a, place), expected, rtol=1e-7)
+
+
+def test_the_place_of_a_body_reads_that_of_its_flange() -> None:
+    assert rotational.Inertia(J=1.0, phi=quantity(90.0, "deg")).phi == pytest.approx(0.5 * np.pi)
+    mass = translational.Mass(m=1.0, L=quantity(40.0, "cm"), s=0.3)
+    assert (mass.s, mass.a.s) == (pytest.approx(0.3), pytest.approx(0.1))
+    check_law(translational.Mass(m=2.0, L=0.4), {"a.s": 0.1, "a.f": 3.0, "b.f": 1.0}, {"b.s": 0.5, "der(v)": 2.0})
+
+
+def test_a_body_starts_at_one_place() -> None:
+    with pytest.raises(ArgumentError, match=r"from phi=\.\.\. or from a=Flange\(phi=\.\.\.\), not from both"):
+        rotational.Inertia(J=1.0, phi=0.1, a=rotational.Flange(phi=0.2))
+    with pytest.raises(ParameterError, match=r"Mass\.s must be a real number"):
+        translational.Mass(m=1.0, L=0.1, s="a")
