@@ -19,6 +19,7 @@ from acausal import (
     positive,
 )
 
+from .._data_sheet import DataSheet
 from ..rotational import Flange, Inertia, IronLoss
 from ..thermal import HeatCapacitor, HeatPort, ThermalConductor
 from ._interfaces import Pin, TwoPin
@@ -95,6 +96,7 @@ class BrushedMotor(Component):
     housing: HeatCapacitor
     inside: ThermalConductor
     outside: ThermalConductor
+    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
     shaft: Flange = Flange()
@@ -118,12 +120,13 @@ class BrushedMotor(Component):
         k_e: Param[Scalar, "N.m.s/rad"] = 0.0,  # and the part that grows with the speed
         T_ref: Param[Scalar, "K"] = 298.15,  # reference temperature of the data
         T: Param[Scalar, "K"] = 298.15,  # of winding and housing at the start
+        data_sheet: DataSheet | None = None,
     ) -> None:
         self.resistor = HeatingResistor(R_ref=R, T_ref=T_ref, alpha=alpha)
         self.inductor = None if L is None else Inductor(L=L)
         self.brushes = None if brush is None else BrushDrop(V=brush, heat=HeatPort())
         self.emf = MagnetEMF(k_ref=k, alpha=magnets, T_ref=T_ref)
-        self.rotor = Inertia(J=J)
+        self.rotor, self.data_sheet = Inertia(J=J), data_sheet
         self.iron = IronLoss(T_h=T_h, k_e=k_e, heat=HeatPort())
         self.winding, self.housing = HeatCapacitor(C=winding, T=T), HeatCapacitor(C=housing, T=T)
         self.inside, self.outside = ThermalConductor(G=G_wh), ThermalConductor(G=G_ha)

@@ -4,6 +4,7 @@ from typing import Self
 
 from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq
 
+from .._data_sheet import DataSheet
 from ..rotational import Bearing, Flange, Inertia
 from ..translational import Flange as Rod
 from ._interfaces import Pin
@@ -70,6 +71,7 @@ class DCMotor(Component):
     emf: EMF
     rotor: Inertia
     bearing: Bearing | None
+    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
     shaft: Flange = Flange()
@@ -82,10 +84,11 @@ class DCMotor(Component):
         J: Param[Scalar, "kg.m2"],  # moment of inertia of the rotor
         L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
         friction: Param[Scalar, "N.m.s/rad"] | None = None,  # viscous friction coefficient C
+        data_sheet: DataSheet | None = None,
     ) -> None:
         self.resistor = Resistor(R=R)
         self.inductor = None if L is None else Inductor(L=L)
-        self.emf = EMF(k=k)
+        self.emf, self.data_sheet = EMF(k=k), data_sheet
         self.rotor = Inertia(J=J)
         self.bearing = None if friction is None else Bearing(C=friction)
         self.p, self.n, self.shaft = Pin(), Pin(), Flange()

@@ -4,6 +4,7 @@ from typing import Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
+from .._data_sheet import DataSheet
 from ..rotational import Flange
 from ._interfaces import FluidPort
 
@@ -19,6 +20,7 @@ class Pump(Component):
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # laminar leakage from delivery to suction
     friction: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
+    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     dp: Var[Scalar, "Pa"] = 0.0  # pressure rise from a to b
     q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b

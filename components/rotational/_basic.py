@@ -53,7 +53,7 @@ class Inertia(Component):
         self,
         *,
         J: Param[Scalar, "kg.m2"],
-        phi: Any = None,  # angle at the start
+        phi: Param[Scalar, "rad"] | None = None,  # angle at the start
         w: Any = None,
         a: Flange | None = None,
         b: Flange | None = None,

@@ -21,6 +21,7 @@ from acausal import (
     require,
 )
 
+from .._data_sheet import DataSheet
 from ._interfaces import Flange
 
 
@@ -126,6 +127,7 @@ class PlanetaryGearbox(Component):
     J_sun: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the sun
     J_carrier: Param[Scalar, "kg.m2", nonnegative] = 0.0  # and with the carrier, planets included
     loss: MeshLoss | EqualMeshLoss | None = None  # of the meshes in series, the carrier held
+    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     w_sun: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the sun
     w_carrier: Var[Scalar, "rad/s"] = 0.0  # speed of the carrier
     tau_mesh: Var[Scalar, "N.m"] = 0.0  # tau_sun'

@@ -81,7 +81,7 @@ class Mass(Component):
         *,
         m: Param[Scalar, "kg"],
         L: Param[Scalar, "m"] | None = None,  # length from a to b
-        s: Any = None,  # position of the centre at the start
+        s: Param[Scalar, "m"] | None = None,  # position of the centre at the start
         v: Any = None,
         a: Flange | None = None,
         b: Flange | None = None,

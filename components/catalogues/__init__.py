@@ -1,0 +1,19 @@
+"""Parts that can be bought: data sheets as data, from an order name to a component, and what a run exceeded.
+
+`dc_motor("148867")`, `gearhead("223081")` make components; `catalogue("motors").search(...)` finds data sheets; `load`
+reads tables of your own; `limits(solution)` holds a run against the ratings.
+"""
+
+from .._data_sheet import DataSheet as DataSheet
+from ._limits import Exceeded as Exceeded
+from ._limits import Limits as Limits
+from ._limits import limits as limits
+from ._parts import COLUMNS as COLUMNS
+from ._parts import brushed_motor as brushed_motor
+from ._parts import catalogue as catalogue
+from ._parts import dc_motor as dc_motor
+from ._parts import gearhead as gearhead
+from ._parts import pump as pump
+from ._table import Catalogue as Catalogue
+from ._table import Column as Column
+from ._table import load as load

@@ -1,0 +1,100 @@
+"""Which ratings a run exceeded."""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from acausal import ArgumentError, Component, Solution
+
+from ..electrical import BrushedMotor, DCMotor
+from ..hydraulic import Pump
+from ..rotational import PlanetaryGearbox
+
+RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
+    DCMotor: {"nominal_current": lambda motor: motor.resistor.i, "max_speed": lambda motor: motor.rotor.w},
+    BrushedMotor: {
+        "nominal_current": lambda motor: motor.resistor.i,
+        "max_speed": lambda motor: motor.rotor.w,
+        "max_winding_temperature": lambda motor: motor.winding.T,
+    },
+    PlanetaryGearbox: {
+        "continuous_torque": lambda gear: gear.carrier.tau,
+        "max_input_speed": lambda gear: gear.w_sun,
+    },
+    Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},
+}
+
+
+class Exceeded(NamedTuple):
+    """A rating that a run exceeded."""
+
+    path: str  # of the part
+    order: str  # its order name
+    rating: str
+    limit: float
+    largest: float  # size, in the run
+    time: float  # of the largest one, in s
+    first: float  # when it was exceeded first, in s
+    share: float  # of the time of the run
+    unit: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.path} ({self.order}): {self.rating} {self.largest:.4g} {self.unit} at {self.time:.4g} s is above "
+            f"{self.limit:.4g} {self.unit} by {self.largest / self.limit - 1.0:.0%}; first at {self.first:.4g} s, for "
+            f"{self.share:.0%} of the time."
+        )
+
+
+class Limits(tuple[Exceeded, ...]):
+    """What a run exceeded, one line for each rating when printed."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self)) or "No rating is exceeded."
+
+
+def limits(solution: Solution[Any]) -> Limits:
+    """The ratings of data sheets that a run exceeded: where, when, by how much, and for how long.
+
+    For the parts that were made from a data sheet, at the saved times: save enough of them, with `save="steps"` or
+    times. Ratings for continuous operation, of currents and torques, may be exceeded for a while; the largest one and
+    the share of the time tell how far. Raises `ArgumentError` for a batch of solutions.
+    """
+    if solution.is_batched:
+        raise ArgumentError("limits takes a single solution, not a batch: use vmap's results one by one.")
+    times, found = np.asarray(solution.ts), []
+    for path, part in _rated(solution.values, ""):
+        sheet = part.data_sheet
+        for rating, read in RATINGS[type(part)].items():
+            limit = sheet.get(rating)
+            if limit is None:
+                continue
+            size = np.abs(np.broadcast_to(np.asarray(read(part)), times.shape))
+            if np.max(size) > limit:
+                found.append(_exceeded(path, sheet, rating, limit, times, size))
+    return Limits(found)
+
+
+def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarray, size: np.ndarray) -> Exceeded:
+    above, worst = size > limit, int(np.argmax(size))
+    spans, run = np.diff(times), max(float(times[-1] - times[0]), np.finfo(float).tiny)
+    share = float(np.sum(spans * 0.5 * (above[1:].astype(float) + above[:-1].astype(float)))) / run
+    first = float(times[int(np.argmax(above))])
+    return Exceeded(
+        path, sheet.order, rating, limit, float(size[worst]), float(times[worst]), first, share, sheet.unit(rating)
+    )
+
+
+def _rated(node: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """The parts with a data sheet, with their paths."""
+    if isinstance(node, tuple):
+        for i, part in enumerate(node):
+            yield from _rated(part, f"{path}[{i}]")
+    if not isinstance(node, Component):
+        return
+    if type(node) in RATINGS and getattr(node, "data_sheet", None) is not None:
+        yield path, node
+    for field in dataclasses.fields(node):
+        yield from _rated(getattr(node, field.name), f"{path}.{field.name}".lstrip("."))

@@ -1,0 +1,112 @@
+"""From an order name to a component."""
+
+import functools as ft
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .._data_sheet import DataSheet
+from ..electrical import BrushedMotor, DCMotor
+from ..hydraulic import Pump
+from ..rotational import EqualMeshLoss, PlanetaryGearbox
+from ._table import Catalogue, Column, load
+
+COLUMNS: Mapping[str, Mapping[str, Column]] = {
+    "motors": {
+        "nominal_voltage": Column("V", 1.0, 1000.0, needed=True),
+        "no_load_speed": Column("rad/s", 1.0, 1e4),
+        "no_load_current": Column("A", 0.0, 100.0),
+        "nominal_speed": Column("rad/s", 1.0, 1e4),
+        "nominal_torque": Column("N.m", 1e-5, 1e3),
+        "nominal_current": Column("A", 1e-3, 1e3),
+        "stall_torque": Column("N.m", 1e-5, 1e4),
+        "stall_current": Column("A", 1e-3, 1e4),
+        "resistance": Column("ohm", 1e-3, 1e4, needed=True),
+        "inductance": Column("H", 1e-7, 1.0),
+        "torque_constant": Column("N.m/A", 1e-4, 10.0, needed=True),
+        "inertia": Column("kg.m2", 1e-10, 1.0, needed=True),
+        "winding_to_housing": Column("K/W", 1e-3, 1e3),
+        "housing_to_ambient": Column("K/W", 1e-3, 1e3),
+        "winding_time_constant": Column("s", 0.1, 1e4),
+        "motor_time_constant": Column("s", 1.0, 1e5),
+        "max_winding_temperature": Column("K", 323.15, 523.15),
+        "max_speed": Column("rad/s", 1.0, 1e5),
+        "mass": Column("kg", 1e-4, 1e3),
+    },
+    "gearheads": {
+        "ratio": Column("1", 1.0, 1e4, needed=True),
+        "stages": Column("1", 1.0, 6.0, needed=True),
+        "efficiency": Column("1", 0.1, 1.0, needed=True),
+        "continuous_torque": Column("N.m", 1e-3, 1e4),
+        "max_input_speed": Column("rad/s", 1.0, 1e4),
+        "mass": Column("kg", 1e-4, 1e3),
+    },
+    "pumps": {
+        "displacement": Column("m3/rad", 1e-9, 1e-3, needed=True),
+        "max_speed": Column("rad/s", 1.0, 1e4),
+        "max_pressure": Column("Pa", 1e4, 1e9),
+        "mass": Column("kg", 1e-3, 1e4),
+    },
+    "coils": {
+        "nominal_voltage": Column("V", 1.0, 1000.0, needed=True),
+        "nominal_current": Column("A", 1e-3, 100.0, needed=True),
+    },
+}
+
+
+@ft.cache
+def catalogue(name: str) -> Catalogue:
+    """A catalogue of the library: "motors", "gearheads", "pumps" or "coils"; for one of your own see `load`."""
+    return load(Path(__file__).parent / f"{name}.csv", COLUMNS[name])
+
+
+def _sheet(order: str | DataSheet, name: str) -> DataSheet:
+    return order if isinstance(order, DataSheet) else catalogue(name)[order]
+
+
+def dc_motor(order: str | DataSheet, **others: Any) -> DCMotor:
+    """The motor with an order name, or of a data sheet, at constant temperature.
+
+    Its friction is viscous, so that the no-load current comes out: C = k I_0/w_0; where this is not stated it has none.
+    `others` replace arguments of `DCMotor`.
+    """
+    sheet = _sheet(order, "motors")
+    k, current, speed = sheet["torque_constant"], sheet.get("no_load_current"), sheet.get("no_load_speed")
+    friction = None if current is None or speed is None else k * current / speed
+    given = dict(R=sheet["resistance"], k=k, J=sheet["inertia"], L=sheet.get("inductance"), friction=friction)
+    return DCMotor(**(given | others), data_sheet=sheet)
+
+
+def brushed_motor(order: str | DataSheet, **others: Any) -> BrushedMotor:
+    """The motor with an order name, or of a data sheet, as it warms; raises `ParameterError` without thermal figures.
+
+    The heat capacities are time constant over thermal resistance, of winding to housing and of housing to ambient. The
+    friction is constant, that of the no-load current: T_h = k I_0. `others` replace arguments of `BrushedMotor`.
+    """
+    sheet = _sheet(order, "motors")
+    inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
+    given = dict(
+        R=sheet["resistance"], k=sheet["torque_constant"], J=sheet["inertia"], L=sheet.get("inductance"),
+        winding=sheet["winding_time_constant"] / inner, housing=sheet["motor_time_constant"] / outer,
+        G_wh=1.0 / inner, G_ha=1.0 / outer, T_h=sheet["torque_constant"] * (sheet.get("no_load_current") or 0.0),
+    )  # fmt: skip
+    return BrushedMotor(**(given | others), data_sheet=sheet)
+
+
+def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
+    """The planetary gearhead with an order name, or of a data sheet, as one stage; hold its ring.
+
+    The efficiency of the sheet is that from sun to carrier with the ring held, (1 + (N - 1) eta)/N; the loss follows
+    from it. Inertia, play and stiffness are not stated. `others` replace arguments of `PlanetaryGearbox`.
+    """
+    sheet = _sheet(order, "gearheads")
+    ratio = sheet["ratio"]
+    rolling = (ratio * sheet["efficiency"] - 1.0) / (ratio - 1.0)
+    given = dict(ratio=ratio, loss=EqualMeshLoss(efficiency=rolling))
+    return PlanetaryGearbox(**(given | others), data_sheet=sheet)
+
+
+def pump(order: str | DataSheet, **others: Any) -> Pump:
+    """The pump with an order name, or of a data sheet, without losses; `others` replace arguments of `Pump`."""
+    sheet = _sheet(order, "pumps")
+    return Pump(**(dict(displacement=sheet["displacement"]) | others), data_sheet=sheet)

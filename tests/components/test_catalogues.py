@@ -1,0 +1,146 @@
+"""Data sheets: what the tables hold, what loading refuses, components from order names, ratings that a run exceeds."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from _rig import Rig
+
+from acausal import ArgumentError, Connections, ParameterError, connect, quantity, simulate
+from acausal.testing import solved
+from components import catalogues, electrical, rotational, thermal
+from components.catalogues import COLUMNS, DataSheet, catalogue, load
+
+MOTORS = catalogue("motors")
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_tables_of_the_library_load_and_say_where_they_come_from(name: str) -> None:
+    sheets = catalogue(name)
+    assert len(sheets) > 0
+    assert all(sheet.source and sheet.date for sheet in sheets)
+
+
+@pytest.mark.parametrize("sheet", [s for s in MOTORS if s.get("stall_torque")], ids=lambda sheet: sheet.order)
+def test_figures_of_motors_agree_with_each_other(sheet: DataSheet) -> None:
+    """Within the rounding and the friction of a data sheet: stall, nominal point and no-load speed from R, k, I_0."""
+    R, k, V = sheet["resistance"], sheet["torque_constant"], sheet["nominal_voltage"]
+    idle = sheet["no_load_current"]
+    np.testing.assert_allclose(sheet["stall_current"], V / R, rtol=5e-3)
+    np.testing.assert_allclose(sheet["stall_torque"], k * sheet["stall_current"], rtol=5e-3)
+    np.testing.assert_allclose(sheet["no_load_speed"], (V - R * idle) / k, rtol=2e-3)
+    np.testing.assert_allclose(sheet["nominal_torque"], k * (sheet["nominal_current"] - idle), rtol=5e-3)
+
+
+def test_a_motor_from_its_order_name() -> None:
+    """RE 40: R, L, k, J of the sheet; at no load it draws the stated current."""
+    motor = catalogues.dc_motor("148867")
+    assert motor.inductor is not None
+    assert motor.bearing is not None
+    figures = [motor.resistor.R, motor.inductor.L, motor.emf.k, motor.rotor.J]
+    np.testing.assert_allclose(np.array(figures), [0.317, 82.3e-6, 30.2e-3, 138e-7], rtol=1e-12)
+    np.testing.assert_allclose(
+        motor.bearing.C * quantity(7580, "rpm").to("rad/s").magnitude, 30.2e-3 * 0.137, rtol=1e-9
+    )
+    warm = catalogues.brushed_motor("148867", magnets=-1e-3)
+    np.testing.assert_allclose(warm.winding.C, 41.6 / 1.93, rtol=1e-12)
+    np.testing.assert_allclose(warm.housing.C, 1120.0 / 4.65, rtol=1e-12)
+    assert warm.emf.alpha == -1e-3
+    with pytest.raises(ParameterError, match=r"motors.csv, 370354: winding_to_housing is not stated"):
+        catalogues.brushed_motor("370354")
+    with pytest.raises(ArgumentError, match=r"motors.csv has no 'RE 41'\. It has 148867 \(RE 40\), "):
+        catalogues.dc_motor("RE 41")
+
+
+def test_a_gearhead_has_the_efficiency_of_its_sheet() -> None:
+    """GP 52 C, 13/3, 91 %, with the ring held."""
+    stage = catalogues.gearhead("223081")
+    given = {"sun.phi": 0.0, "ring.phi": 0.0, "der(sun.phi)": 100.0, "der(ring.phi)": 0.0, "carrier.tau": -4.0}
+    found = solved(stage, given | {"der(w_sun)": 0.0, "der(w_carrier)": 0.0})
+    np.testing.assert_allclose(4.0 * found["w_carrier"] / (found["sun.tau"] * 100.0), 0.91, rtol=1e-9)
+
+
+def test_search() -> None:
+    found = MOTORS.search(stall_torque=(quantity(1.0, "N.m"), None), nominal_voltage=24.0)
+    assert [sheet.order for sheet in found] == ["148867", "370354"]
+    assert [sheet.order for sheet in MOTORS.search(family="RE 25")] == ["118752"]
+    assert len(MOTORS.search(maker="nobody")) == 0
+    with pytest.raises(ArgumentError, match=r"motors.csv has no column 'torque'"):
+        MOTORS.search(torque=1.0)
+
+
+HEADS = "order,family,maker,displacement [cm3/rev],max_pressure [bar],source,date\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (HEADS + "A,F,M,1.0,200,S,2012\nB,F,M,,200,S,2012\n", r"pumps.csv, row 3, column displacement: is missing\."),
+        (HEADS + "A,F,M,1.0,200,S,\n", r"pumps.csv, row 2, column date: is missing\."),
+        (
+            HEADS + "A,F,M,1e9,200,S,2012\n",
+            r"row 2, column displacement: must be within 1e-09 .. 0.001 m3/rad, got 1e9",
+        ),
+        (HEADS + "A,F,M,one,200,S,2012\n", r"row 2, column displacement: must be a number, got 'one'\."),
+        (HEADS + "A,F,M,nan,200,S,2012\n", r"row 2, column displacement: must be within"),
+        (HEADS.replace("cm3/rev", "bar"), r"column displacement: has the unit .bar., which does not fit m3/rad"),
+        (HEADS.replace("cm3/rev", "thing"), r"column displacement: has the unit 'thing', which does not fit m3/rad"),
+        (HEADS.replace("max_pressure", "pressure"), r"column 'pressure \[bar\]': is none of order, family"),
+        (HEADS.replace("displacement [cm3/rev],", ""), r"pumps.csv: has no column displacement\."),
+        (HEADS + "A,F,M,1,200,S,2012\n" * 2, r"pumps.csv, column order: 'A' stands in 2 rows\."),
+    ],
+)
+def test_tables_are_checked_on_loading(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "pumps.csv"
+    path.write_text(text)
+    with pytest.raises(ParameterError, match=message):
+        load(path, COLUMNS["pumps"])
+
+
+def test_a_table_of_one_s_own_makes_components(tmp_path: Path) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_text(HEADS + "A,F,M,6.283185307179586,200,S,2012\n")
+    pump = catalogues.pump(load(path, COLUMNS["pumps"])["A"], leakage=1e-12)
+    np.testing.assert_allclose(np.array([pump.displacement, pump.leakage]), [1e-6, 1e-12], rtol=1e-12)
+
+
+def run_up(supply: Any, motor: Any, gear: Any, ring: Any, load: Any, room: Any, ground: Any) -> Connections:
+    return (
+        connect(supply.p, motor.p),
+        connect(supply.n, motor.n, ground.p),
+        connect(motor.shaft, gear.sun),
+        connect(ring.flange, gear.ring),
+        connect(gear.carrier, load.a),
+        connect(motor.ambient, room.port),
+    )
+
+
+def test_limits_of_a_run() -> None:
+    """Stalled by a heavy load at 24 V: the current is far above its continuous rating, the gearhead's torque too, and
+
+    the winding passes 155 C after a while; the speed stays below its rating.
+    """
+    parts = (
+        electrical.ConstantVoltage(V=24.0),
+        catalogues.brushed_motor("148867"),
+        catalogues.gearhead("203115"),
+        rotational.Fixed(),
+        rotational.Inertia(J=100.0),
+        thermal.FixedTemperature(temperature=298.15),
+        electrical.Ground(),
+    )
+    solution = simulate(Rig(parts=parts, wiring=run_up), 8.0, save="steps")
+    found = {(one.path, one.rating): one for one in catalogues.limits(solution)}
+    assert set(found) == {
+        ("parts[1]", "nominal_current"),
+        ("parts[1]", "max_winding_temperature"),
+        ("parts[2]", "continuous_torque"),
+    }
+    current = found["parts[1]", "nominal_current"]
+    np.testing.assert_allclose([current.limit, current.largest], [5.77, 24.0 / 0.317], rtol=0.02)
+    hot = found["parts[1]", "max_winding_temperature"]
+    temperatures = np.asarray(solution.parts[1].winding.T)
+    np.testing.assert_allclose(hot.largest, np.max(temperatures), rtol=1e-12)
+    np.testing.assert_allclose(hot.first, np.asarray(solution.ts)[temperatures > 428.15][0], rtol=1e-12)
+    assert "parts[1] (148867): max_winding_temperature" in str(catalogues.limits(solution))
