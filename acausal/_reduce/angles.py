@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
 
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 _WAVES = ("sin", "cos", "tan")
