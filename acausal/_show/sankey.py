@@ -14,7 +14,7 @@ COLOURS = {
     "released": "#009e73",
     "stored": "#009e73",
     "dissipated": "#d55e00",
-    "returned": "#0072b2",
+    "taken up": "#0072b2",
     "lost at events": "#aa3377",
 }
 LEAST = 0.005  # of all energy: what is less is drawn together
@@ -45,7 +45,7 @@ _SOURCES = ("supplied", "released")
 
 def _flows(account: EnergyAccount) -> Iterator[Flow]:
     for kind, negative, amounts in (
-        ("supplied", "returned", account.supplied),
+        ("supplied", "taken up", account.supplied),
         ("stored", "released", account.stored),
         ("dissipated", "supplied", account.dissipated),
         ("lost at events", "supplied", account.events),

@@ -24,7 +24,7 @@ def test_flows_are_sorted_by_where_they_come_from_and_go_to() -> None:
     assert went[:3] == [
         Flow("brake", "dissipated", 8.97),
         Flow("stop.impact", "lost at events", 2.0),
-        Flow("brake", "returned", 1.0),
+        Flow("brake", "taken up", 1.0),
     ]
     assert [flow[:2] for flow in went[3:]] == [("2 others", "stored")]
     assert sum(flow.amount for flow in came) == pytest.approx(sum(flow.amount for flow in went))

@@ -392,3 +392,9 @@ def test_step_out_of_the_domain_is_retried(outside):
 def test_state_must_be_a_flat_real_vector(y0):
     with pytest.raises(ParameterError, match="one flat vector of real numbers"):
         adaptive(lambda t, y, _: y, y0)
+
+
+@pytest.mark.parametrize("mass", [np.ones(3), np.ones((2, 3)), np.ones((2, 2, 2))])
+def test_mass_must_fit_the_state(mass):
+    with pytest.raises(ParameterError, match=r"has the shape \(.*\), but the state has 2 entries: give it as \(2, 2\)"):
+        adaptive(lambda t, y, _: -y, np.ones(2), solver=Rodas5P(mass=mass))

@@ -8,8 +8,9 @@ import jax
 import pytest
 
 from docs._compare import ALIKE, first_difference, picture_difference
-from docs._execute import PAGES, PICTURES, ROOT, refreshed
+from docs._execute import DOCS, PAGES, PICTURES, ROOT, refreshed
 
+NOTEBOOKS = tuple(sorted(DOCS.glob("*.ipynb")))
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
@@ -22,20 +23,7 @@ def _compile_fast() -> Iterator[None]:
     jax.config.update("jax_disable_most_optimizations", before)
 
 
-LONG = (
-    "errors.md",
-    "events.md",
-    "initialise.md",
-    "linearise.md",
-    "servo.md",
-    "signs.md",
-    "simulate.md",
-)  # they compile many models
-
-
-@pytest.mark.parametrize(
-    "page", [pytest.param(page, id=page.name, marks=[pytest.mark.slow] * (page.name in LONG)) for page in PAGES]
-)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -> None:
     difference = first_difference(page.read_text(), refreshed(page, tmp_path))
     assert difference is None, f"{page.name} is out of date, run `python -m docs {page.name}`.\n{difference}"
@@ -44,7 +32,7 @@ def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -
         assert difference < ALIKE, f"{drawn.name} is out of date, run `python -m docs {page.name}`."
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [*PAGES, *NOTEBOOKS], ids=lambda page: page.name)
 def test_links(page: Path) -> None:
     for target in LINK.findall(page.read_text()):
         path, _, anchor = target.partition("#")

@@ -124,6 +124,12 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
                 f"{type(self).__name__} integrates one flat vector of real numbers, but the state is {y0}. "
                 "Flatten it with `jax.flatten_util.ravel_pytree`."
             )
+        n = len(jnp.asarray(y0))
+        if self.mass is not None and self.mass.shape not in ((n,), (n, n)):
+            raise ParameterError(
+                f"The mass matrix of {type(self).__name__} has the shape {self.mass.shape}, but the state has {n} "
+                f"entries: give it as ({n}, {n}), or its diagonal as ({n},)."
+            )
 
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Any
