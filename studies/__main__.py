@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import hold, optimise, validate
+from . import design, hold, optimise, validate
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -23,6 +23,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, study, text in (
         ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
         ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
+        ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
         ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),
     ):
         command = commands.add_parser(name, help=text, description=study.__doc__)

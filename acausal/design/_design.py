@@ -83,7 +83,8 @@ class Design(Generic[M]):
     - `active`: the limits and bounds that hold the optimum, with their multipliers.
     - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
     - `sensitivities`: derivatives of the optimum by the parameters that are not free.
-    - `others`: the ends of the other starts; `history` and `failed`: the way here.
+    - `history` and `failed`: the way here, which took `evaluations` and `seconds`; `others`: the ends of other starts,
+      with which it all took `total_evaluations` and `total_seconds`, compiling included.
     """
 
     model: M
@@ -104,8 +105,10 @@ class Design(Generic[M]):
     failed: tuple[Tried, ...]
     evaluations: int
     seconds: float
-    seconds_evaluating: float
     others: tuple["Design[M]", ...] = ()
+    total_evaluations: int = 0
+    total_seconds: float = 0.0
+    seconds_evaluating: float = 0.0
 
     @property
     def values(self) -> dict[str, float]:
@@ -217,7 +220,8 @@ class Design(Generic[M]):
     @property
     def _effort(self) -> str:
         failed = f", {len(self.failed)} of which could not be computed" if self.failed else ""
-        text = f"{self.evaluations} designs{failed}; {self.seconds:.1f} s"
+        starts = f"{len(self.others) + 1} starts, " if self.others else ""
+        text = f"{starts}{self.total_evaluations} designs{failed}, {self.total_seconds:.1f} s"
         if self.failed:
             reasons = dict.fromkeys(tried.why for tried in self.failed)
             text += "".join(f"\nstepped back from: {why}" for why in reasons)

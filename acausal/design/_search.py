@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -34,6 +35,13 @@ class Trail:
     failed: list[Evaluation] = dataclasses.field(default_factory=list)
     stop: threading.Event = dataclasses.field(default_factory=threading.Event)
     said: Callable[[int, Evaluation], None] = lambda number, evaluation: None
+    start: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
+    seen: set[bytes] = dataclasses.field(default_factory=set)
+    seconds: float = 0.0
+
+    @property
+    def evaluations(self) -> int:
+        return len(self.seen)
 
     def add(self, found: Evaluation) -> None:
         if not self.steps or not np.array_equal(self.steps[-1].x, found.x):
@@ -58,12 +66,14 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
         if trail.stop.is_set():
             raise Interrupted
         found = task.evaluation(z)
+        trail.seen.add(found.x.tobytes())
         if found.is_good:
             return task.point(z, found)
         if not any(np.array_equal(found.x, other.x) for other in trail.failed):
             trail.failed.append(found)
         return None
 
+    began, trail.start = time.perf_counter(), np.array(start)
     try:
         at(start)
         return _search(task, at, nearest_good(task, start), trail, method, most)
@@ -73,6 +83,8 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
         if best is None:
             raise
         return Outcome(best, trail, is_interrupted=True)
+    finally:
+        trail.seconds = time.perf_counter() - began
 
 
 def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, most: int) -> Outcome:
@@ -115,7 +127,7 @@ def sample(task: Task, n: int) -> Iterator[np.ndarray]:
     """Places that fill the space between the bounds: Sobol's sequence, scrambled always alike."""
     low, high = task.bounds
     low, high = np.where(np.isfinite(low), low, -1.0), np.where(np.isfinite(high), high, 1.0)
-    points = qmc.Sobol(len(low), rng=0).random_base2(max(int(np.ceil(np.log2(n))), 0))[:n]
+    points = qmc.Sobol(len(low), rng=0).random_base2(max(n - 1, 0).bit_length())[:n]
     yield from low + points * (high - low)
 
 

@@ -142,7 +142,7 @@ def test_an_interrupted_search_keeps_its_best_and_can_be_resumed(
         patch.setattr(Program, "_evaluate", interrupted)
         design = optimise(Box(), free, lambda m: m.area, **problem)
     assert design.status == "interrupted"
-    assert design.evaluations == 5
+    assert design.total_evaluations == 5
     design.save(tmp_path / "design")
     loaded = Design.load(tmp_path / "design")
     assert loaded.values == design.values

@@ -17,10 +17,11 @@ def test_help(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert "validate" in text
     assert "optimise" in text
+    assert "design" in text
     assert "hold" in text
 
 
-@pytest.mark.parametrize("study", ["validate", "optimise", "hold"])
+@pytest.mark.parametrize("study", ["validate", "optimise", "design", "hold"])
 def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main([study, "--help"])
@@ -29,10 +30,10 @@ def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None
     assert "--out DIR" in text
 
 
-@pytest.mark.parametrize("study", ["validate", "optimise", "hold"])
+@pytest.mark.parametrize("study", ["validate", "optimise", "design", "hold"])
 def test_pictures_without_matplotlib(study: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(SystemExit, match=r"acausal\[plot\]"):
+    with pytest.raises(SystemExit, match=r"acausal\[plots\]"):
         main([study, "--out", str(tmp_path)])
 
 

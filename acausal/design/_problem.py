@@ -1,0 +1,73 @@
+"""An optimisation as it is stated: a model, what is free, what is minimised, and the limits of results."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._declare.component import Component
+from .._errors import ModelError
+from ._design import Design
+from ._free import Free, free_parameters
+from ._limits import Limit, Objective, limits_of, objectives_of
+from ._program import Program
+from ._search import nearest_good
+from ._task import Task, task_of
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """What is minimised under which limits, and the program that computes it."""
+
+    model: Any
+    free: Free
+    objective: Objective
+    limits: Mapping[str, Limit]
+    program: Program
+
+    @staticmethod
+    def of(
+        model: Any,
+        free: Mapping[Any, Any],
+        minimise: Any,
+        run: Callable[[Any], Any] | None,
+        constraints: Mapping[str, Any] | None,
+        scenarios: Mapping[str, Mapping[str, Any]] | None,
+    ) -> "Problem":
+        if not isinstance(model, Component):
+            raise ModelError(f"{model!r} is no component: optimise a model.")
+        objective, *more = objectives_of(minimise)
+        if more:
+            raise ModelError("optimise minimises one function; pareto takes several.")
+        limits = limits_of(constraints)
+        functions = {objective.name: objective.function, **{name: pair[0] for name, pair in limits.items()}}
+        if len(functions) <= len(limits):
+            raise ModelError(f"{objective.name} is the name of the objective and of a constraint. Rename one.")
+        variables = free_parameters(model, free)
+        program = Program(model, variables, functions, run, scenarios)
+        return Problem(model, variables, objective, {name: pair[1] for name, pair in limits.items()}, program)
+
+    def task(self, x: np.ndarray) -> Task:
+        """The task, measured by what the results are at `x`, or next to it where these cannot be computed."""
+        task = task_of(self.program, self.program(x), self.objective.name, self.limits)
+        good = nearest_good(task, np.asarray(self.free.scaled(x)))
+        return task_of(self.program, task.evaluation(good), self.objective.name, self.limits)
+
+
+def starts_of(free: Free, model: Component, start: Any) -> list[np.ndarray]:
+    """The values to start from: those of the model, changed by what is given."""
+    given = start if isinstance(start, list) else [start]
+    return [_start(free, free.values(model), one) for one in given or [None]]
+
+
+def _start(free: Free, x: np.ndarray, start: Any) -> np.ndarray:
+    if isinstance(start, str | Path):
+        start = Design.load(start)
+    given = start.values if isinstance(start, Design) else start
+    if given is None:
+        return x
+    if not isinstance(given, Mapping):
+        raise ModelError(f"start is a dictionary of values by path, a Design, or a file of one; got {start!r}.")
+    return free.changed(x, given)
