@@ -8,6 +8,7 @@ import pytest
 
 from components import blocks, electrical, hydraulic, rotational, thermal, translational
 from docs._execute import DOCS
+from docs._fluid_power import NAMES, table
 from docs._modelica import MODELICA
 from docs.library import exported, listing
 
@@ -47,3 +48,10 @@ def test_entries_read_as_they_should() -> None:
 def test_names_of_the_standard_library_belong_to_components(domain: str) -> None:
     packages = {package.__name__.rpartition(".")[2]: package for package in PACKAGES}
     assert MODELICA[domain].keys() <= {item.__name__ for item in exported(packages[domain])}
+
+
+def test_names_of_fluid_power_are_those_of_all_components() -> None:
+    assert NAMES.keys() == {item.__name__ for item in exported(hydraulic)}
+    lines = table(hydraulic).splitlines()
+    assert any(line.split() == ["LoadSensingPump", "-", "PCLSPump", "-"] for line in lines)
+    assert "Jet Pump" in lines[-1]

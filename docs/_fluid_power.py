@@ -1,0 +1,113 @@
+"""What hydraulic components are called in other libraries, as far as there is one of the same purpose.
+
+In this order: `Modelica.Fluid` of MSL 4, OpenHydraulics 2 (its Basic and Components), and Simscape Fluids, Isothermal
+Liquid, whose blocks end on (IL). The laws may differ in form and in parameters.
+"""
+
+import types
+
+from .library import exported
+
+HEADS = ("component", "Modelica.Fluid", "OpenHydraulics", "Simscape (IL)")
+_SLIDING = "Variable-Displacement Pump"
+_FOUR_WAY = "4-Way 3-Position Directional Valve"
+
+NAMES: dict[str, tuple[str, str, str]] = {
+    "AnnularGap": ("-", "-", "Annular Leakage"),
+    "BlasiusFriction": ("-", "-", "-"),
+    "BootstrapTank": ("-", "-", "-"),
+    "BypassCompensator": ("-", "-", "Pressure Compensator Valve"),
+    "Chamber": ("Vessels.ClosedVolume", "VolumeClosed", "Constant Volume Chamber"),
+    "CheckValve": ("-", "CheckValve", "Check Valve"),
+    "ChurchillFriction": ("Pipes.BaseClasses.WallFriction.Detailed", "WallFriction", "Pipe"),
+    "ConstantFlow": ("Sources.MassFlowSource_T", "ConstVolumeSource", "Flow Rate Source"),
+    "ConstantPressure": ("Sources.FixedBoundary", "ConstPressureSource", "Pressure Source"),
+    "Cooler": ("-", "-", "-"),
+    "CounterbalanceValve": ("-", "-", "Counterbalance Valve"),
+    "DecelerationValve": ("-", "-", "-"),
+    "DoubleActingCylinder": ("-", "DoubleActingCylinder", "Double-Acting Actuator"),
+    "EndCushion": ("-", "CylinderCushion", "Cylinder Cushion"),
+    "Filter": ("-", "-", "-"),
+    "FixedPump": ("-", "ConstantDisplacementPump", "Fixed-Displacement Pump"),
+    "FlowControlValve": ("-", "-", "Pressure-Compensated Flow Control Valve"),
+    "FlowSensor": ("Sensors.VolumeFlowRate", "FlowSensor", "Flow Rate Sensor"),
+    "FourWaySpool": ("-", "-", "-"),
+    "FourWayValve": ("-", "V4_3CC, V4_3OC", _FOUR_WAY),
+    "FrictionMemory": ("-", "-", "-"),
+    "GasAccumulator": ("-", "Accumulator", "Gas-Charged Accumulator"),
+    "HydraulicCylinder": ("-", "DoubleActingCylinder", "Double-Acting Actuator"),
+    "IdealCheckValve": ("-", "CheckValve", "Check Valve"),
+    "LaminarFriction": ("Pipes.BaseClasses.WallFriction.Laminar", "-", "-"),
+    "LaminarResistance": ("Valves.ValveLinear", "LaminarRestriction", "Laminar Leakage"),
+    "LevelTank": ("Vessels.OpenTank", "OpenTank", "Tank"),
+    "LiftValve": ("-", "-", "Poppet Valve"),
+    "Line": ("-", "-", "-"),
+    "LinearLiquid": ("-", "-", "Isothermal Liquid Properties"),
+    "Liquid": ("-", "-", "Isothermal Liquid Properties"),
+    "LiquidOrifice": ("Fittings.SharpEdgedOrifice", "SharpEdgedOrifice", "Orifice"),
+    "LoadSensingPump": ("-", "PCLSPump", "-"),
+    "LocalLoss": ("Fittings.AbruptAdaptor, Fittings.Bends", "SuddenExpansion", "Area Change, Pipe Bend"),
+    "MappedLosses": ("-", "-", "Fixed-Displacement Pump, tabulated losses"),
+    "MasterCylinder": ("-", "FluidPower2MechTrans", "Translational Mechanical Converter"),
+    "MeteringEdge": ("-", "-", "Spool Orifice"),
+    "NoFriction": ("Pipes.BaseClasses.WallFriction.NoFriction", "-", "-"),
+    "OnOffValve": ("Valves.ValveDiscrete", "VariableRestriction", "2-Way Directional Valve"),
+    "Orifice": ("Fittings.SimpleGenericOrifice", "SharpEdgedOrifice", "Local Restriction"),
+    "PilotCheckValve": ("-", "-", "Pilot-Operated Check Valve"),
+    "PilotReliefValve": ("-", "ReliefValve", "Pressure Relief Valve"),
+    "PilotStage": ("-", "-", "-"),
+    "Pipe": ("Pipes.DynamicPipe", "Line", "Pipe"),
+    "PoppetValve": ("-", "-", "Poppet Valve"),
+    "PowerLimitedPump": ("-", "-", "-"),
+    "PressureCompensatedPump": ("-", "-", "Pressure-Compensated Pump"),
+    "PressureReducingValve": ("-", "-", "Pressure-Reducing Valve"),
+    "PressureSensor": ("Sensors.Pressure", "PressureSensor", "Pressure Sensor"),
+    "ProportionalValve": ("-", "-", _FOUR_WAY),
+    "Pump": ("-", "FluidPower2MechRotConst", "Fixed-Displacement Pump"),
+    "PurgeValve": ("-", "-", "-"),
+    "ReliefValve": ("-", "ReliefValve", "Pressure Relief Valve"),
+    "RipplingPump": ("-", "-", "-"),
+    "RotaryVaneActuator": ("-", "-", "Double-Acting Rotary Actuator"),
+    "SchloesserLosses": ("-", "-", "-"),
+    "SequenceValve": ("-", "-", "-"),
+    "ServoPump": ("-", "-", _SLIDING),
+    "ServoValve": ("-", "-", _FOUR_WAY),
+    "ShuttleValve": ("-", "ShuttleValve", "Shuttle Valve"),
+    "SignalFlow": ("Sources.MassFlowSource_T", "VarVolumeSource", "Flow Rate Source"),
+    "SignalPressure": ("Sources.Boundary_pT", "VarPressureSource", "Pressure Source"),
+    "SingleActingCylinder": ("Machines.SweptVolume", "FluidPower2MechTrans", "Single-Acting Actuator"),
+    "SixWayValve": ("-", "V6_3OC", "M-Way N-Position Directional Valve"),
+    "SlaveCylinder": ("-", "FluidPower2MechTrans", "Translational Mechanical Converter"),
+    "SnapReliefValve": ("-", "-", "-"),
+    "SolenoidValve": ("-", "-", "-"),
+    "SpringAccumulator": ("-", "-", "Spring-Loaded Accumulator"),
+    "StickingPump": ("-", "-", "-"),
+    "StoppedCylinder": ("-", "-", "Single-Acting Actuator"),
+    "Tank": ("Sources.FixedBoundary", "CircuitTank", "Reservoir"),
+    "ThermalAccumulator": ("-", "-", "-"),
+    "ThreeWayValve": ("-", "-", "3-Way Directional Valve"),
+    "TJunction": ("Fittings.TeeJunctionIdeal", "NJunction", "T-Junction"),
+    "UnsteadyFrictionPipe": ("-", "-", "-"),
+    "VariableOrifice": ("Valves.ValveIncompressible", "VariableRestriction", "Orifice"),
+    "VariablePump": ("-", "VariableDisplacementPump", _SLIDING),
+    "Volume": ("Vessels.ClosedVolume", "VolumeClosed", "Constant Volume Chamber"),
+    "WilsonLosses": ("-", "MechanicalPumpLosses", "-"),
+}
+
+# Of parts that others have, those that have no counterpart here.
+MISSING = {
+    "Modelica.Fluid": "Machines.Pump (centrifugal), Vessels with several ports at heights of their own; "
+    "media other than liquids at one temperature",
+    "OpenHydraulics": "PostPCValve, V6_3CCLS and the other sections of load-sensing valve blocks",
+    "Simscape (IL)": "Centrifugal Pump, Jet Pump, turbines, Cartridge Valve Insert, Gate Valve, Ball Valve, "
+    "Partially Filled Pipe",
+}
+
+
+def table(package: types.ModuleType) -> str:
+    """Each component and record of the package with its names elsewhere; below, what is missing here."""
+    rows = [HEADS, *((item.__name__, *NAMES[item.__name__]) for item in exported(package))]
+    widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(HEADS) - 1)]
+    lines = ["".join(cell.ljust(width) for cell, width in zip(row, [*widths, 0], strict=True)) for row in rows]
+    missing = [f"{library}: {names}." for library, names in MISSING.items()]
+    return "\n".join([*lines, "", "Without a counterpart here:", *missing])
