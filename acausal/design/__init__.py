@@ -27,6 +27,8 @@ from ._sensitivities import sensitivities as sensitivities
 from ._spread import Spread as Spread
 from ._spread import Spreads as Spreads
 from ._spread import Yield as Yield
+from ._sweep import Sample as Sample
+from ._sweep import sweep as sweep
 from ._tolerance import Members as Members
 from ._tolerance import Tolerance as Tolerance
 from ._worst import Worst as Worst

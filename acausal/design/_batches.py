@@ -4,9 +4,10 @@ import collections
 import concurrent.futures
 import os
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,12 +19,15 @@ from .._integrate.failure import trials
 from .._integrate.result import Result, is_success, sentence
 from .._progress import compiling
 from ._free import Free
-from ._program import Program
+from ._program import Function, Program
 
 LOCKSTEP = 32  # members that are stepped together: of more, most wait for the slowest, and they leave the cache
 CHUNK = 256  # members of a task
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
 _compiled: dict[str, Any] = {}  # programs of this process, by task
+
+
+Piece = tuple[np.ndarray, np.ndarray]  # results and codes
 
 
 class Outcomes(NamedTuple):
@@ -60,32 +64,60 @@ def said(code: int) -> str:
 class Task:
     """Rows of numbers to rows of results and codes: what a worker does. It can be sent to another process."""
 
-    def __init__(self, model: Component, free: Free, program: Program) -> None:
-        self.model, self.free, self.program = model, free, program
+    def __init__(
+        self, model: Component, free: Free, functions: Mapping[str, Function], run: Function | None = None
+    ) -> None:
+        self.model, self.free, self.functions, self.run = model, free, dict(functions), run
         self.key = uuid.uuid4().hex
 
-    def __call__(self, x: Float[np.ndarray, "n k"]) -> tuple[np.ndarray, np.ndarray]:
-        """Results and codes of at most `CHUNK` members, or as many as one piece of work is made of."""
+    def __call__(self, x: Float[np.ndarray, "n k"]) -> Piece:
+        """Results and codes of some members."""
         if self.key not in _compiled:
-            _compiled[self.key] = jax.jit(self._all)
-        n = len(x)
-        # A piece that is not full is filled up, so that one program does for all.
-        size = LOCKSTEP * -(-n // LOCKSTEP) if n > LOCKSTEP else n
-        filled = np.concatenate([x, np.repeat(x[-1:], size - n, axis=0)])
-        with trials(), compiling("a batch of runs", self.model, self._all):
-            values, codes = _compiled[self.key](self.model, jnp.asarray(filled))
-        return np.asarray(values)[:n], np.asarray(codes)[:n]
+            _compiled[self.key] = self._compile()
+        size = min(LOCKSTEP, len(x)) if len(x) < CHUNK else LOCKSTEP
+        found = [self._piece(x[start : start + CHUNK], size) for start in range(0, len(x), CHUNK)]
+        values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
+        return values, codes
 
-    def _all(self, model: Component, x: Any) -> tuple[Any, Any]:
-        return jax.lax.map(lambda row: self._one(model, row), x, batch_size=min(LOCKSTEP, len(x)))
+    def _piece(self, x: np.ndarray, size: int) -> Piece:
+        """At most `CHUNK` members; those that fill the last batch up are copies."""
+        batches = -(-len(x) // size)
+        room = CHUNK if size == LOCKSTEP else size
+        filled = np.concatenate([x, np.repeat(x[-1:], room - len(x), axis=0)])
+        function = _compiled[self.key]
+        with trials(), compiling("a batch of runs", self.model, function):
+            values, codes = function(filled.reshape(room // size, size, -1), batches)
+        return np.asarray(values).reshape(room, -1)[: len(x)], np.asarray(codes).ravel()[: len(x)]
 
-    def _one(self, model: Component, row: Any) -> tuple[Any, Any]:
-        values, results = self.program.results(self.free.with_values(model, row))
-        code = jnp.where(jnp.all(jnp.isfinite(values)), COMPUTED, NOT_FINITE)
-        for result in results:
-            number = jax.tree_util.tree_leaves(result)[0]
-            code = jnp.where(is_success(result), code, number)
-        return values, code
+    def _compile(self) -> Callable[[Any, int], Any]:
+        program = Program(self.model, self.free, self.functions, self.run)
+        arrays, rest = eqx.partition(self.model, eqx.is_array)
+
+        @jax.jit
+        def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
+            model = eqx.combine(arrays, rest)
+
+            def batch(rows: Any) -> Any:
+                return jax.vmap(lambda row: _one(program, model, row))(rows)
+
+            empty = jax.tree_util.tree_map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(jax.vmap(batch), x))
+
+            def step(i: Any, found: Any) -> Any:
+                return jax.tree_util.tree_map(lambda whole, part: whole.at[i].set(part), found, batch(x[i]))
+
+            # As many batches as there are, so that one program does for pieces of any length.
+            return jax.lax.fori_loop(0, batches, step, empty)
+
+        return lambda x, batches: all_batches(arrays, x, batches)
+
+
+def _one(program: Program, model: Component, row: Any) -> tuple[Any, Any]:
+    values, results = program.results(program.free.with_values(model, row))
+    code = jnp.where(jnp.all(jnp.isfinite(values)), COMPUTED, NOT_FINITE)
+    for result in results:
+        number = jax.tree_util.tree_leaves(result)[0]
+        code = jnp.where(is_success(result), code, number)
+    return values, code
 
 
 def evaluated(
@@ -98,7 +130,7 @@ def evaluated(
 ) -> Outcomes:
     """The outcomes of all rows, on the cores of this machine or on an executor."""
     starts = range(0, len(x), chunk)
-    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    found: dict[int, Piece] = {}
     for done, (start, piece) in enumerate(
         pieces(task, {start: x[start : start + chunk] for start in starts}, executor)
     ):
@@ -109,9 +141,7 @@ def evaluated(
     return Outcomes(np.concatenate(values), np.concatenate(codes))
 
 
-def pieces(
-    task: Task, work: dict[int, np.ndarray], executor: Any
-) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray]]]:
+def pieces(task: Task, work: dict[int, np.ndarray], executor: Any) -> Iterator[tuple[int, Piece]]:
     """The outcomes of pieces of work, in the order in which they are done."""
     if executor is not None:
         yield from _done(executor, task, work)
@@ -124,9 +154,7 @@ def pieces(
         yield from _done(pool, task, {number: work[number] for number in numbers[1:]})
 
 
-def _done(
-    executor: Any, task: Task, work: dict[int, np.ndarray]
-) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray]]]:
+def _done(executor: Any, task: Task, work: dict[int, np.ndarray]) -> Iterator[tuple[int, Piece]]:
     futures = {executor.submit(task, piece): number for number, piece in work.items()}
     try:
         for future in concurrent.futures.as_completed(futures):

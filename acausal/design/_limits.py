@@ -61,13 +61,16 @@ class Limit:
         return f"{self.sense} {self.scale.value(self.value):.6g}{self.scale.text}"
 
 
-def objectives_of(minimise: Any) -> tuple[Objective, ...]:
-    """What `minimise` says: a function, a function with the unit to show it in, or a dictionary of these by name."""
+def objectives_of(minimise: Any, name: str = "objective") -> tuple[Objective, ...]:
+    """What `minimise` says: a function, a function with the unit to show it in, or a dictionary of these by name.
+
+    A single one is called `name`.
+    """
     if isinstance(minimise, Mapping):
         if not minimise:
             raise ModelError("There is nothing to minimise: name at least one function.")
         return tuple(_objective(name, value) for name, value in minimise.items())
-    return (_objective("objective", minimise),)
+    return (_objective(name, minimise),)
 
 
 def _objective(name: str, value: Any) -> Objective:

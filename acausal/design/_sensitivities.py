@@ -93,7 +93,7 @@ def sensitivities(model: Component, results: Any, *, run: Callable[[Any], Any] |
 
     Raises `SimulationError` where a result cannot be computed.
     """
-    objectives = objectives_of(results)
+    objectives = objectives_of(results, "result")
     found = dict(_tables(model, {objective.name: objective for objective in objectives}, run))
     return found if isinstance(results, Mapping) else next(iter(found.values()))
 
@@ -113,5 +113,4 @@ def _tables(model: Component, objectives: Mapping[str, Any], run: Any) -> Iterat
         rows = [SensitivityRow(*row) for row in zip(*columns, strict=True)]
         ordered = sorted(rows, key=lambda row: -abs(row.relative) if value else -abs(row.per_unit * row.value))
         scale = objectives[owner].scale
-        shown = "result" if name == "objective" else name
-        yield name, SensitivityTable(shown, scale, value, tuple(ordered))
+        yield name, SensitivityTable(name, scale, value, tuple(ordered))

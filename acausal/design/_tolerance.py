@@ -70,13 +70,13 @@ class Tolerance(Generic[M]):
     ) -> None:
         self.model = model
         self.free = _free(model, distributions)
-        objectives = {objective.name: objective for objective in objectives_of(results)}
+        objectives = {objective.name: objective for objective in objectives_of(results, "result")}
         self._scales = {name: objective.scale for name, objective in objectives.items()}
         self.distributions = _resolved(self.free, distributions, model)
         self._root = _root(self.free.names, correlation or {})
         functions = {name: objective.function for name, objective in objectives.items()}
         self._program = Program(model, self.free, functions, run)
-        self._task = Task(model, self.free, self._program)
+        self._task = Task(model, self.free, functions, run)
         self._executor = executor
 
     @property

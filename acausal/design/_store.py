@@ -1,0 +1,109 @@
+"""A store on disk that takes the results of a sweep piece by piece, and from which it goes on after an interruption."""
+
+import hashlib
+import importlib.metadata
+import types
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from .._declare.component import Component
+from .._errors import ModelError
+from .._extras import needed
+from ._batches import Piece
+
+OPEN = -1  # code of a member that is not computed yet
+PARTS = {
+    "members": "its parameters or their values are others",
+    "results": "its results have other names",
+    "model": "its model has another structure or other numbers",
+    "functions": "its run or its results are computed by other code",
+}
+
+
+class Store:
+    """Results and codes of numbered members in a zarr store; a piece counts as finished once its codes are written."""
+
+    def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
+        zarr = needed("zarr", "stores", "A store on disk")
+        self.names = tuple(names)
+        if path.exists():
+            self._group = zarr.open_group(path, mode="r+")
+            self._check(path, study)
+        else:
+            self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
+            for name in self.names:
+                self._group.create_array(
+                    name, shape=(n,), chunks=(chunk,), dtype="float64", fill_value=np.nan, dimension_names=["member"]
+                )
+            self._group.create_array(
+                "code", shape=(n,), chunks=(chunk,), dtype="int16", fill_value=OPEN, dimension_names=["member"]
+            )
+        self.chunk = int(self._group["code"].chunks[0])
+
+    def _check(self, path: Path, study: Mapping[str, str]) -> None:
+        known = self._group.attrs.get("study")
+        if not isinstance(known, dict):
+            raise ModelError(f"{path} is not the store of a sweep. Name another folder.")
+        other = [text for part, text in PARTS.items() if known.get(part) != study[part]]
+        if other:
+            raise ModelError(f"{path} belongs to another study: {'; '.join(other)}. Name another folder, or delete it.")
+
+    def starts(self) -> list[int]:
+        """The first members of the pieces that are not finished."""
+        still = np.asarray(self._group["code"][:]) == OPEN
+        return [start for start in range(0, len(still), self.chunk) if np.any(still[start : start + self.chunk])]
+
+    def write(self, start: int, piece: Piece) -> None:
+        """Keep the outcome of a piece; its codes come last, so that half a piece is none."""
+        values, codes = piece
+        where = slice(start, start + len(codes))
+        for column, name in zip(values.T, self.names, strict=True):
+            self._group[name][where] = column
+        self._group["code"][where] = codes.astype("int16")
+
+    def read(self) -> Piece:
+        """All results and codes."""
+        values = np.stack([np.asarray(self._group[name][:]) for name in self.names], axis=1)
+        return values, np.asarray(self._group["code"][:])
+
+
+def study_of(
+    model: Component, names: Sequence[str], x: Float[np.ndarray, "n k"], results: Sequence[str], functions: Any
+) -> dict[str, str]:
+    """What tells one study from another: digests of its members, results, model and functions."""
+    leaves, structure = jax.tree_util.tree_flatten(model)
+    numbers = b"".join(np.asarray(leaf, float).tobytes() for leaf in leaves)
+    return {
+        "members": _digest(repr(tuple(names)).encode() + np.ascontiguousarray(x).tobytes()),
+        "results": _digest(repr(tuple(results)).encode()),
+        "model": _digest(repr(structure).encode() + numbers),
+        "functions": _digest(b"".join(_code(function) for function in functions)),
+    }
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _code(function: Any) -> bytes:
+    """What a function computes: its code with that of functions within it, and the numbers it closes over."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return repr(type(function)).encode()
+    cells = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    closed = repr([cell for cell in cells if isinstance(cell, bool | int | float | str)])
+    return _of_code(code) + closed.encode() + repr(getattr(function, "__defaults__", None)).encode()
+
+
+def _of_code(code: types.CodeType) -> bytes:
+    constants = [_of_code(item) if isinstance(item, types.CodeType) else repr(item).encode() for item in code.co_consts]
+    return code.co_code + repr(code.co_names).encode() + b"".join(constants)
+
+
+def _versions() -> dict[str, str]:
+    return {f"{name}_version": importlib.metadata.version(name) for name in ("acausal", "jax")}

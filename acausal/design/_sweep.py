@@ -1,0 +1,244 @@
+"""`sweep`: results of a model over a grid, a list or a sample of parameters."""
+
+import concurrent.futures
+import dataclasses
+import itertools
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from .._declare.component import Component
+from .._errors import ModelError, ParameterError, SimulationError
+from .._extras import needed
+from .._integrate.failure import trials
+from .._units.quantity import has_unit, magnitude
+from ._bar import bar
+from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Piece, Task, code_names, pieces
+from ._bounds import number_in
+from ._distributions import Distribution
+from ._free import Free, free_parameters
+from ._limits import objectives_of
+from ._program import Program
+from ._store import Store, study_of
+
+M = TypeVar("M", bound=Component)
+MOST = 50_000_000  # members
+
+
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    """Members that fill a space evenly: `n` of a scrambled Sobol sequence, from bounds or distributions by path."""
+
+    of: Mapping[Any, Any]
+    n: int
+    seed: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class Members:
+    """The members of a sweep: rows of parameters, and the axes that they are a grid of, if they are."""
+
+    free: Free
+    x: Float[np.ndarray, "n k"]
+    axes: tuple[np.ndarray, ...] = ()
+
+
+def sweep(
+    model: Component,
+    over: Any,
+    results: Any,
+    *,
+    run: Callable[[Any], Any] | None = None,
+    store: str | Path | None = None,
+    executor: Any = None,
+    chunk: int | None = None,
+    progress: bool | None = None,
+) -> Any:
+    """Results of a model for many values of its parameters, as an `xarray.Dataset` with units.
+
+        sweep(
+            drive,
+            {"gear.ratio": np.linspace(5.0, 20.0, 16), "motor.resistor.R": ["0.2 ohm", "0.4 ohm"]},
+            {"time": (lambda s: s.t1, "ms")},
+            run=lambda m: simulate(m, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end"),
+            store="ratios.zarr",
+        )
+
+    - `over`: values by path for a grid of all their combinations; a list of dictionaries (or a `pandas.DataFrame`) with
+      the values of each member; or a `Sample`. Values are in declared units, quantities, or texts with a unit.
+    - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name. The numbers of
+      the dataset are in the unit to show.
+    - `run`: makes what the functions are given out of the model; without it, they are given the model.
+    - `store`: a folder that takes results as they come (zarr). A sweep that was interrupted goes on from there, and one
+      that is finished is read.
+    - `executor`: an object with `submit`, as those of `concurrent.futures`, or `Client.get_executor()` of Dask; by
+      default threads on all cores. One of processes needs functions that can be pickled.
+    - `chunk`: members of a piece of work, which is what is lost by an interruption; by default 256, or fewer where the
+      members would not keep all cores busy. Within a piece, 32 members are stepped together.
+    - `progress`: whether to show a bar; by default on a terminal.
+
+    The variable `code` is 0 for members that were computed; the others keep the reason why not, whose name is among its
+    attributes, and their results are not numbers.
+
+    Raises `ModelError` or `ParameterError` for what is wrong with names, values and units, and for a store that belongs
+    to another study; `SimulationError` where a worker dies.
+    """
+    objectives = objectives_of(results, "result")
+    scales = {objective.name: objective.scale for objective in objectives}
+    members = _members(model, over)
+    task = Task(model, members.free, {objective.name: objective.function for objective in objectives}, run)
+    program = Program(model, members.free, task.functions, run)
+    with trials():
+        jax.eval_shape(lambda x: program.results(members.free.with_values(model, x)), members.x[0])
+    size = _chunk(len(members.x)) if chunk is None else int(chunk)
+    values, codes = _computed(task, program.names, members, store, executor, size, bar("sweep", progress))
+    shown = [scales[owner] for owner in program.owners]
+    return _dataset(members, program.names, shown, values, codes)
+
+
+def _chunk(n: int) -> int:
+    """Members of a piece: so few that each core has four pieces at least, if they are as many as go side by side."""
+    fair = -(-n // (4 * (os.cpu_count() or 1)))
+    return int(min(CHUNK, LOCKSTEP * max(1, fair // LOCKSTEP)))
+
+
+def _computed(
+    task: Task, names: Sequence[str], members: Members, path: Any, executor: Any, chunk: int, tell: Any
+) -> Piece:
+    n = len(members.x)
+    if chunk < 1:
+        raise ParameterError(f"chunk is at least 1, got {chunk}.")
+    kept = None
+    if path is not None:
+        functions = [*task.functions.values(), task.run]
+        study = study_of(task.model, members.free.names, members.x, names, functions)
+        kept = Store(Path(path), n, names, chunk, study)
+        chunk = kept.chunk
+    found: dict[int, Piece] = {}
+    starts = list(range(0, n, chunk)) if kept is None else kept.starts()
+    total = -(-n // chunk)
+    done = total - len(starts)
+    tell(done, total)
+    try:
+        for start, piece in pieces(task, {start: members.x[start : start + chunk] for start in starts}, executor):
+            if kept is None:
+                found[start] = piece
+            else:
+                kept.write(start, piece)
+            done += 1
+            tell(done, total)
+    except Exception as error:
+        if (
+            not isinstance(error, concurrent.futures.BrokenExecutor) and type(error).__name__ != "KilledWorker"
+        ):  # of Dask
+            raise
+        rest = "lost, as no store was given" if kept is None else f"in {path}: the same call goes on from there"
+        raise SimulationError(
+            f"A worker died after {done} of {total} pieces of the sweep; what was finished is {rest}."
+        ) from error
+    if kept is not None:
+        return kept.read()
+    values, codes = zip(*(found[start] for start in starts), strict=True)
+    return np.concatenate(values), np.concatenate(codes)
+
+
+def _members(model: Component, over: Any) -> Members:
+    if isinstance(over, Sample):
+        return _sampled(model, over)
+    if hasattr(over, "to_dict") and not isinstance(over, Mapping):  # a table of pandas
+        over = over.to_dict("records")
+    if isinstance(over, Mapping):
+        return _grid(model, over)
+    if not isinstance(over, Sequence) or not over or not all(isinstance(row, Mapping) for row in over):
+        raise ModelError(f"over is a dictionary of values, a list of dictionaries or a Sample, got {over!r}.")
+    return _listed(model, over)
+
+
+def _single(model: Component, keys: Any) -> Free:
+    free = free_parameters(model, dict.fromkeys(keys))
+    if len(free.variables) != len(list(keys)):
+        raise ModelError("Elements of arrays are swept one by one, as in 'table.y[3]'.")
+    return free
+
+
+def _grid(model: Component, over: Mapping[Any, Any]) -> Members:
+    free = _single(model, over)
+    axes = tuple(_axis(v.name, v.unit, values) for v, values in zip(free.variables, over.values(), strict=True))
+    n = int(np.prod([float(len(axis)) for axis in axes]))
+    if n > MOST:
+        raise ModelError(f"A grid of {n} members is too large. Take a Sample of it.")
+    return Members(free, np.array(list(itertools.product(*axes)), float).reshape(n, len(axes)), axes)
+
+
+def _axis(name: str, unit: str, values: Any) -> np.ndarray:
+    given: Any = magnitude(values, unit, name) if has_unit(values) else values
+    is_row = isinstance(given, list | tuple | range) or (hasattr(given, "shape") and np.ndim(given) == 1)
+    if not is_row or not len(given):
+        raise ParameterError(f"{name}: give a sequence of values, got {values!r}.")
+    axis = np.array([number_in(value, unit, name)[0] for value in given])
+    if not np.all(np.isfinite(axis)):
+        raise ParameterError(f"{name}: values must be finite, got {values!r}.")
+    return axis
+
+
+def _listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> Members:
+    """Members that are given one by one; all of them by the same names."""
+    free = _single(model, rows[0])
+    for number, row in enumerate(rows):
+        if row.keys() != rows[0].keys():
+            own, first = (", ".join(map(str, names)) for names in (row, rows[0]))
+            raise ModelError(f"Member {number} names {own}, but the first one {first}.")
+    pairs = zip(free.variables, rows[0], strict=True)
+    columns = [_axis(variable.name, variable.unit, [row[key] for row in rows]) for variable, key in pairs]
+    return Members(free, np.stack(columns, axis=1))
+
+
+def _sampled(model: Component, sample: Sample) -> Members:
+    from scipy.special import ndtr
+
+    from ._tolerance import _count, _resolved, _sobol
+
+    free = _single(model, sample.of)
+    scores = _sobol(len(free.variables), _count(sample.n), sample.seed)
+    columns = []
+    for i, (key, given) in enumerate(sample.of.items()):
+        if isinstance(given, Distribution):
+            columns.append(_resolved(_single(model, [key]), {key: given}, model)[0].of_score(scores[:, i]))
+        else:
+            low, high = _bounds(free.variables[i].name, free.variables[i].unit, given)
+            columns.append(low + (high - low) * ndtr(scores[:, i]))
+    return Members(free, np.stack(columns, axis=1))
+
+
+def _bounds(name: str, unit: str, given: Any) -> tuple[float, float]:
+    finite = isinstance(given, tuple) and len(given) == 2 and None not in given
+    low, high = (number_in(bound, unit, name)[0] for bound in given) if finite else (np.nan, np.nan)
+    if not (np.isfinite(high - low) and low < high):
+        raise ParameterError(f"{name}: a sample needs two finite bounds, the lower one first, got {given!r}.")
+    return low, high
+
+
+def _dataset(members: Members, names: Sequence[str], scales: Sequence[Any], values: Any, codes: Any) -> Any:
+    xr = needed("xarray", "tables", "A dataset")
+    units = dict(zip(members.free.names, members.free.units, strict=True))
+    shape = tuple(len(axis) for axis in members.axes) or (len(members.x),)
+    dims = list(units) if members.axes else ["member"]
+    good = codes == 0
+    variables = {}
+    for name, scale, column in zip(names, scales, values.T, strict=True):
+        shown = np.where(good, scale.value(column), np.nan).reshape(shape)
+        variables[name] = xr.Variable(dims, shown, {"units": scale.shown})
+    meanings = " ".join(code_names())
+    about = {"flag_values": list(range(NOT_FINITE + 1)), "flag_meanings": meanings, "long_name": "why not computed"}
+    variables["code"] = xr.Variable(dims, codes.reshape(shape), about)
+    columns = members.axes or tuple(members.x.T)
+    coords = {
+        name: xr.Variable([name] if members.axes else ["member"], column, {"units": units[name]})
+        for name, column in zip(units, columns, strict=True)
+    }
+    return xr.Dataset(variables, coords=coords)
