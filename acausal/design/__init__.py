@@ -1,6 +1,8 @@
 """Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
 
 from ._certificate import Curvature as Curvature
+from ._choose import Choice as Choice
+from ._choose import choose as choose
 from ._design import Active as Active
 from ._design import Design as Design
 from ._design import Result as Result

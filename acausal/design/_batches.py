@@ -79,6 +79,13 @@ class Task:
         values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
         return values, codes
 
+    def columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The names of the results, and which function each of them is from."""
+        program, row = Program(self.model, self.free, self.functions, self.run), self.free.values(self.model)
+        with trials():
+            jax.eval_shape(lambda x: program.results(self.free.with_values(self.model, x)), row)
+        return program.names, program.owners
+
     def _piece(self, x: np.ndarray, size: int) -> Piece:
         """At most `CHUNK` members; those that fill the last batch up are copies."""
         batches = -(-len(x) // size)

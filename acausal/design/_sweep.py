@@ -8,14 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError
 from .._extras import needed
-from .._integrate.failure import trials
 from .._units.quantity import has_unit, magnitude
 from ._bar import bar
 from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Piece, Task, code_names, pieces
@@ -23,7 +21,6 @@ from ._bounds import number_in
 from ._distributions import Distribution
 from ._free import Free, free_parameters
 from ._limits import objectives_of
-from ._program import Program
 from ._store import Store, study_of
 
 M = TypeVar("M", bound=Component)
@@ -92,13 +89,11 @@ def sweep(
     scales = {objective.name: objective.scale for objective in objectives}
     members = _members(model, over)
     task = Task(model, members.free, {objective.name: objective.function for objective in objectives}, run)
-    program = Program(model, members.free, task.functions, run)
-    with trials():
-        jax.eval_shape(lambda x: program.results(members.free.with_values(model, x)), members.x[0])
+    names, owners = task.columns()
     size = _chunk(len(members.x)) if chunk is None else int(chunk)
-    values, codes = _computed(task, program.names, members, store, executor, size, bar("sweep", progress))
-    shown = [scales[owner] for owner in program.owners]
-    return _dataset(members, program.names, shown, values, codes)
+    values, codes = _computed(task, names, members, store, executor, size, bar("sweep", progress))
+    shown = [scales[owner] for owner in owners]
+    return _dataset(members, names, shown, values, codes)
 
 
 def _chunk(n: int) -> int:
@@ -156,7 +151,7 @@ def _members(model: Component, over: Any) -> Members:
         return _grid(model, over)
     if not isinstance(over, Sequence) or not over or not all(isinstance(row, Mapping) for row in over):
         raise ModelError(f"over is a dictionary of values, a list of dictionaries or a Sample, got {over!r}.")
-    return _listed(model, over)
+    return listed(model, over)
 
 
 def _single(model: Component, keys: Any) -> Free:
@@ -186,7 +181,7 @@ def _axis(name: str, unit: str, values: Any) -> np.ndarray:
     return axis
 
 
-def _listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> Members:
+def listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> Members:
     """Members that are given one by one; all of them by the same names."""
     free = _single(model, rows[0])
     for number, row in enumerate(rows):
