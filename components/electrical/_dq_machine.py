@@ -49,13 +49,13 @@ class DqMachine(Record):
 
     def most_per_ampere(self, size: Scalar) -> DqCurrents:
         """The currents of the largest torque for a size of the current in A (maximum torque per ampere, MTPA)."""
-        s = self.Lq - self.Ld
-        i_d = -2.0 * s * size**2 / (self.psi + jnp.sqrt(self.psi**2 + 8.0 * (s * size) ** 2))
+        s = self.Ld - self.Lq
+        i_d = 2.0 * s * size**2 / (self.psi + jnp.sqrt(self.psi**2 + 8.0 * (s * size) ** 2))
         return DqCurrents(i_d, jnp.sqrt(size**2 - i_d**2))
 
     def least_for(self, torque: Scalar) -> DqCurrents:
         """The smallest currents for a torque >= 0 in N.m, whatever the voltage: those of MTPA."""
-        s, k = self.Lq - self.Ld, 0.75 * self.p
+        s, k = self.Ld - self.Lq, 0.75 * self.p
 
         def root(i_q: Scalar) -> Scalar:
             return jnp.sqrt(self.psi**2 + (2.0 * s * i_q) ** 2)
@@ -63,9 +63,13 @@ class DqMachine(Record):
         def excess(i_q: Scalar) -> Scalar:
             return k * i_q * (self.psi + root(i_q)) - torque
 
-        # The torque over i_q is convex, so that Newton's steps come down to the root from above.
-        i_q = _root(excess, torque / (2.0 * k * self.psi))
-        return DqCurrents(-2.0 * s * i_q**2 / (self.psi + root(i_q)), i_q)
+        # The torque over i_q is convex, so that Newton's steps come down to the root from above; they start from what
+        # the magnets alone would need, or the reluctance alone, whichever is less.
+        by_magnets, salient = torque / (2.0 * k * self.psi), s != 0.0
+        square = torque / (2.0 * k * jnp.abs(jnp.where(salient, s, 1.0)))
+        start = jnp.where(salient & (square < by_magnets**2), jnp.sqrt(square), by_magnets)
+        i_q = _root(excess, jax.lax.stop_gradient(start))
+        return DqCurrents(2.0 * s * i_q**2 / (self.psi + root(i_q)), i_q)
 
     def currents(self, torque: Scalar, w: Scalar, v_max: Scalar, i_max: Scalar) -> DqCurrents:
         """The smallest currents for a torque in N.m, or the largest one of its sign, within the limits of an inverter.

@@ -66,6 +66,15 @@ def test_what_is_within_the_limits_is_given(wanted: float) -> None:
         assert SURFACE.voltage(found, w) <= 13.5 * (1.0 + 1e-12)
 
 
+@pytest.mark.parametrize("psi", [1e-6, 1e-3, 1.0])
+def test_a_machine_that_lives_on_its_reluctance_or_on_its_magnets(psi: float) -> None:
+    """The currents of MTPA for a torque are those of the size that gives it."""
+    machine = DqMachine(p=2, psi=psi, Ld=1e-3, Lq=8e-3)
+    wanted = machine.most_per_ampere(40.0)
+    found = machine.least_for(machine.torque(wanted))
+    np.testing.assert_allclose(np.array(found), np.array(wanted), rtol=1e-10)
+
+
 def test_the_best_currents_are_differentiable_in_data_and_limits() -> None:
     def numbers(x: Any) -> Any:
         p, psi, Ld, Lq, Rs, T, w, v, i = x
