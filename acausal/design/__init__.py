@@ -20,6 +20,8 @@ from ._free import free_parameters as free_parameters
 from ._identify import identify as identify
 from ._indices import Indices as Indices
 from ._optimise import optimise as optimise
+from ._pareto import Front as Front
+from ._pareto import pareto as pareto
 from ._percentile import percentile_of as percentile_of
 from ._profile import Profile as Profile
 from ._residuals import ResidualTest as ResidualTest

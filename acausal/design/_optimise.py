@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .._declare.component import Component
-from .._errors import SimulationError
+from .._errors import ModelError, SimulationError
 from .._integrate.options import count, flag, one_of
 from ._certified import certified, sensitivities_of
 from ._design import Design
-from ._limits import Objective
+from ._limits import Objective, objectives_of
 from ._problem import Problem, starts_of
 from ._report import reporter
 from ._search import FEASIBLE, Outcome, Trail, sample, search
@@ -72,7 +72,10 @@ def optimise(
     `SimulationError` where no design between the bounds can be computed.
     """
     began = time.perf_counter()
-    problem = Problem.of(model, free, minimise, run, constraints, scenarios)
+    objective, *more = objectives_of(minimise)
+    if more:
+        raise ModelError("optimise minimises one function; pareto takes two.")
+    problem = Problem.of(model, free, [objective], run, constraints, scenarios)
     one_of(method, "method", METHODS)
     places = starts_of(problem.free, model, start)
     task = problem.task(places[0])

@@ -1,7 +1,7 @@
 """An optimisation as it is stated: a model, what is free, what is minimised, and the limits of results."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from .._declare.component import Component
 from .._errors import ModelError
 from ._design import Design
 from ._free import Free, free_parameters
-from ._limits import Limit, Objective, limits_of, objectives_of
+from ._limits import Limit, Objective, limits_of
 from ._program import Program
 from ._search import nearest_good
 from ._task import Task, task_of
@@ -31,23 +31,22 @@ class Problem:
     def of(
         model: Any,
         free: Mapping[Any, Any],
-        minimise: Any,
+        objectives: Sequence[Objective],
         run: Callable[[Any], Any] | None,
         constraints: Mapping[str, Any] | None,
         scenarios: Mapping[str, Mapping[str, Any]] | None,
     ) -> "Problem":
         if not isinstance(model, Component):
             raise ModelError(f"{model!r} is no component: optimise a model.")
-        objective, *more = objectives_of(minimise)
-        if more:
-            raise ModelError("optimise minimises one function; pareto takes several.")
         limits = limits_of(constraints)
-        functions = {objective.name: objective.function, **{name: pair[0] for name, pair in limits.items()}}
-        if len(functions) <= len(limits):
-            raise ModelError(f"{objective.name} is the name of the objective and of a constraint. Rename one.")
+        for objective in objectives:
+            if objective.name in limits:
+                raise ModelError(f"{objective.name} is the name of the objective and of a constraint. Rename one.")
+        functions = {objective.name: objective.function for objective in objectives}
+        functions |= {name: function for name, (function, _) in limits.items()}
         variables = free_parameters(model, free)
         program = Program(model, variables, functions, run, scenarios)
-        return Problem(model, variables, objective, {name: pair[1] for name, pair in limits.items()}, program)
+        return Problem(model, variables, objectives[0], {name: pair[1] for name, pair in limits.items()}, program)
 
     def task(self, x: np.ndarray) -> Task:
         """The task, measured by what the results are at `x`, or next to it where these cannot be computed."""

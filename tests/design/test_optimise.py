@@ -175,7 +175,7 @@ def test_picture_has_a_panel_each_for_objective_variables_and_margins() -> None:
     [
         (dict(minimise={}), "nothing to minimise"),
         (dict(minimise=3.0), "objective: state a function"),
-        (dict(minimise={"a": lambda m: m.time, "b": lambda m: m.time}), "pareto takes several"),
+        (dict(minimise={"a": lambda m: m.time, "b": lambda m: m.time}), "pareto takes two"),
         (dict(minimise={"motor speed": lambda m: m.time}), "name of the objective and of a constraint"),
         (dict(minimise=lambda m: float(m.time)), "objective cannot be differentiated"),
         (dict(minimise=lambda m: m.time > 3.0), "must return real numbers"),

@@ -1,0 +1,116 @@
+"""`pareto`: what a little less of one result costs in another one."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from .._analyse.table import aligned
+from .._declare.component import Component
+from .._errors import ModelError
+from .._extras import needed
+from .._integrate.options import count, one_of
+from ._bounds import Scale
+from ._certified import certified
+from ._design import Design
+from ._limits import Limit, Objective, objectives_of
+from ._optimise import METHODS
+from ._problem import Problem, starts_of
+from ._report import reporter
+from ._search import Trail, search
+from ._solve import Method
+
+M = TypeVar("M", bound=Component)
+
+
+@dataclasses.dataclass(frozen=True)
+class Front(Generic[M]):
+    """Designs of which none is better in both of two results, from the least of the first to the least of the second.
+
+    `values[i]` are the two results of `designs[i]`. Between the ends, a design has the least first result with the
+    second one limited to its value, so that the multiplier of that limit is the slope of the front.
+    """
+
+    names: tuple[str, str]
+    scales: tuple[Scale, Scale]
+    values: np.ndarray
+    designs: tuple[Design[M], ...]
+
+    def __str__(self) -> str:
+        variables = self.designs[0].free.variables
+        scales = [*self.scales, *(variable.scale for variable in variables)]
+        heads = map(_head, [*self.names, *(variable.name for variable in variables)], scales)
+        rows = [
+            (*(f"{scale.value(x):.6g}" for scale, x in zip(scales, [*both, *design.x], strict=True)), design.status)
+            for both, design in zip(self.values, self.designs, strict=True)
+        ]
+        return aligned([(*heads, ""), *rows])
+
+    def __repr__(self) -> str:
+        return f"<Front of {self.names[0]} and {self.names[1]}: {len(self.designs)} designs>"
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the front; returns the matplotlib axes."""
+        if ax is None:
+            _, ax = needed("matplotlib.pyplot", "plots", "A picture").subplots(layout="constrained")
+        ax.plot(*(scale.value(column) for scale, column in zip(self.scales, self.values.T, strict=True)), "o-")
+        ax.set_xlabel(_head(self.names[0], self.scales[0]))
+        ax.set_ylabel(_head(self.names[1], self.scales[1]))
+        ax.grid(alpha=0.3)
+        return ax
+
+
+def _head(name: str, scale: Scale) -> str:
+    return f"{name} [{scale.shown}]" if scale.text else name
+
+
+def pareto(
+    model: M,
+    free: Mapping[Any, Any],
+    minimise: Mapping[str, Any],
+    *,
+    points: int = 9,
+    run: Callable[[M], Any] | None = None,
+    constraints: Mapping[str, Any] | None = None,
+    scenarios: Mapping[str, Mapping[str, Any]] | None = None,
+    start: Any = None,
+    method: Method = "SLSQP",
+    most: int = 200,
+    progress: bool | None = None,
+) -> Front[M]:
+    """The Pareto front of two results, which `minimise` names, by the epsilon-constraint method.
+
+    The ends are the optima of each result by itself. Between them the second one is limited to evenly spaced values,
+    and the first one minimised from the design before; one compiled program serves all. All else is as in `optimise`,
+    and each design has its certificate. See Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
+
+    Raises what `optimise` raises, and `ModelError` unless there are two results and at least two points.
+    """
+    objectives = objectives_of(minimise)
+    if len(objectives) != 2:
+        raise ModelError(f"pareto takes two functions to minimise, by name; got {len(objectives)}.")
+    first, second = objectives
+    if count(points, "points") < 2:
+        raise ModelError("A front has two ends: points must be at least 2.")
+    one_of(method, "method", METHODS)
+    problem = Problem.of(model, free, objectives, run, constraints, scenarios)
+
+    def solved(objective: Objective, limits: Mapping[str, Limit], x: np.ndarray, number: int) -> Design[M]:
+        posed = dataclasses.replace(problem, objective=objective, limits={**problem.limits, **limits})
+        task = posed.task(x)
+        trail = Trail(said=reporter(task, objective, number, points, progress))
+        return certified(posed, task, search(task, np.asarray(posed.free.scaled(x)), trail, method, most))
+
+    def value(objective: Objective, design: Design[M]) -> float:
+        return float(problem.program(design.x).values[problem.program.owners.index(objective.name)])
+
+    designs = [solved(first, {}, starts_of(problem.free, model, start)[0], 0)]
+    last = solved(second, {}, designs[0].x, points - 1)
+    levels = np.linspace(value(second, designs[0]), value(second, last), points)[1:-1]
+    for number, level in enumerate(levels.tolist(), start=1):
+        limit = Limit(second.name, "<=", level, second.scale)
+        designs.append(solved(first, {second.name: limit}, designs[-1].x, number))
+    designs.append(last)
+    values = np.array([[value(objective, design) for objective in objectives] for design in designs])
+    return Front((first.name, second.name), (first.scale, second.scale), values, tuple(designs))
