@@ -18,14 +18,15 @@ def signs(g: Any, above: Any) -> Any:
 
 class EventConditions(NamedTuple):
     """`margins` of relations at a time; `logic`, a bound of the margins of conditions from those of relations and of
-    their negatives; which relations each condition `reads`; and which are `either`: events that happen when they become
-    false, too.
+    their negatives; which relations each condition `reads`; which are `either`: events that happen when they become
+    false, too; and which margins `moves` marks, those that change with time.
     """
 
     margins: Callable[[Any], Any]
     logic: Callable[[Any, Any], Any]
     reads: np.ndarray
     either: np.ndarray
+    moves: np.ndarray
 
     def true(self, above: Any) -> Any:
         """Which conditions hold where these relations do."""

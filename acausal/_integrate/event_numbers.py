@@ -9,6 +9,7 @@ import numpy as np
 
 from .._evaluate.events import Entry, Kind
 from .._evaluate.system import System
+from .._reduce.jaxpr import slice_output
 from .._reduce.logic import Circuit, Expression, circuit, relations_of
 from .settings import Settings
 from .state_vector import StateVector
@@ -158,6 +159,19 @@ class EventNumbers:
         for i, expression in enumerate(self.logic):
             found[i, list(relations_of(expression) if expression else ())] = True
         return found
+
+    @ft.cached_property
+    def moves(self) -> np.ndarray:
+        """Which margins change between events, too, since they read more than parameters and discrete variables."""
+        events, leaves = self.system.events, self.system.flat.leaves
+        parts = [np.ones(self._n_own, bool)]
+        if events:
+            margins = events.margins
+            is_fixed = [leaves[leaf].declaration.role in ("param", "discrete") for leaf in margins.leaves]
+            for i, aval in enumerate(margins.closed.out_avals):
+                is_moved = not all(is_fixed[place] for place in slice_output(margins.closed, i).used)
+                parts.insert(-1, np.full(math.prod(aval.shape), is_moved))
+        return np.concatenate(parts)
 
     @ft.cached_property
     def circuit(self) -> Circuit:

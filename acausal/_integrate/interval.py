@@ -51,12 +51,11 @@ def advance(low: Point, high: Point) -> Any:
     return jnp.max(jnp.where(jnp.isfinite(turned), turned, 0.0), initial=0.0)
 
 
-def may_turn(low: Point, high: Point, above: Any) -> Any:
+def may_turn(conditions: EventConditions, low: Point, high: Point, above: Any) -> Any:
     """Which margins may be zero in between, though they need not be of another sign at the ends of an interval: those
     that come near zero, and where angles turn fast, all that move.
     """
-    moves = (low.g != high.g) | (low.rate != 0) | (high.rate != 0)
-    return _is_near(low, high, above) | (moves & (advance(low, high) > TURN))
+    return _is_near(low, high, above) | (conditions.moves & (advance(low, high) > TURN))
 
 
 def _is_near(low: Point, high: Point, above: Any) -> Any:
@@ -85,7 +84,7 @@ def judged(
     leaps = (low.steps != high.steps) & (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
     turned, is_short = advance(low, high), width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    turns = jnp.where(is_part, bumps | leaps, may_turn(low, high, above))
+    turns = jnp.where(is_part, bumps | leaps, may_turn(conditions, low, high, above))
     is_likely = jnp.any(conditions.may_begin(above, changes, turns, holds))
     begins = conditions.begin(after, holds)
     happens = jnp.any(begins)

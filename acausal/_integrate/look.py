@@ -59,11 +59,11 @@ def look(
 
     Margins of relations and their rates are taken at both ends. Where they are so far from zero that their variation
     over the step does not bring them there, or what else holds makes them idle, that is all; else the step is looked at
-    in four parts, and in more of them where an angle, of which a sine or a cosine is taken, turns faster than a quarter
-    in each: while nothing moves, steps are longer than the periods of what makes margins vary. On a part a relation has
-    changed where its margin has another sign at the end, and may have changed where its rates point at zero from both
-    ends, and the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed
-    down to rounding. So an event is found if each margin turns at most once on each part.
+    in four parts, and in more of them where an angle, of which a sine is taken, turns by more than a quarter in each:
+    while nothing moves, steps are longer than the periods of what makes margins vary. On a part a relation has changed
+    where its margin has another sign at the end, and may have changed where its rates point at zero from both ends, and
+    the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed down to
+    rounding. So an event is found if each margin turns at most once on each part.
     """
     length = end - start.t
 
@@ -84,7 +84,7 @@ def look(
             jnp.where(is_start, end, s.x), s.begins, s.is_found, s.is_over, s.count + 1,
         )  # fmt: skip
         after = signs(new.g, above)
-        may_begin = conditions.may_begin(above, above != after, may_turn(low, new, above), holds)
+        may_begin = conditions.may_begin(above, above != after, may_turn(conditions, low, new, above), holds)
         at_once = conditions.begin(above, holds)
         is_clear = is_end & ~jnp.any(may_begin | at_once)
         passed = s._replace(low=s.end, holds=holds & conditions.true(after), is_over=is_clear)

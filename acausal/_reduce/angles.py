@@ -1,4 +1,6 @@
-"""The angles that a function turns through, of which it takes sines and cosines, and its stairs of whole numbers."""
+"""The angles that a function turns through, of which it takes sines and cosines, and its stairs: whole numbers that it
+takes, and samples between which it looks something up.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -8,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .jaxpr import bind, called, differentiable_call, is_floating
+from .jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 _WAVES = ("sin", "cos", "tan")
 _STAIRS = {"floor": 0.0, "ceil": 0.0, "round": 0.5}
@@ -67,6 +69,8 @@ def _note(eqn: JaxprEqn, args: Sequence[Any], angles: list[Any], stairs: list[An
         stairs.append(jnp.ravel(args[0]) + _STAIRS[name])
     elif name == "rem" and is_floating(eqn.invars[0]):
         stairs.append(jnp.ravel(args[0] / args[1]))
+    elif _looks_up(eqn):
+        stairs.append(jnp.ravel(_place(*args[:2])))
     for body in _bodies(eqn):
         if _turns(body):
             _walk(body, args[len(args) - len(body.jaxpr.invars) :], angles, stairs)
@@ -75,7 +79,27 @@ def _note(eqn: JaxprEqn, args: Sequence[Any], angles: list[Any], stairs: list[An
 def _turns(closed: ClosedJaxpr) -> bool:
     """Whether there is any such thing in a jaxpr."""
     names = (*_WAVES, *_STAIRS, "rem")
-    return any(eqn.primitive.name in names or any(map(_turns, _bodies(eqn))) for eqn in closed.jaxpr.eqns)
+    return any(
+        eqn.primitive.name in names or _looks_up(eqn) or any(map(_turns, _bodies(eqn))) for eqn in closed.jaxpr.eqns
+    )
+
+
+def _looks_up(eqn: JaxprEqn) -> bool:
+    """Whether it is a search in a sorted list, as `jnp.interp` and `jnp.digitize` make it: a loop that narrows down two
+    indices.
+    """
+    if eqn.primitive.name != "scan" or len(eqn.invars) != 4:
+        return False
+    table, x, *bounds = eqn.invars
+    is_search = is_floating(table) and is_floating(x) and not any(map(is_floating, bounds))
+    return is_search and len(shape_of(table)) > 0
+
+
+def _place(table: Any, x: Any) -> Any:
+    """Where x is among the samples of a table; a whole number at each of them."""
+    if table.ndim > 1:  # those of an array of components
+        return jax.vmap(_place)(table, x)
+    return jnp.interp(x, table, jnp.arange(len(table), dtype=float))
 
 
 def _bodies(eqn: JaxprEqn) -> list[ClosedJaxpr]:

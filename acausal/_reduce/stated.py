@@ -119,4 +119,9 @@ def _checked(stated: Any, where: str) -> dict[str, Equation]:
             f"{where} must return a dictionary of named equations, such as "
             f"dict(ohm=eq(self.v, self.R * self.i)); got {type(stated).__name__}."
         )
+    for name, equation in stated.items():
+        if not isinstance(equation.check_units, bool):
+            raise ModelError(
+                f"{where}: {name} is stated with check_units={equation.check_units!r}; it must be True or False."
+            )
     return stated

@@ -139,7 +139,9 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
         jax.debug.callback(lambda t: times.append(float(t)), t)
         return jnp.stack([t - jnp.inf, jnp.inf - t, t - 20.0])
 
-    conditions = EventConditions(margins, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool))
+    conditions = EventConditions(
+        margins, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool), np.ones(3, bool)
+    )
     none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
     unknown = Point(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
     looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, 10.0, 1e-12)

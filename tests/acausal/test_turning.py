@@ -6,12 +6,15 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 from scipy.optimize import root_scalar
 
+from acausal import Array as Of
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._reduce.angles import with_angles
 
-N = 48
+Samples = Float[jax.Array, "21"]
+N, SAMPLES = 48, 21
 FULL = 2.0 * math.pi
 
 
@@ -25,6 +28,7 @@ class Shaft(Component):
     by_clock: Discrete[Scalar, "1"] = 0.0
     by_angle: Discrete[Scalar, "1"] = 0.0
     by_turn: Discrete[Scalar, "1"] = 0.0
+    by_half: Discrete[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
         return dict(speed=eq(d.phi, self.w))
@@ -34,6 +38,7 @@ class Shaft(Component):
         return dict(
             clock=when(jnp.cos(self.w * self.t) < -self.level, by_clock=self.by_clock + 1.0),
             angle=when(jax.jit(jnp.sin)(self.phi) > self.level, by_angle=self.by_angle + 1.0),
+            half=when(jnp.maximum(jnp.sin(self.phi), 0.0) > self.level, by_half=self.by_half + 1.0),
             turn=when(share > self.level, by_turn=self.by_turn + 1.0),
         )
 
@@ -48,10 +53,48 @@ def test_each_turn_is_counted() -> None:
     @jax.vmap
     def counts(w: Any, level: Any, end: Any) -> Any:
         final = simulate(Shaft(w=w, level=level), end, dt0=end, save="end").final
-        return final.by_clock, final.by_angle, final.by_turn
+        return final.by_clock, final.by_angle, final.by_half, final.by_turn
 
     for count in counts(w, level, (turns - 1e-7) * FULL / w):
         np.testing.assert_array_equal(count, turns)
+
+
+class Track(Component):
+    """A table that is followed at a steady speed."""
+
+    places: Param[Samples, "m"]
+    heights: Param[Samples, "m"]
+    s: Var[Scalar, "m"] = 0.0
+    bumps: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.s, 1.0, check_units=False))
+
+    def events(self) -> Events:
+        return dict(bump=when(jnp.interp(self.s, self.places, self.heights) > 0.5, bumps=self.bumps + 1.0))
+
+
+class Tracks(Component):
+    """Two of them."""
+
+    tracks: Of[Track]
+
+
+def test_each_peak_of_a_table_is_counted() -> None:
+    """However narrow it is."""
+    rng = np.random.default_rng(1)
+    places = np.cumsum(10.0 ** rng.uniform(-3.0, 0.0, (N, 2, SAMPLES)), axis=-1)
+    heights = rng.uniform(0.0, 1.0, (N, 2, SAMPLES))
+    heights[..., ::2] = 0.0
+
+    @jax.jit
+    @jax.vmap
+    def bumps(places: Any, heights: Any) -> Any:
+        model = Tracks(tracks=Of(item=Track(places=places, heights=heights), n=2))
+        return simulate(model, jnp.max(places), dt0=10.0, save="end").final.tracks[:].bumps
+
+    found = bumps(jnp.asarray(places), jnp.asarray(heights))
+    np.testing.assert_array_equal(found, np.sum(heights > 0.5, axis=-1))
 
 
 class Swell(Component):

@@ -11,6 +11,7 @@ from acausal import (
     Connections,
     Energy,
     Equations,
+    ModelError,
     Param,
     Scalar,
     Time,
@@ -161,6 +162,20 @@ def test_what_is_not_checked_is_listed() -> None:
     assert report.unchecked == ("part.walther",)
     assert "Units not checked (1): part.walther" in str(report)
     assert structure(_drive(TorqueSensor())).unchecked == ()
+
+
+class Misled(Component):
+    """An equation that is told neither to check its units nor not to."""
+
+    x: Var[Scalar, "m"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.x, check_units="no"))  # pyright: ignore[reportArgumentType]
+
+
+def test_whether_to_check_is_true_or_false() -> None:
+    with pytest.raises(ModelError, match=r"Misled\.equations: decay .* check_units='no'; it must be True or False"):
+        structure(Misled())
 
 
 class Loop(Component):
