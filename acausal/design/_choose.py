@@ -71,7 +71,7 @@ class Choice:
     def ruled_out(self, i: int) -> tuple[str, ...]:
         """What speaks against a combination: the limits that it breaks, or why it could not be computed."""
         if not self.is_computed[i]:
-            return (said(int(self.outcomes.codes[i])),)
+            return (said(int(self.outcomes.codes[i])).split(". ")[0].rstrip("."),)
         broken = zip(self.limits, self.excess[i], strict=True)
         return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > 1e-9)
 
@@ -123,7 +123,7 @@ class Choice:
         lines = [f"{len(self.combinations)} combinations, {int(np.sum(self.is_feasible))} feasible"]
         lines += [aligned([head, *rows])] if rows else []
         for reason, (number, alone) in self.reasons.items():
-            lines.append(f"ruled out by {reason.rstrip('.')}: {number}, {alone} of them by it alone")
+            lines.append(f"ruled out by {reason}: {number}, {alone} of them by it alone")
         return "\n".join(lines)
 
     def _shown(self, i: int) -> list[str]:

@@ -54,7 +54,7 @@ class SensitivityTable(NamedTuple):
         rows = [
             [
                 row.parameter, f"{row.value:.5g}", row.unit, f"{self.scale.difference(row.per_unit):.5g}",
-                f"{row.relative:.4f}",
+                f"{row.relative + 0.0:.4f}",
             ]
             for row in self.rows
         ]  # fmt: skip

@@ -54,7 +54,7 @@ def test_the_front() -> None:
 def test_what_cannot_be_computed_is_ruled_out() -> None:
     found = choose(rig(), TABLES, lambda m: jnp.log(m.link.c - 20.0))
     assert found.is_computed.tolist() == [False, False, True, True, True, True]
-    assert found.ruled_out(0) == ("A result is not a finite number.",)
+    assert found.ruled_out(0) == ("A result is not a finite number",)
     assert found.best == 2
     with pytest.raises(SimulationError, match="None of 6 combinations could be computed"):
         choose(rig(), TABLES, lambda m: jnp.log(-m.link.c))
