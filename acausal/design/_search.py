@@ -4,7 +4,6 @@ import dataclasses
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -103,7 +102,7 @@ def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, mos
     point = solved(z)
     if task.violation(point) <= FEASIBLE:
         return Outcome(point, trail)
-    nearest, shares = _least_infeasible(task, at, point, method, most)
+    nearest, shares = _least_infeasible(task, at, point, most)
     if task.violation(nearest) <= FEASIBLE:
         return Outcome(solved(nearest.z), trail)
     watch(nearest.z)
@@ -188,10 +187,11 @@ def _newton(at: At, point: Point, multipliers: Multipliers, bounds: tuple[np.nda
     return np.clip(z, low, high)
 
 
-def _least_infeasible(task: Task, at: At, point: Point, method: Method, most: int) -> tuple[Point, np.ndarray]:
+def _least_infeasible(task: Task, at: At, point: Point, most: int) -> tuple[Point, np.ndarray | None]:
     """The design whose largest violation t is least, min t with c <= t, and the multipliers of the limits there.
 
-    These sum to one: they are the shares that the limits have in the conflict.
+    These sum to one: they are the shares that the limits have in the conflict. None where the conditions of that
+    optimum are not met, so that a conflict is not proven.
     """
     is_equation = task.is_equation
     n = len(point.z)
@@ -210,9 +210,12 @@ def _least_infeasible(task: Task, at: At, point: Point, method: Method, most: in
     bounds = np.append(low, 0.0), np.append(high, np.inf)
     none = np.zeros(len(point.c) + int(np.sum(is_equation)), bool)
     start = np.append(point.z, task.violation(point))
-    end = polished(elastic, solve(elastic, start, bounds, none, method=method, most=most), bounds, none)
+    end = polished(elastic, solve(elastic, start, bounds, none, most=most), bounds, none)
     found = _certain(elastic, end)
-    shares: Any = multipliers_of(found, bounds, none, NEAR).constraints
+    multipliers = multipliers_of(found, bounds, none, NEAR)
+    if residual(found, multipliers, none) > NEAR:
+        return _certain(at, end[:n]), None
+    shares = multipliers.constraints
     both = shares[: len(point.c)].copy()
     both[is_equation] += shares[len(point.c) :]
     return _certain(at, end[:n]), both
