@@ -1,7 +1,8 @@
 """Parts that can be bought: data sheets as data, from an order name to a component, and what a run exceeded.
 
-`dc_motor("148867")`, `gearhead("223081")` make components; `catalogue("motors").search(...)` finds data sheets; `load`
-reads tables of your own; `limits(solution)` holds a run against the ratings.
+`dc_motor("148867")`, `gearhead("203115")` make components; `catalogue("motors").search(...)` finds data sheets; `load`
+reads tables of your own; `limits(solution)` holds a run against the ratings. The figures of the library's tables are
+quoted, from where their source says; before a design rests on them, compare them with the maker's current sheet.
 """
 
 from .._data_sheet import DataSheet as DataSheet

@@ -22,7 +22,7 @@ def test_tables_of_the_library_load_and_say_where_they_come_from(name: str) -> N
     assert all(sheet.source and sheet.date for sheet in sheets)
 
 
-@pytest.mark.parametrize("sheet", [s for s in MOTORS if s.get("stall_torque")], ids=lambda sheet: sheet.order)
+@pytest.mark.parametrize("sheet", [s for s in MOTORS if s.get("stall_current")], ids=lambda sheet: sheet.order)
 def test_figures_of_motors_agree_with_each_other(sheet: DataSheet) -> None:
     """Within the rounding and the friction of a data sheet: stall, nominal point and no-load speed from R, k, I_0."""
     R, k, V = sheet["resistance"], sheet["torque_constant"], sheet["nominal_voltage"]
@@ -31,6 +31,12 @@ def test_figures_of_motors_agree_with_each_other(sheet: DataSheet) -> None:
     np.testing.assert_allclose(sheet["stall_torque"], k * sheet["stall_current"], rtol=5e-3)
     np.testing.assert_allclose(sheet["no_load_speed"], (V - R * idle) / k, rtol=2e-3)
     np.testing.assert_allclose(sheet["nominal_torque"], k * (sheet["nominal_current"] - idle), rtol=5e-3)
+
+
+def test_stall_and_speed_of_the_re_50_follow_from_its_constants() -> None:
+    sheet = MOTORS["370354"]
+    np.testing.assert_allclose(sheet["stall_torque"], sheet["torque_constant"] * 24.0 / sheet["resistance"], rtol=1e-2)
+    np.testing.assert_allclose(sheet["no_load_speed"], 24.0 / sheet["torque_constant"], rtol=1e-2)
 
 
 def test_a_motor_from_its_order_name() -> None:
@@ -54,8 +60,8 @@ def test_a_motor_from_its_order_name() -> None:
 
 
 def test_a_gearhead_has_the_efficiency_of_its_sheet() -> None:
-    """GP 52 C, 13/3, 91 %, with the ring held."""
-    stage = catalogues.gearhead("223081")
+    """GP 52 C, 4.3:1, 91 %, with the ring held."""
+    stage = catalogues.gearhead("GP 52 C 4.3:1")
     given = {"sun.phi": 0.0, "ring.phi": 0.0, "der(sun.phi)": 100.0, "der(ring.phi)": 0.0, "carrier.tau": -4.0}
     found = solved(stage, given | {"der(w_sun)": 0.0, "der(w_carrier)": 0.0})
     np.testing.assert_allclose(4.0 * found["w_carrier"] / (found["sun.tau"] * 100.0), 0.91, rtol=1e-9)
