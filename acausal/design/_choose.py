@@ -190,6 +190,10 @@ def _excess(limit: Limit, values: np.ndarray) -> np.ndarray:
     return np.abs(excess) if limit.is_equation else excess
 
 
+def _label(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
 def _combined(tables: Mapping[str, Any]) -> tuple[list[dict[Any, Any]], tuple[dict[str, str], ...]]:
     """The values of each combination, and the names of its alternatives."""
     if not isinstance(tables, Mapping) or not tables:
@@ -204,7 +208,7 @@ def _combined(tables: Mapping[str, Any]) -> tuple[list[dict[Any, Any]], tuple[di
     if n > MOST:
         raise ModelError(f"{n} combinations are too many. Leave out alternatives that cannot win.")
     labels = {
-        title: [str(row.pop("name", "") or ", ".join(str(v) for v in row.values())) for row in rows]
+        title: [str(row.pop("name", "") or ", ".join(map(_label, row.values()))) for row in rows]
         for title, rows in plain.items()
     }
     values, names = [], []

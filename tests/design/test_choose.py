@@ -28,6 +28,7 @@ def test_best_and_what_rules_others_out() -> None:
     found = chosen()
     assert [combination["spring"] for combination in found.combinations] == ["soft"] * 2 + ["middle"] * 2 + ["hard"] * 2
     np.testing.assert_allclose(found.values[:, 0], np.sqrt([10.0, 2.5, 40.0, 10.0, 90.0, 22.5]))
+    assert found.combinations[0]["mass"] == "1, 1"
     assert found.is_feasible.tolist() == [True, False, True, False, False, False]
     assert found.best == 0
     assert found.order == [0, 2]
