@@ -79,8 +79,9 @@ class Sine(SignalSource):
 
     def equations(self, d: Self) -> Equations:
         # Nothing turns before the start, so that no event has to be looked for there.
-        angle = 2.0 * jnp.pi * self.frequency * jnp.maximum(self.t - self.start_time, 0.0) + self.phase
-        on = jnp.where(self.t < self.start_time, 0.0, self.amplitude)
+        is_before = self.t < self.start_time
+        angle = 2.0 * jnp.pi * self.frequency * jnp.where(is_before, 0.0, self.t - self.start_time) + self.phase
+        on = jnp.where(is_before, 0.0, self.amplitude)
         return dict(sine=eq(self.y.value, self.offset + on * jnp.sin(angle)))
 
 
