@@ -53,15 +53,17 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
     """Print a table of texts, with rich where it is installed."""
     try:
         from rich.console import Console
+        from rich.markup import escape
         from rich.table import Table
     except ImportError:
         _print_plain(title, heads, list(rows))
         return
-    table = Table(title=title, title_justify="left")
+    # Brackets are units, not markup.
+    table = Table(title=escape(title), title_justify="left")
     for head in heads:
-        table.add_column(head, overflow="fold")
+        table.add_column(escape(head), overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console = Console()
     # Where no terminal sets the width, as in a file, rows need not be folded.
     (console if console.is_terminal else Console(width=160)).print(table)
