@@ -103,7 +103,7 @@ class Tolerance(Generic[M]):
         """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters."""
         values, gradient = self._derivatives
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
             g = gradient[i]
             variance = float(g @ self.covariance @ g)
             parts = g * (self.covariance @ g) / (variance or 1.0)
@@ -123,7 +123,7 @@ class Tolerance(Generic[M]):
         hessian = self._hessian
         steps = self.parameters_at(_sobol(len(self.names), SURROGATE, 0)) - self.means
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
             mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
             samples = values[i] + steps @ gradient[i] + 0.5 * np.einsum("ni,ij,nj->n", steps, hessian[i], steps)
             std = float(np.std(samples))
@@ -164,7 +164,7 @@ class Tolerance(Generic[M]):
         first, second = both[:, :k], both[:, k:]
         mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
         found = self.members(np.concatenate([first, second, *mixed]), progress)
-        return indices_of(self.names, self._program.names, found.outcomes, n, k, seed)
+        return indices_of(self.names, self._columns[0], found.outcomes, n, k, seed)
 
     def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
         """The least and the greatest value of a result within the tolerances, and where they are.
@@ -176,12 +176,16 @@ class Tolerance(Generic[M]):
         _, gradient = self._derivatives
         row = self._row(result)
         box = np.array([distribution.box(sigmas) for distribution in self.distributions])
-        owner = self._program.owners[row]
+        owner = self._columns[1][row]
         return worst(self._program, row, box, gradient[row], self.names, self._scales[owner], starts, seed)
 
+    @ft.cached_property
+    def _columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The names of the results, and which function each of them is from."""
+        return self._task.columns()
+
     def _row(self, result: str) -> int:
-        self._derivatives  # noqa: B018, names are known from the first evaluation on
-        names = self._program.names
+        names = self._columns[0]
         if not result and len(names) == 1:
             return 0
         if result not in names:
@@ -197,7 +201,7 @@ class Tolerance(Generic[M]):
             reasons = ", ".join(f"{reason} ({number})" for reason, number in outcomes.failed.items())
             raise SimulationError(f"Fewer than two of {len(scores)} members could be computed: {reasons}.")
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(self._program.names, self._program.owners, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
             mean, std = float(np.mean(good[:, i])), float(np.std(good[:, i], ddof=1))
             error = std / np.sqrt(len(good)) if method == "Monte Carlo" else 0.0
             found[name] = Spread(
