@@ -89,6 +89,9 @@ class Peaks:
         n = len(turn.x)
         own, rate = jnp.diagonal(found[:n]), jnp.diagonal(rates[:n])
         bend = jnp.where(turn.bend < 0.0, turn.bend, -jnp.inf)
+        # At a kink there is no Newton step to make: the rate jumps, and the slope of it is that of some other place.
+        is_smooth = jnp.abs(hold(rate / bend)) <= 2.0 * CLOSE * jnp.abs(hold(end) - hold(path.t0))
+        bend = jnp.where(is_smooth, bend, -jnp.inf)
         inside = Peak(own - rate**2 / (2.0 * bend), moved[:n] - rate / bend)
         # Up to an event, which moves, the functions change at their rates.
         before = Peak(found[n] + hold(rates[n]) * (end - moved[n]), jnp.full(n, end))
@@ -112,7 +115,7 @@ def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Any, best: 
         """After a look at a node."""
         x, last = turn.x, turn.last
         step = x - last[0]
-        turns = (turn.count > 0) & (last[2] > 0.0) & (rate < 0.0)
+        turns = (turn.count > 0) & (last[2] > 0.0) & (rate <= 0.0)
         # Tangents meet above whatever bends one way.
         slopes = jnp.where(turns, last[2] - rate, 1.0)
         meet = jnp.where(turns, last[1] + last[2] * (g - last[1] - rate * step) / slopes, -jnp.inf)

@@ -53,8 +53,16 @@ def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
         return float(magnitude(quantity(number, written), unit, where)), written
     if has_unit(value):
         written = f"{value.units:~C}".replace("**", "").replace("*", ".")
+        for symbol, name in (("Δ°C", "delta_degC"), ("°C", "degC"), ("°", "deg")):
+            written = written.replace(symbol, name)
         return float(magnitude(value, unit, where)), written
     try:
         return float(value), unit
     except (TypeError, ValueError) as error:
         raise ParameterError(f"{where}: {value!r} is not a number, nor one with a unit such as '15 mm'.") from error
+
+
+def difference_in(value: Any, unit: str, where: str) -> float:
+    """A difference in `unit`: 2 degC are 2 K, although the temperature of 2 degC is 275.15 K."""
+    number, written = number_in(value, unit, where)
+    return number - scale_of(written, unit, where).zero

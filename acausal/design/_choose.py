@@ -176,6 +176,9 @@ def choose(
     if not np.any(outcomes.are_good):
         raise SimulationError(f"None of {len(rows)} combinations could be computed: {said(int(outcomes.codes[0]))}")
     _, owners = task.columns()
+    several = [o.name for o in objectives if owners.count(o.name) != 1]
+    if several:
+        raise ModelError(f"{several[0]} returned {owners.count(several[0])} numbers: what is minimised is one.")
     columns = [owners.index(o.name) for o in objectives]
     stated = [limits[owner][1] for owner in owners if owner in limits]
     places = [i for i, owner in enumerate(owners) if owner in limits]

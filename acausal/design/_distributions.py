@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from .._errors import ParameterError
 from .._units.quantity import has_unit, magnitude
-from ._bounds import number_in
+from ._bounds import difference_in, number_in
 
 
 @dataclasses.dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _difference(value: Any, unit: str, where: str, mean: float) -> float:
     share = _percent(value)
     if share is not None:
         return share * abs(mean)
-    return number_in(value, unit, where)[0]
+    return difference_in(value, unit, where)
 
 
 def _limit(value: Any, unit: str, where: str, nominal: float) -> float:

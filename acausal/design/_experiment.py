@@ -248,6 +248,9 @@ def _values(given: Any, unit: str, key: str, name: str, times: np.ndarray | None
 
 def _sigma(given: Any, unit: str, key: str, name: str, shape: tuple[int, ...]) -> np.ndarray:
     sigma = _plain(given, unit, f"{name}: sigma of {key}")
+    if has_unit(given):
+        # A difference: on a scale with another zero, such as degC, that zero is no part of it.
+        sigma = sigma - _plain(type(given)(0.0, given.units), unit, key)
     if sigma.shape not in ((), shape):
         raise ParameterError(f"{name}: sigma of {key} has the shape {sigma.shape}, but {key} has the shape {shape}.")
     if not np.all(np.isfinite(sigma) & (sigma > 0.0)):

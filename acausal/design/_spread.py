@@ -10,6 +10,7 @@ from jaxtyping import Float
 from .._analyse.table import aligned
 from .._errors import ModelError, ParameterError
 from .._extras import needed
+from .._units.quantity import has_unit
 from ._bounds import Scale, number_in
 
 SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
@@ -65,7 +66,7 @@ class Spread:
 
     def _limit(self, limit: Any) -> float:
         """A limit in the unit of the result: a plain number is in it, and a text or a quantity has one of its own."""
-        if isinstance(limit, int | float):
+        if not isinstance(limit, str) and not has_unit(limit):
             return float(limit)
         return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.shown or "1", self.result)[0])
 

@@ -1,5 +1,6 @@
 """A store on disk that takes the results of a sweep piece by piece, and from which it goes on after an interruption."""
 
+import functools
 import hashlib
 import importlib.metadata
 import types
@@ -91,13 +92,46 @@ def _digest(content: bytes) -> str:
 
 
 def _code(function: Any) -> bytes:
-    """What a function computes: its code with that of functions within it, and the numbers it closes over."""
-    code = getattr(function, "__code__", None)
-    if code is None:
-        return repr(type(function)).encode()
-    cells = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-    closed = repr([cell for cell in cells if isinstance(cell, bool | int | float | str)])
-    return _of_code(code) + closed.encode() + repr(getattr(function, "__defaults__", None)).encode()
+    """What a function computes: its code with that of functions within it, and what it closes over."""
+    return repr(_content(function, set())).encode()
+
+
+def _content(value: Any, seen: set[int]) -> Any:
+    """What a value is, as text that is the same in each process; `seen` are functions that are told already."""
+    if isinstance(value, functools.partial):
+        return [_content(part, seen) for part in (value.func, value.args, value.keywords)]
+    if isinstance(value, types.MethodType):
+        return [_content(part, seen) for part in (value.__func__, value.__self__)]
+    if isinstance(value, types.FunctionType):
+        if id(value) in seen:
+            return value.__qualname__
+        seen.add(id(value))
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
+        return [_of_code(value.__code__), *(_content(part, seen) for part in (cells, value.__defaults__, _own(value)))]
+    if isinstance(value, Mapping):
+        return [(repr(key), _content(part, seen)) for key, part in value.items()]
+    if isinstance(value, list | tuple):
+        return [_content(part, seen) for part in value]
+    if isinstance(value, Component | np.ndarray | jax.Array):
+        leaves, structure = jax.tree_util.tree_flatten(value)
+        return [repr(structure), *((np.shape(leaf), np.asarray(leaf).tobytes()) for leaf in leaves)]
+    return repr(value) if isinstance(value, bool | int | float | str | None) else repr(type(value))
+
+
+def _own(function: types.FunctionType) -> dict[str, Any]:
+    """The numbers and functions of its module that a function names, but for those of other modules."""
+    known = {name: function.__globals__.get(name) for name in sorted(_names(function.__code__))}
+    return {
+        name: value
+        for name, value in known.items()
+        if isinstance(value, bool | int | float | str | list | tuple | dict | np.ndarray | jax.Array)
+        or (isinstance(value, types.FunctionType) and value.__module__ == function.__module__)
+    }
+
+
+def _names(code: types.CodeType) -> set[str]:
+    inner = (item for item in code.co_consts if isinstance(item, types.CodeType))
+    return set(code.co_names).union(*map(_names, inner))
 
 
 def _of_code(code: types.CodeType) -> bytes:

@@ -13,6 +13,8 @@ from ._program import Evaluation, Program
 
 ROUNDING = 1e-12  # of a scaled variable that stands for its bound
 
+BESIDE = 1e-2  # of the distance of the bounds
+
 
 class Point(NamedTuple):
     """A place `z` with objective `f` and constraints `c`, which are at most 0, or 0 where they are equations."""
@@ -89,7 +91,7 @@ def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping
     if (returned := owners.count(objective)) != 1:
         raise ModelError(f"{objective} returned {returned} numbers: what is minimised is one.")
     row = owners.index(objective)
-    if first.is_good and not np.any(first.jacobian[row]):
+    if first.is_good and not np.any(first.jacobian[row]) and _is_flat(program, first.x, row):
         raise ModelError(
             f"{objective} does not depend on {', '.join(program.free.names)} at the start: its derivatives are zero. "
             "What counts or rounds cannot be minimised by gradients."
@@ -99,6 +101,13 @@ def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping
     task = Task(program, row, np.array(rows, int), made)
     task.size = float(abs(first.values[task.objective])) or 1.0
     return task
+
+
+def _is_flat(program: Program, x: np.ndarray, row: int) -> bool:
+    """Whether a result whose derivatives are zero has none a little further inside, either: an optimum has some."""
+    z = np.asarray(program.free.scaled(x))
+    beside = program(np.array(program.free.unscaled(z + np.where(z < 0.5, BESIDE, -BESIDE))))
+    return not beside.is_good or not np.any(beside.jacobian[row])
 
 
 def _sized(limit: Limit, result: float) -> Limit:

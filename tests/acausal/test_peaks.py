@@ -157,3 +157,33 @@ def test_peaks_have_to_be_asked_for() -> None:
         _ = simulate(rc(), 0.1).peaks
     with pytest.raises(ModelError, match="peaks must be a function of the variables, got 3"):
         simulate(rc(), 0.1, peaks=3)  # pyright: ignore[reportArgumentType]
+
+
+class Plateaus(Component):
+    """Nothing happens but two events, between which functions of time are looked at."""
+
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, "1"] = 0.0
+    kick: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, 0.0 * self.x))
+
+    def events(self) -> Events:
+        return dict(first=at(0.25, kick=1.0), last=at(0.75, kick=2.0))
+
+
+def test_peaks_at_kinks() -> None:
+    def wanted(s: Plateaus) -> dict[str, Any]:
+        return {
+            "kink": -jnp.abs(s.t - 0.5),
+            "uneven kink": jnp.minimum(3.0 * (s.t - 0.4), 0.4 - s.t),
+            "middle of a step": -((s.t - 0.5) ** 2),
+        }
+
+    found = simulate(Plateaus(), 1.0, peaks=wanted, save="end").peaks
+    for name, time in (("kink", 0.5), ("uneven kink", 0.4)):
+        assert float(found[name].value) == pytest.approx(0.0, abs=1e-5)
+        assert float(found[name].value) <= 1e-12
+        assert float(found[name].time) == pytest.approx(time, abs=1e-5)
+    assert float(found["middle of a step"].value) == pytest.approx(0.0, abs=1e-12)

@@ -88,3 +88,8 @@ def test_picture() -> None:
 def test_bad_tables(tables: Any, text: str) -> None:
     with pytest.raises(ModelError, match=text):
         choose(rig(), tables, frequency)
+
+
+def test_an_objective_is_one_number() -> None:
+    with pytest.raises(ModelError, match="objective returned 2 numbers"):
+        choose(rig(), TABLES, lambda m: jnp.stack([m.mass.m, m.link.c]))

@@ -8,7 +8,17 @@ import pytest
 from _rigs import Rig, Twins, rig
 from scipy.stats import binom, chi2
 
-from acausal import ModelError, ParameterError, SimulationError, UnknownNameError, quantity, simulate
+from acausal import (
+    Component,
+    ModelError,
+    Param,
+    ParameterError,
+    Scalar,
+    SimulationError,
+    UnknownNameError,
+    quantity,
+    simulate,
+)
 from acausal.design import Experiment, Fit, Normal, identify
 from studies.actuators import ema_maxon
 
@@ -374,3 +384,21 @@ def test_a_second_fit_of_other_data_compiles_nothing() -> None:
         experiment = Experiment.of_run(TIMES, {"x": noisy(seed)}, outputs={"x": output}, sigma={"x": NOISE}, rtol=1e-8)
         identify(rig(c=c, d=1.0), FREE, experiment)
     assert len(calls) == seen
+
+
+class Oil(Component):
+    """A temperature."""
+
+    T: Param[Scalar, "K"] = 300.0
+
+
+def three_readings(oil: Oil) -> Any:
+    return {"T": oil.T * jnp.ones(3)}
+
+
+def test_noise_of_temperature_is_a_difference() -> None:
+    measured = {"T": quantity(np.array([20.0, 21.0, 22.0]), "degC")}
+    given = Experiment(three_readings, measured, {"T": quantity(0.5, "degC")}, units={"T": "K"})
+    fit = identify(Oil(), {"T": (200.0, 400.0)}, given)
+    assert fit.estimates[0] == pytest.approx(294.15)
+    assert fit.std[0] == pytest.approx(0.5 / np.sqrt(3.0))

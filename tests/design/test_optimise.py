@@ -209,3 +209,10 @@ def test_a_file_that_holds_something_else(tmp_path: Path) -> None:
     (tmp_path / "other").write_bytes(pickle.dumps(3.0))
     with pytest.raises(ModelError, match="holds no design"):
         Design.load(tmp_path / "other")
+
+
+def test_a_search_may_start_where_the_slope_is_zero() -> None:
+    """The top of the hill of -4 x^2 between its bounds is no optimum, the bottom of x^2 is one."""
+    model = replace(Valleys(), {"x": 0.0})
+    assert optimise(model, {"x": (-1.0, 1.0)}, lambda m: m.x**2).status == "optimal"
+    assert optimise(model, {"x": (-1.0, 1.0)}, lambda m: -(m.x**2)).status == "stationary"

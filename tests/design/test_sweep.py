@@ -1,6 +1,7 @@
 """Sweeps: what a dataset holds, stores that are gone on with, members that fail, workers that die."""
 
 import concurrent.futures
+import functools
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rigs import Rig, rig
@@ -115,6 +117,36 @@ def test_the_store_of_another_study_is_refused(change: Any, text: str, tmp_path:
         sweep(model, over, results, store=store)
     with xr.open_zarr(store, consolidated=False) as raw:
         np.testing.assert_allclose(raw["f"], np.sqrt([1.0, 2.0]))
+
+
+def _scaled(inner: Any) -> Any:
+    return lambda model: inner(model)
+
+
+def _times(factor: Any) -> Any:
+    return lambda model: jnp.sum(jnp.asarray(factor)) * model.link.c
+
+
+def _partial(factor: float) -> Any:
+    return functools.partial(lambda factor, model: factor * model.link.c, factor)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (_scaled(lambda m: m.link.c), _scaled(lambda m: 2.0 * m.link.c)),
+        (_times((1.0,)), _times((2.0,))),
+        (_times(jnp.ones(2)), _times(jnp.zeros(2))),
+        (_partial(1.0), _partial(2.0)),
+    ],
+)
+def test_what_a_function_closes_over_is_part_of_a_study(first: Any, second: Any, tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    store = tmp_path / "kept.zarr"
+    for _ in range(2):
+        sweep(rig(), {C: [1.0, 2.0]}, {"f": first}, store=store)
+    with pytest.raises(ModelError, match="are computed by other code"):
+        sweep(rig(), {C: [1.0, 2.0]}, {"f": second}, store=store)
 
 
 def test_a_folder_that_is_no_store_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,18 @@ import pytest
 from _rigs import Rig, rig
 from scipy.stats import chi2, norm
 
-from acausal import ModelError, ParameterError, SimulationError, UnknownNameError, parameters, quantity, simulate
+from acausal import (
+    Component,
+    ModelError,
+    Param,
+    ParameterError,
+    Scalar,
+    SimulationError,
+    UnknownNameError,
+    parameters,
+    quantity,
+    simulate,
+)
 from acausal.design import Normal, Samples, Spread, Tolerance, Triangular, Uniform, percentile_of, sensitivities
 from studies.actuators import ema_maxon
 
@@ -282,3 +293,22 @@ def test_a_limit_has_the_unit_of_the_result() -> None:
     )
     with pytest.raises(ParameterError, match="time is in"):
         found.share(high="25 mm")
+
+
+def test_samples_and_indices_without_derivatives_before() -> None:
+    assert list(study().monte_carlo(8)) == ["y"]
+    assert study().indices(8).results == ("y",)
+    drawn = study().monte_carlo(8)["y"]
+    assert drawn.share(high=np.int64(1000)) == drawn.share(high=1000.0)
+
+
+class Oil(Component):
+    """A temperature."""
+
+    T: Param[Scalar, "K"] = 300.0
+
+
+@pytest.mark.parametrize("std", ["2 degC", quantity(2.0, "degC"), "2 K", 2.0])
+def test_a_spread_of_temperature_is_a_difference(std: Any) -> None:
+    found = Tolerance(Oil(), {"T": Normal(std=std)}, {"T": lambda m: m.T}).first_order()["T"]
+    assert found.std == pytest.approx(2.0)
