@@ -9,7 +9,7 @@ import numpy as np
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:e[-+]?\d+)?(?![\w.]*:)", re.IGNORECASE)
 # Errors of an integration and of an optimum, and how long that took.
-_NOISE = re.compile(r"imbalance: \S+ J|KKT residual \S+,|\d+ designs[^\n]*; \S+ s")
+_NOISE = re.compile(r"imbalance: \S+ J|KKT residual \S+,|\d+ designs[^\n]*, \S+ s")
 _STEPS = re.compile(r"\d+ steps accepted, \d+ rejected")
 ALIKE = 0.01  # difference of pictures that rounding may make
 MORE_STEPS = (0.1, 2)  # share and number by which rounding may change how many steps there are
