@@ -17,7 +17,7 @@ from docs._compare import ALIKE, first_difference, picture_difference
         ("imbalance: 1e-07 J", "imbalance: -3.2e-08 J"),
         ("-1e-15", "0.0"),
         ("optimal, KKT residual 2.3e-11, a minimum", "optimal, KKT residual 1e-15, a minimum"),
-        ("36 designs, 7 of which could not be computed; 41.8 s", "35 designs; 3.2 s"),
+        ("36 designs, 7 of which could not be computed, 41.8 s", "35 designs, 3.2 s"),
         ("100 steps accepted, 3 rejected", "108 steps accepted, 1 rejected"),
     ],
 )
