@@ -70,7 +70,8 @@ def _note(eqn: JaxprEqn, args: Sequence[Any], angles: list[Any], stairs: list[An
     elif name == "rem" and is_floating(eqn.invars[0]):
         stairs.append(jnp.ravel(args[0] / args[1]))
     elif _looks_up(eqn):
-        stairs.append(jnp.ravel(_place(*args[:2])))
+        table, x, bound, _ = args
+        stairs.append(jnp.ravel(_place(table, x, jnp.ndim(bound))))
     for body in _bodies(eqn):
         if _turns(body):
             _walk(body, args[len(args) - len(body.jaxpr.invars) :], angles, stairs)
@@ -95,10 +96,11 @@ def _looks_up(eqn: JaxprEqn) -> bool:
     return is_search and len(shape_of(table)) > 0
 
 
-def _place(table: Any, x: Any) -> Any:
-    """Where x is among the samples of a table; a whole number at each of them."""
-    if table.ndim > 1:  # those of an array of components
-        return jax.vmap(_place)(table, x)
+def _place(table: Any, x: Any, rank: int) -> Any:
+    """Where x is among the samples of a table; a whole number at each of them. What is found has `rank` axes."""
+    if table.ndim > 1:  # those of an array of components, with one x for each of them, or for all
+        axis = 0 if jnp.ndim(x) == rank else None
+        return jax.vmap(lambda table, x: _place(table, x, rank - 1), (0, axis))(table, x)
     return jnp.interp(x, table, jnp.arange(len(table), dtype=float))
 
 

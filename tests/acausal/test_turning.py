@@ -141,3 +141,17 @@ def test_angles_within_functions() -> None:
     assert found.steps == 1.0
     rate = jax.jvp(with_angles(function), (0.7,), (1.0,))[1]
     np.testing.assert_allclose(rate.value, jax.jacfwd(function)(0.7))
+
+
+def test_places_in_tables_of_arrays() -> None:
+    """One table for many, many tables for one, one for each, of single numbers and of vectors."""
+    tables, points = jnp.array([[0.0, 1.0, 3.0], [0.0, 2.0, 6.0]]), jnp.array([2.0, 4.0])
+
+    def places(axes: tuple[Any, Any], table: Any, x: Any) -> Any:
+        look = jax.vmap(lambda table, x: jnp.interp(x, table, table), axes)
+        return with_angles(lambda x: look(table, x))(x).angles / FULL
+
+    np.testing.assert_allclose(places((None, 0), tables[0], points), [1.5, 2.0])
+    np.testing.assert_allclose(places((0, None), tables, points[0]), [1.5, 1.0])
+    np.testing.assert_allclose(places((0, None), tables, points), [1.5, 2.0, 1.0, 1.5])
+    np.testing.assert_allclose(places((0, 0), tables, points), [1.5, 1.5])
