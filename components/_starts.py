@@ -1,5 +1,6 @@
 """Where bodies start."""
 
+import dataclasses
 from typing import Any, TypeVar
 
 from acausal import ArgumentError, Component, Port
@@ -15,4 +16,4 @@ def placed(owner: Component, kind: type[P], name: str, value: Any, flange: P | N
         raise ArgumentError(
             f"{type(owner).__name__} takes its start from {name}=... or from a=Flange({name}=...), not from both."
         )
-    return kind(**{name: value})
+    return dataclasses.replace(kind() if flange is None else flange, **{name: value})

@@ -223,15 +223,12 @@ class Solution(eqx.Module, Generic[M]):
 
     def _place(self, name: str) -> tuple[int, int]:
         """The leaf that a name belongs to, and which of its stacked members."""
-        where = self._names.get(name)
+        names = leaf_names(self.system)
+        where = names.get(name)
         if where is None:
-            hint = suggestion(name, self._names)
+            hint = suggestion(name, names)
             raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
         return where
-
-    @property
-    def _names(self) -> dict[str, tuple[int, int]]:
-        return _names(self.system)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name in type(self).__dataclass_fields__:
@@ -266,10 +263,10 @@ class Solution(eqx.Module, Generic[M]):
 
     def keys(self) -> list[str]:
         """The paths of all variables and parameters, which `sol[path]` takes."""
-        return list(self._names)
+        return list(leaf_names(self.system))
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names
+        return name in leaf_names(self.system)
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()
@@ -325,7 +322,8 @@ class Solution(eqx.Module, Generic[M]):
 
 
 @ft.lru_cache(maxsize=64)
-def _names(system: System) -> dict[str, tuple[int, int]]:
+def leaf_names(system: System) -> dict[str, tuple[int, int]]:
+    """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
     return {leaf.name(i): (number, i) for number, leaf in enumerate(system.flat.leaves) for i in range(leaf.count)}
 
 

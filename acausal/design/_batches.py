@@ -2,6 +2,7 @@
 
 import collections
 import concurrent.futures
+import functools as ft
 import os
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -24,8 +25,7 @@ from ._program import Function, Program
 LOCKSTEP = 32  # members that are stepped together: of more, most wait for the slowest, and they leave the cache
 CHUNK = 256  # members of a task
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
-_compiled: dict[str, Any] = {}  # programs of this process, by task
-
+PROGRAMS = 16  # that a process keeps
 
 Piece = tuple[np.ndarray, np.ndarray]  # results and codes
 
@@ -62,18 +62,25 @@ def said(code: int) -> str:
 
 
 class Task:
-    """Rows of numbers to rows of results and codes: what a worker does. It can be sent to another process."""
+    """Rows of numbers to rows of results and codes: what a worker does. It can be sent to another process.
+
+    A copy that was sent is the same task, and finds the program that the process has compiled for it.
+    """
 
     def __init__(
         self, model: Component, free: Free, functions: Mapping[str, Function], run: Function | None = None
     ) -> None:
         self.model, self.free, self.functions, self.run = model, free, dict(functions), run
-        self.key = uuid.uuid4().hex
+        self._key = uuid.uuid4().hex
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Task) and other._key == self._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
 
     def __call__(self, x: Float[np.ndarray, "n k"]) -> Piece:
         """Results and codes of some members."""
-        if self.key not in _compiled:
-            _compiled[self.key] = self._compile()
         size = min(LOCKSTEP, len(x)) if len(x) < CHUNK else LOCKSTEP
         found = [self._piece(x[start : start + CHUNK], size) for start in range(0, len(x), CHUNK)]
         values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
@@ -91,31 +98,34 @@ class Task:
         batches = -(-len(x) // size)
         room = CHUNK if size == LOCKSTEP else size
         filled = np.concatenate([x, np.repeat(x[-1:], room - len(x), axis=0)])
-        function = _compiled[self.key]
+        function = _compiled(self)
         with trials(), compiling("a batch of runs", self.model, function):
             values, codes = function(filled.reshape(room // size, size, -1), batches)
         return np.asarray(values).reshape(room, -1)[: len(x)], np.asarray(codes).ravel()[: len(x)]
 
-    def _compile(self) -> Callable[[Any, int], Any]:
-        program = Program(self.model, self.free, self.functions, self.run)
-        arrays, rest = eqx.partition(self.model, eqx.is_array)
 
-        @jax.jit
-        def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
-            model = eqx.combine(arrays, rest)
+@ft.lru_cache(maxsize=PROGRAMS)
+def _compiled(task: Task) -> Callable[[Any, int], Any]:
+    """The program of a task, for at most `CHUNK` members in batches."""
+    program = Program(task.model, task.free, task.functions, task.run)
+    arrays, rest = eqx.partition(task.model, eqx.is_array)
 
-            def batch(rows: Any) -> Any:
-                return jax.vmap(lambda row: _one(program, model, row))(rows)
+    @jax.jit
+    def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
+        model = eqx.combine(arrays, rest)
 
-            empty = jax.tree_util.tree_map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(jax.vmap(batch), x))
+        def batch(rows: Any) -> Any:
+            return jax.vmap(lambda row: _one(program, model, row))(rows)
 
-            def step(i: Any, found: Any) -> Any:
-                return jax.tree_util.tree_map(lambda whole, part: whole.at[i].set(part), found, batch(x[i]))
+        empty = jax.tree_util.tree_map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(jax.vmap(batch), x))
 
-            # As many batches as there are, so that one program does for pieces of any length.
-            return jax.lax.fori_loop(0, batches, step, empty)
+        def step(i: Any, found: Any) -> Any:
+            return jax.tree_util.tree_map(lambda whole, part: whole.at[i].set(part), found, batch(x[i]))
 
-        return lambda x, batches: all_batches(arrays, x, batches)
+        # As many batches as there are, so that one program does for pieces of any length.
+        return jax.lax.fori_loop(0, batches, step, empty)
+
+    return lambda x, batches: all_batches(arrays, x, batches)
 
 
 def _one(program: Program, model: Component, row: Any) -> tuple[Any, Any]:

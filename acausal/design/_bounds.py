@@ -25,9 +25,18 @@ class Scale(NamedTuple):
         return number / self.factor
 
     @property
+    def unit(self) -> str:
+        """The unit by its name; that of a pure number is "1"."""
+        return self.shown or "1"
+
+    @property
     def text(self) -> str:
         """The unit behind a number, with a blank before it; nothing for a pure number."""
-        return f" {self.shown}" if self.shown not in ("", "1") else ""
+        return "" if self.unit == "1" else f" {self.unit}"
+
+    def headed(self, name: str) -> str:
+        """A name with the unit of its numbers, above a column or along an axis: "time [ms]"."""
+        return f"{name} [{self.unit}]" if self.text else name
 
 
 def scale_of(shown: str, unit: str, where: str) -> Scale:

@@ -107,8 +107,8 @@ class Choice:
         if beside is not None:
             place = np.ravel(np.asarray(beside, float))
             ax.axvline(first.scale.value(place[0]), color="tab:orange", label="continuous optimum")
-        ax.set_xlabel(_titled(first))
-        ax.set_ylabel("rank" if second is None else _titled(second))
+        ax.set_xlabel(first.scale.headed(first.name))
+        ax.set_ylabel("rank" if second is None else second.scale.headed(second.name))
         ax.legend(frameon=False, fontsize="small")
         ax.grid(alpha=0.3)
         return ax
@@ -117,7 +117,7 @@ class Choice:
         return f"<Choice among {len(self.combinations)} combinations, {int(np.sum(self.is_feasible))} feasible>"
 
     def __str__(self) -> str:
-        head = ["", *self.combinations[0], *map(_titled, self.objectives)]
+        head = ["", *self.combinations[0], *(objective.scale.headed(objective.name) for objective in self.objectives)]
         ranked = enumerate(self.order[:10], start=1)
         rows = [[str(rank), *self.combinations[i].values(), *self._shown(i)] for rank, i in ranked]
         lines = [f"{len(self.combinations)} combinations, {int(np.sum(self.is_feasible))} feasible"]
@@ -128,10 +128,6 @@ class Choice:
 
     def _shown(self, i: int) -> list[str]:
         return [f"{o.scale.value(value):.5g}" for o, value in zip(self.objectives, self.values[i], strict=True)]
-
-
-def _titled(objective: Objective) -> str:
-    return f"{objective.name} [{objective.scale.shown}]" if objective.scale.text else objective.name
 
 
 def choose(

@@ -1,7 +1,6 @@
 """What an optimisation found, with its certificate."""
 
 import dataclasses
-import pickle
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
@@ -11,6 +10,7 @@ import numpy as np
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError
+from .._files import load, save
 from ._bounds import Scale
 from ._certificate import Curvature
 from ._free import Free
@@ -135,18 +135,28 @@ class Design(Generic[M]):
         return plot_design(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the design to a file, model, certificate and way included."""
-        from .. import __name__ as library
-
-        Path(path).write_bytes(pickle.dumps({"library": library, "design": self}))
+        """Write the design to a file, model, certificate and way included, as `acausal.save` does."""
+        save(path, self)
 
     @staticmethod
     def load(path: str | Path) -> "Design[Any]":
-        """The design of a file. It may hold code, as all pickles do: open only files that you trust."""
-        held = pickle.loads(Path(path).read_bytes())
-        if not isinstance(held, dict) or not isinstance(held.get("design"), Design):
-            raise ModelError(f"{path} holds no design.")
-        return held["design"]
+        """The design of a file. It may hold code: open only files that you trust.
+
+        Raises `ModelError` for a file of anything else, and otherwise as `acausal.load`.
+        """
+        try:
+            found = load(path)
+        except ModelError as error:
+            raise ModelError(f"{path} holds no design that can be read. {error}") from error
+        if not isinstance(found, Design):
+            raise ModelError(f"{path} holds no design, but a {type(found).__name__}.")
+        return found
+
+    def _described(self) -> dict[str, Any]:
+        """What a file says of it."""
+        units = dict(zip(self.free.names, self.free.units, strict=True))
+        values = {name: {"value": value, "unit": units[name]} for name, value in self.values.items()}
+        return {"status": self.status, "objective": self._objective, "values": values}
 
     def __repr__(self) -> str:
         return f"<Design of {type(self.model).__name__}: {self.status}, {self._objective}>"
@@ -166,9 +176,9 @@ class Design(Generic[M]):
             yield ""
             yield aligned([("limit", "result", "", "margin", ""), *map(_result_row, self.results)])
         if self.active:
-            unit = self.objective_scale.text.strip() or "1"
             yield ""
-            yield aligned([("active", f"one unit more buys [{unit}]", ""), *map(self._active_row, self.active)])
+            head = ("active", f"one unit more buys [{self.objective_scale.unit}]", "")
+            yield aligned([head, *map(self._active_row, self.active)])
         if self.sensitivities:
             yield ""
             yield self._sensitivity_table()
@@ -192,18 +202,17 @@ class Design(Generic[M]):
 
     def _active_row(self, active: Active) -> tuple[str, ...]:
         price = active.multiplier * active.scale.factor / self.objective_scale.factor
-        unit = active.scale.text.strip() or "1"
-        return f"{active.name} ({active.side})", f"{price:.6g}", f"per {unit}"
+        return f"{active.name} ({active.side})", f"{price:.6g}", f"per {active.scale.unit}"
 
     def _sensitivity_table(self) -> str:
-        unit = self.objective_scale.text.strip() or "1"
         ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))
         rows = [
             (row.path, f"{row.value:.4g}", row.unit, f"{self.objective_scale.difference(row.per_percent):+.3g}")
             for row in ranked[:SHOWN]
         ]
         more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
-        return aligned([("fixed parameter", "value", "", f"1 % more changes the optimum by [{unit}]"), *rows]) + more
+        head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{self.objective_scale.unit}]")
+        return aligned([head, *rows]) + more
 
     def _table_of_optima(self) -> str:
         scales = [variable.scale for variable in self.free.variables]

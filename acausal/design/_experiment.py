@@ -15,7 +15,7 @@ from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameErro
 from .._evaluate.building import system_of
 from .._integrate.result import is_success, sentence
 from .._integrate.simulate import simulate
-from .._integrate.solution import _names
+from .._integrate.solution import leaf_names
 from .._units.quantity import has_unit, magnitude
 
 M = TypeVar("M", bound=Component)
@@ -197,7 +197,7 @@ def _unit(experiment: Experiment[Any], model: Component, key: str, name: str) ->
     if not isinstance(experiment.predict, Run) or key not in experiment.predict.paths:
         return ""
     system = system_of(model)
-    names = _names(system)
+    names = leaf_names(system)
     if key not in names:
         raise UnknownNameError(
             f"{name}: the model has no variable {key!r}.{suggestion(key, names)} What is no variable is stated by "

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import jax.numpy as jnp
@@ -166,6 +166,15 @@ def free_parameters(model: Component, free: Mapping[Any, Any]) -> Free:
             raise ModelError(f"{place.name} is named twice among the free parameters. Name it once.")
         seen.add(place)
     return found
+
+
+def single_parameters(model: Component, keys: Iterable[Any], what: str) -> Free:
+    """Parameters without bounds, each of which is one number; `what` begins the message where one is a whole array."""
+    named = dict.fromkeys(keys)
+    free = free_parameters(model, named)
+    if len(free.variables) != len(named):
+        raise ModelError(f"{what} one by one, as in 'table.y[3]'.")
+    return free
 
 
 def _variables(known: Mapping[str, Any], key: Any, bounds: Any) -> Iterator[Variable]:

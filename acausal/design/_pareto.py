@@ -40,7 +40,8 @@ class Front(Generic[M]):
     def __str__(self) -> str:
         variables = self.designs[0].free.variables
         scales = [*self.scales, *(variable.scale for variable in variables)]
-        heads = map(_head, [*self.names, *(variable.name for variable in variables)], scales)
+        names = [*self.names, *(variable.name for variable in variables)]
+        heads = (scale.headed(name) for scale, name in zip(scales, names, strict=True))
         rows = [
             (*(f"{scale.value(x):.6g}" for scale, x in zip(scales, [*both, *design.x], strict=True)), design.status)
             for both, design in zip(self.values, self.designs, strict=True)
@@ -55,14 +56,10 @@ class Front(Generic[M]):
         if ax is None:
             _, ax = needed("matplotlib.pyplot", "plots", "A picture").subplots(layout="constrained")
         ax.plot(*(scale.value(column) for scale, column in zip(self.scales, self.values.T, strict=True)), "o-")
-        ax.set_xlabel(_head(self.names[0], self.scales[0]))
-        ax.set_ylabel(_head(self.names[1], self.scales[1]))
+        ax.set_xlabel(self.scales[0].headed(self.names[0]))
+        ax.set_ylabel(self.scales[1].headed(self.names[1]))
         ax.grid(alpha=0.3)
         return ax
-
-
-def _head(name: str, scale: Scale) -> str:
-    return f"{name} [{scale.shown}]" if scale.text else name
 
 
 def pareto(

@@ -12,7 +12,8 @@ from .._declare.node import leaves_of
 from .._errors import ParameterError
 from ._batches import LOCKSTEP
 from ._distributions import Distribution
-from ._tolerance import Tolerance, _sobol
+from ._scores import member_count, sobol_scores
+from ._tolerance import Tolerance
 
 
 def percentile_of(
@@ -39,7 +40,7 @@ def percentile_of(
         raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
     study = Tolerance(model, distributions, result, run=run, correlation=correlation)
     free, x0 = study.free, study.free.values(model)
-    members = study.parameters_at(_sobol(len(x0), n, seed))
+    members = study.parameters_at(sobol_scores(len(x0), member_count(n), seed))
     is_share = np.array([distribution.is_relative for distribution in distributions.values()])
     factors = np.where(is_share, members / np.where(is_share & (x0 != 0.0), x0, 1.0), 1.0)
     offsets = np.where(is_share, 0.0, members - x0)

@@ -39,7 +39,7 @@ def _plot_objective(design: "Design[Any]", panel: Any) -> None:
         where = [i for i, good in enumerate(feasible) if good is is_good]
         if where:
             panel.plot(where, [values[i] for i in where], "o", color=colour, label=label)
-    panel.set_ylabel(f"{design.objective_name}{f' [{scale.shown}]' if scale.text else ''}")
+    panel.set_ylabel(scale.headed(design.objective_name))
     panel.set_title(f"{design.status}: {design._objective}, KKT residual {design.kkt_residual:.1e}", fontsize="medium")
     panel.legend(frameon=False, fontsize="small")
 

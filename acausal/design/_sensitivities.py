@@ -49,8 +49,7 @@ class SensitivityTable(NamedTuple):
         return found[key]
 
     def __str__(self) -> str:
-        per = self.scale.shown if self.scale.text else "1"
-        head = ["parameter", "value", "unit", f"change [{per} per unit]", "% per %"]
+        head = ["parameter", "value", "unit", f"change [{self.scale.unit} per unit]", "% per %"]
         rows = [
             [
                 row.parameter, f"{row.value:.5g}", row.unit, f"{self.scale.difference(row.per_unit):.5g}",

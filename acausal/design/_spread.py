@@ -68,7 +68,7 @@ class Spread:
         """A limit in the unit of the result: a plain number is in it, and a text or a quantity has one of its own."""
         if not isinstance(limit, str) and not has_unit(limit):
             return float(limit)
-        return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.shown or "1", self.result)[0])
+        return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.unit, self.result)[0])
 
     def plot(self, ax: Any = None, limits: Any = ()) -> Any:
         """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
@@ -85,7 +85,7 @@ class Spread:
             ax.axvline(self.scale.value(self.percentile(p)), color="tab:blue", linewidth=1.0, linestyle="--")
         for limit in np.ravel(limits):
             ax.axvline(self.scale.value(limit), color="tab:red", linewidth=1.5)
-        ax.set_xlabel(f"{self.result}{f' [{self.scale.shown}]' if self.scale.text else ''}")
+        ax.set_xlabel(self.scale.headed(self.result))
         ax.set_ylabel("density")
         lost = f", {sum(self.failed.values())} failed" if self.failed else ""
         ax.set_title(f"{self.method}: {mean:.5g} ± {std:.3g}{self.scale.text}{lost}", fontsize="medium")
@@ -96,8 +96,7 @@ class Spread:
         numbers = [self.mean, *self.percentile(SHOWN)]
         mean, *percentiles = (f"{self.scale.value(number):.5g}" for number in numbers)
         std = f"{self.scale.difference(self.std):.4g}"
-        unit = self.scale.shown if self.scale.text else "1"
-        return [self.result, unit, self.method, mean, std, *percentiles, str(sum(self.failed.values()))]
+        return [self.result, self.scale.unit, self.method, mean, std, *percentiles, str(sum(self.failed.values()))]
 
     def __str__(self) -> str:
         return table([self])

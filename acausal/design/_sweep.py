@@ -19,12 +19,14 @@ from ._bar import bar
 from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Piece, Task, code_names, pieces
 from ._bounds import number_in
 from ._distributions import Distribution
-from ._free import Free, free_parameters
+from ._free import Free, single_parameters
 from ._limits import objectives_of
+from ._scores import member_count, sobol_scores
 from ._store import Store, study_of
 
 M = TypeVar("M", bound=Component)
 MOST = 50_000_000  # members
+SWEPT = "Elements of arrays are swept"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -154,15 +156,8 @@ def _members(model: Component, over: Any) -> Members:
     return listed(model, over)
 
 
-def _single(model: Component, keys: Any) -> Free:
-    free = free_parameters(model, dict.fromkeys(keys))
-    if len(free.variables) != len(list(keys)):
-        raise ModelError("Elements of arrays are swept one by one, as in 'table.y[3]'.")
-    return free
-
-
 def _grid(model: Component, over: Mapping[Any, Any]) -> Members:
-    free = _single(model, over)
+    free = single_parameters(model, over, SWEPT)
     axes = tuple(_axis(v.name, v.unit, values) for v, values in zip(free.variables, over.values(), strict=True))
     n = int(np.prod([float(len(axis)) for axis in axes]))
     if n > MOST:
@@ -183,7 +178,7 @@ def _axis(name: str, unit: str, values: Any) -> np.ndarray:
 
 def listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> Members:
     """Members that are given one by one; all of them by the same names."""
-    free = _single(model, rows[0])
+    free = single_parameters(model, rows[0], SWEPT)
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
             own, first = (", ".join(map(str, names)) for names in (row, rows[0]))
@@ -196,17 +191,16 @@ def listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> Members:
 def _sampled(model: Component, sample: Sample) -> Members:
     from scipy.special import ndtr
 
-    from ._tolerance import _count, _resolved, _sobol
-
-    free = _single(model, sample.of)
-    scores = _sobol(len(free.variables), _count(sample.n), sample.seed)
+    free = single_parameters(model, sample.of, SWEPT)
+    scores = sobol_scores(len(free.variables), member_count(sample.n), sample.seed)
     columns = []
-    for i, (key, given) in enumerate(sample.of.items()):
+    given_values = zip(free.variables, sample.of.values(), free.values(model).tolist(), scores.T, strict=True)
+    for variable, given, nominal, column in given_values:
         if isinstance(given, Distribution):
-            columns.append(_resolved(_single(model, [key]), {key: given}, model)[0].of_score(scores[:, i]))
+            columns.append(given.resolved(variable.unit, variable.name, nominal).of_score(column))
         else:
-            low, high = _bounds(free.variables[i].name, free.variables[i].unit, given)
-            columns.append(low + (high - low) * ndtr(scores[:, i]))
+            low, high = _bounds(variable.name, variable.unit, given)
+            columns.append(low + (high - low) * ndtr(column))
     return Members(free, np.stack(columns, axis=1))
 
 

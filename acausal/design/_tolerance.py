@@ -15,10 +15,11 @@ from .._integrate.failure import trials
 from .._progress import compiling
 from ._batches import Outcomes, Task, evaluated
 from ._distributions import Distribution
-from ._free import Free, free_parameters
+from ._free import Free, single_parameters
 from ._indices import Indices, indices_of
 from ._limits import objectives_of
 from ._program import Program
+from ._scores import member_count, sobol_scores
 from ._spread import Spread, Spreads
 from ._worst import Worst, worst
 
@@ -69,7 +70,8 @@ class Tolerance(Generic[M]):
         executor: Any = None,
     ) -> None:
         self.model = model
-        self.free = _free(model, distributions)
+        single = "A distribution is that of one number: name elements of arrays"
+        self.free = single_parameters(model, distributions, single)
         objectives = {objective.name: objective for objective in objectives_of(results, "result")}
         self._scales = {name: objective.scale for name, objective in objectives.items()}
         self.distributions = _resolved(self.free, distributions, model)
@@ -121,7 +123,7 @@ class Tolerance(Generic[M]):
         """
         values, gradient = self._derivatives
         hessian = self._hessian
-        steps = self.parameters_at(_sobol(len(self.names), SURROGATE, 0)) - self.means
+        steps = self.parameters_at(sobol_scores(len(self.names), SURROGATE, 0)) - self.means
         found = Spreads()
         for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
             mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
@@ -138,14 +140,14 @@ class Tolerance(Generic[M]):
         The distributions hold the members that could be computed; the others are counted by reason.
         """
         if scores is None:
-            scores = np.random.default_rng(seed).standard_normal((_count(n), len(self.names)))
+            scores = np.random.default_rng(seed).standard_normal((member_count(n), len(self.names)))
         return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
 
     def sobol_sequence(
         self, n: int = 1024, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
     ) -> Spreads:
         """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
-        return self._sampled("Sobol sequence", _sobol(len(self.names), _count(n), seed), progress)
+        return self._sampled("Sobol sequence", sobol_scores(len(self.names), member_count(n), seed), progress)
 
     def members(self, scores: Float[np.ndarray, "n k"], progress: Any = None) -> Members:
         """The runs of members that are given by independent scores."""
@@ -160,7 +162,7 @@ class Tolerance(Generic[M]):
         if not np.allclose(self._root, np.eye(len(self.names))):
             raise ModelError("Sobol' indices are defined for independent parameters: leave out `correlation`.")
         k = len(self.names)
-        both = _sobol(2 * k, _count(n), seed)
+        both = sobol_scores(2 * k, member_count(n), seed)
         first, second = both[:, :k], both[:, k:]
         mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
         found = self.members(np.concatenate([first, second, *mixed]), progress)
@@ -231,15 +233,6 @@ class Tolerance(Generic[M]):
         return found
 
 
-def _free(model: Component, distributions: Mapping[Any, Distribution]) -> Free:
-    free = free_parameters(model, dict.fromkeys(distributions))
-    if len(free.variables) != len(distributions):
-        raise ModelError(
-            "A distribution is that of one number: name elements of arrays one by one, as in 'table.y[3]'."
-        )
-    return free
-
-
 def _resolved(free: Free, distributions: Mapping[Any, Distribution], model: Component) -> tuple[Distribution, ...]:
     """The distributions with numbers in the declared units."""
     found = []
@@ -271,22 +264,3 @@ def _root(names: tuple[str, ...], correlation: Mapping[tuple[str, str], float]) 
         raise ParameterError(
             "The correlations contradict one another: their matrix is not positive definite."
         ) from error
-
-
-def _count(n: int) -> int:
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
-        raise ParameterError(f"The number of members is an integer of at least 2, got {n!r}.")
-    return int(n)
-
-
-def _sobol(dimensions: int, n: int, seed: int) -> Float[np.ndarray, "n k"]:
-    """Scores of the standard normal distribution from a scrambled Sobol sequence."""
-    import warnings
-
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that n is no power of two
-        points = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(n)
-    return ndtri(np.clip(points, 1e-12, 1.0 - 1e-12))

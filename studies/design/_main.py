@@ -63,8 +63,7 @@ def _cells(designs: Mapping[str, Design]) -> Iterable[tuple[str, ...]]:
     for name, design in designs.items():
         scale = design.objective_scale
         prices = (
-            f"{active.name} ({active.multiplier * active.scale.factor / scale.factor:.3g} ms"
-            f" per {active.scale.shown or '1'})"
+            f"{active.name} ({active.multiplier * active.scale.factor / scale.factor:.3g} ms per {active.scale.unit})"
             for active in design.active
         )
         yield (

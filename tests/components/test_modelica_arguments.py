@@ -160,6 +160,11 @@ def test_the_place_of_a_body_reads_that_of_its_flange() -> None:
     check_law(translational.Mass(m=2.0, L=0.4), {"a.s": 0.1, "a.f": 3.0, "b.f": 1.0}, {"b.s": 0.5, "der(v)": 2.0})
 
 
+def test_the_place_of_a_body_leaves_what_else_its_flange_starts_from() -> None:
+    body = rotational.Inertia(J=1.0, phi=0.1, a=rotational.Flange(tau=0.2))
+    assert (body.a.phi, body.a.tau) == (pytest.approx(0.1), 0.2)
+
+
 def test_a_body_starts_at_one_place() -> None:
     with pytest.raises(ArgumentError, match=r"from phi=\.\.\. or from a=Flange\(phi=\.\.\.\), not from both"):
         rotational.Inertia(J=1.0, phi=0.1, a=rotational.Flange(phi=0.2))

@@ -1,6 +1,7 @@
 """Optima in closed form, with their certificates."""
 
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from _problems import Box, GearedLoad, Valleys
 from scipy.optimize import minimize_scalar
 
-from acausal import ModelError, ParameterError, SimulationError, replace
+from acausal import ModelError, ParameterError, SimulationError, about, replace, save
 from acausal.design import Design, optimise
 from acausal.design._program import Program
 
@@ -146,6 +147,9 @@ def test_an_interrupted_search_keeps_its_best_and_can_be_resumed(
     design.save(tmp_path / "design")
     loaded = Design.load(tmp_path / "design")
     assert loaded.values == design.values
+    written = about(tmp_path / "design")
+    assert written["kind"] == "Design"
+    assert written["values"]["base"] == {"value": design.values["base"], "unit": "m"}
     resumed = optimise(Box(), free, lambda m: m.area, start=tmp_path / "design", **problem)
     np.testing.assert_array_equal(resumed.history[0].x, design.x)
     assert resumed.values == pytest.approx({"base": 1.0, "height": 0.5}, rel=1e-6)
@@ -204,11 +208,12 @@ def test_wrong_problems_are_told(changes: dict[str, Any], said: str) -> None:
 
 
 def test_a_file_that_holds_something_else(tmp_path: Path) -> None:
-    import pickle
-
     (tmp_path / "other").write_bytes(pickle.dumps(3.0))
     with pytest.raises(ModelError, match="holds no design"):
         Design.load(tmp_path / "other")
+    save(tmp_path / "model", GearedLoad())
+    with pytest.raises(ModelError, match="holds no design, but a GearedLoad"):
+        Design.load(tmp_path / "model")
 
 
 def test_a_search_may_start_where_the_slope_is_zero() -> None:
