@@ -56,7 +56,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
         from rich.markup import escape
         from rich.table import Table
     except ImportError:
-        _print_plain(title, heads, list(rows))
+        print(title, plain_table(heads, rows), sep="\n")
         return
     # Brackets are units, not markup.
     table = Table(title=escape(title), title_justify="left")
@@ -69,11 +69,12 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
     (console if console.is_terminal else Console(width=160)).print(table)
 
 
-def _print_plain(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    widths = [max(len(row[i]) for row in [heads, *rows]) for i in range(len(heads))]
-    print(title)
-    for row in [heads, *rows]:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of texts in aligned columns."""
+    lines = [heads, *rows]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
+    padded = ["  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) for line in lines]
+    return "\n".join(line.rstrip() for line in padded)
 
 
 def write_json(path: Path, rows: Iterable[Any], **others: Iterable[Any]) -> None:

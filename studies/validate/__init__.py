@@ -1,6 +1,12 @@
 """The actuators of Meloni's thesis: what it states beside what the model gives, mismatches included."""
 
+from ._linear import linear_actuator as linear_actuator
+from ._linear import matrices as matrices
+from ._linear import modes as modes
+from ._linear import static_gains as static_gains
 from ._main import main as main
+from ._ratios import best_ratio as best_ratio
+from ._ratios import least_ratio as least_ratio
 from ._rows import Row as Row
 from ._statics import Hold as Hold
 from ._statics import hold as hold

@@ -1,40 +1,76 @@
 """`python -m studies validate`."""
 
+import dataclasses
 from collections.abc import Iterable
 from pathlib import Path
 
-from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
+from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, require_matplotlib, save, write_json
 from ._rows import ACTUATORS, Row, compare, run
-from ._thesis import NOTES, statements
+from ._thesis import NOT_COMPARED, NOTE, TOLERANCE, statements
 
-HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation")
+HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation", "why")
+
+
+@dataclasses.dataclass(frozen=True)
+class Missing:
+    """What the thesis has and no figure of the model can be set beside."""
+
+    source: str
+    reason: str
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
-    """Compare, print, and write rows to the file `json` and pictures to the folder `out`."""
+    """Compare, print, and write rows to the file `json`, and pictures and a report to the folder `out`."""
     if out is not None:
         require_matplotlib()
     wanted = [statement for actuator in ACTUATORS for statement in statements(actuator)]
     rows = [compare(statement, rtol) for statement in progress(wanted, "simulating")]
     print_table("Thesis and model", HEADS, _cells(rows))
-    print(*NOTES, sep="\n")
+    print(_summary(rows))
     if json is not None:
-        write_json(json, rows)
+        write_json(json, rows, not_compared=[Missing(*item) for item in NOT_COMPARED])
     if out is not None:
         _draw(rows, out, rtol)
     return rows
 
 
 def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
+    reasons = _reasons(rows)
     for row in rows:
-        thesis = "-" if row.thesis is None else f"{row.thesis:.4g}"
-        deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+.1f} %"
+        thesis = "-" if row.thesis is None else f"{row.thesis:.6g}"
+        deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+.2f} %"
         name, quantity = ACTUATOR_NAMES[row.actuator], row.quantity.replace("_", " ")
-        yield name, quantity, row.condition, row.source, row.unit, thesis, f"{row.model:.4g}", deviation
+        why = f"({reasons.index(row.reason) + 1})" if row.reason else ""
+        yield name, quantity, row.condition, row.source, row.unit, thesis, f"{row.model:.6g}", deviation, why
+
+
+def _reasons(rows: list[Row]) -> list[str]:
+    return list(dict.fromkeys(row.reason for row in rows if row.reason))
+
+
+def _summary(rows: list[Row]) -> str:
+    stated = [row for row in rows if row.reproduced is not None]
+    within = sum(row.reproduced is True for row in stated)
+    lines = [f"{within} of {len(stated)} figures of the thesis are reproduced within {TOLERANCE:.0%}, by one set."]
+    lines += [f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)]
+    lines += [f"Not compared: {source}: {reason}." for source, reason in NOT_COMPARED]
+    return "\n".join([*lines, NOTE])
 
 
 def _draw(rows: list[Row], out: Path, rtol: float) -> None:
-    from ._plot import plot_comparison, plot_openings
+    from .._report import write_report
+    from ._plot import plot_comparison, plot_deviations, plot_linear, plot_openings
 
-    save(plot_comparison(rows), out, "validate")
-    save(plot_openings({actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}, rows), out, "validate_openings")
+    runs = {actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}
+    pictures = {
+        "validate_deviations": plot_deviations(rows),
+        "validate": plot_comparison(rows),
+        "validate_openings": plot_openings(runs, rows),
+        "validate_linear": plot_linear(rows),
+    }
+    for name, figure in pictures.items():
+        save(figure, out, name)
+    write_report(
+        out, "validate", "Clutch actuators: Meloni's thesis (2012) and the model",
+        [("Summary", _summary(rows), list(pictures.values())), ("All figures", plain_table(HEADS, _cells(rows)), [])],
+    )  # fmt: skip

@@ -10,7 +10,9 @@ from acausal import Solution
 
 from .._opening import STROKE
 from .._output import ACTUATOR_NAMES, COLORS, legend
+from ._linear import linear_actuator, linear_system
 from ._rows import Row
+from ._thesis import LINEAR, TOLERANCE
 
 PANELS = (
     ("opening_time", "opening time [ms]", 1e3),
@@ -60,6 +62,94 @@ def _compare(panel: Axes, rows: list[Row], label: str, scale: float) -> None:
 
 def _name(actuator: str, condition: str) -> str:
     return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{condition}")
+
+
+def plot_deviations(rows: list[Row]) -> Figure:
+    """The deviation of each figure from the thesis, with the band within which it counts as reproduced."""
+    stated = [row for row in rows if row.deviation is not None]
+    figure = Figure(figsize=(11.0, 0.24 * len(stated) + 1.5), layout="constrained")
+    panel = figure.subplots()
+    width = 100.0 * TOLERANCE
+    panel.axvspan(-width, width, color="0.88", label=f"within {width:g} %: reproduced")
+    for height, row in enumerate(stated):
+        deviation = 100.0 * (row.deviation or 0.0)
+        colour = COLORS[row.actuator]
+        panel.barh(height, deviation, color=colour, alpha=0.85, label=ACTUATOR_NAMES[row.actuator])
+        place, align = (4, "left") if deviation >= 0.0 else (-4, "right")
+        panel.annotate(
+            f"{deviation:+.1f} %", (deviation, height), xytext=(place, 0), textcoords="offset points", va="center",
+            ha=align, fontsize=7,
+        )  # fmt: skip
+    names = [_row_name(row) for row in stated]
+    panel.set_yticks(range(len(stated)), names, fontsize=7)
+    panel.set_ylim(len(stated) - 0.5, -0.5)
+    panel.axvline(0.0, color="black", linewidth=1.0)
+    panel.set_xlim(-110.0, 110.0)
+    panel.set_xlabel("model against thesis [%]")
+    panel.grid(axis="x", alpha=0.3)
+    legend(figure, 3)
+    figure.suptitle("Deviation of the model from each figure of Meloni's thesis (2012)")
+    return figure
+
+
+def _row_name(row: Row) -> str:
+    condition = "" if row.condition == "base" else f", {row.condition}"
+    return f"{row.quantity.replace('_', ' ')} ({row.source}{condition})"
+
+
+def plot_linear(rows: list[Row]) -> Figure:
+    """The present actuator as a linear system: its gain over the frequency, and where the energy of its modes is."""
+    figure = Figure(figsize=(12.0, 5.2), layout="constrained")
+    gain, shares = np.ravel(np.asarray(figure.subplots(1, 2)))
+    stated = {(row.quantity, row.source): row for row in rows if (row.quantity, row.source) in _LINEAR}
+    _gain(gain, [row for row in stated.values() if row.thesis is not None])
+    _shares(shares, list(stated.values()))
+    legend(figure, 4)
+    figure.suptitle("The present actuator, linear and undamped")
+    return figure
+
+
+_LINEAR = {(statement.quantity, statement.source) for statement in LINEAR}
+
+
+def _gain(panel: Axes, rows: list[Row]) -> None:
+    model = linear_actuator()
+    frequencies = np.geomspace(0.05, 3e3, 4000)
+    response = np.abs(np.asarray(linear_system(model).frequency_response(2.0 * np.pi * frequencies)))[:, 0]
+    torque = float(model.actuator.motor.emf.k)
+    panel.loglog(frequencies, response / torque, color=COLORS["sila"], label="model, force per torque of the motor")
+    for row in rows:
+        assert row.thesis is not None
+        if row.quantity.startswith("mode_frequency"):
+            panel.axvline(row.thesis, color="#d55e00", linestyle=":", label="thesis: modes, Table 4.2")
+        if row.quantity == "static_gain":
+            panel.axhline(row.thesis, color="#0072b2", linestyle="--", label="thesis: static gain 9.33e3 N/(N.m)")
+    panel.set_xlabel("frequency [Hz]")
+    panel.set_ylabel("force on the clutch per torque [N/(N.m)]")
+    panel.grid(alpha=0.3)
+
+
+def _shares(panel: Axes, rows: list[Row]) -> None:
+    chosen = [row for row in rows if row.quantity.startswith(("kinetic", "potential"))]
+    for height, row in enumerate(chosen):
+        panel.barh(height, row.model, color=COLORS["sila"], alpha=0.6, label="model")
+        assert row.thesis is not None
+        panel.plot(
+            row.thesis, height, "s", color="#d55e00", markerfacecolor="none", markersize=9,
+            label="thesis, tables 4.3 and 4.5",
+        )  # fmt: skip
+    panel.set_yticks(range(len(chosen)), [_energy_name(row.quantity) for row in chosen], fontsize=8)
+    panel.set_ylim(len(chosen) - 0.5, -0.5)
+    panel.set_xscale("log")
+    panel.set_xlim(1e-5, 2.0)
+    panel.set_xlabel("share of the energy of the mode [1]")
+    panel.grid(axis="x", alpha=0.3)
+
+
+def _energy_name(quantity: str) -> str:
+    energy, side, mode = quantity.split("_")
+    place = {"kinetic": {"motor": "motor", "slave": "piston"}, "potential": {"motor": "liquid", "slave": "clutch"}}
+    return f"mode {mode}, {energy}: {place[energy][side]}"
 
 
 def plot_openings(runs: Mapping[str, Solution], rows: list[Row]) -> Figure:

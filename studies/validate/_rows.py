@@ -12,13 +12,18 @@ from jaxtyping import Float
 from acausal import Solution
 
 from .._opening import STROKE, opening
-from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon, sila
+from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
+from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia
+from ._ratios import best_ratio, least_ratio
 from ._statics import hold, mode_frequencies
-from ._thesis import UNITS, Statement
+from ._thesis import LINEAR, TOLERANCE, UNITS, Statement
 
 ACTUATORS: MappingProxyType[str, Callable[..., ClutchActuator]] = MappingProxyType(
     {"sila": sila, "ema_fise": ema_fise, "ema_maxon": ema_maxon, "ehs_maxon": ehs_maxon}
 )
+
+TORQUE_LIMIT = 12.0 / 38.0  # N.m at the motor, of the FISE with its worm
+MOVED = 0.01  # of the stroke: what counts as motion
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,11 +37,17 @@ class Row:
     unit: str
     thesis: float | None
     model: float
+    reason: str  # why they differ, where they do
 
     @property
     def deviation(self) -> float | None:
         """Of the model, relative to the thesis."""
         return None if self.thesis is None else self.model / self.thesis - 1.0
+
+    @property
+    def reproduced(self) -> bool | None:
+        """Whether the deviation is within `TOLERANCE`."""
+        return None if self.deviation is None else abs(self.deviation) <= TOLERANCE
 
 
 def compare(statement: Statement, rtol: float = 1e-9) -> Row:
@@ -44,8 +55,9 @@ def compare(statement: Statement, rtol: float = 1e-9) -> Row:
     unit = UNITS[statement.quantity]
     value = _value(statement, rtol)
     return Row(
-        statement.actuator, statement.quantity, statement.condition, statement.source, unit, statement.value, value
-    )
+        statement.actuator, statement.quantity, statement.condition, statement.source, unit, statement.value, value,
+        statement.reason,
+    )  # fmt: skip
 
 
 def run(actuator: str, changes: tuple[tuple[str, float], ...] = (), rtol: float = 1e-9) -> Solution:
@@ -54,16 +66,56 @@ def run(actuator: str, changes: tuple[tuple[str, float], ...] = (), rtol: float 
 
 
 def _value(statement: Statement, rtol: float) -> float:
-    if statement.quantity == "opening_time":
-        return float(run(statement.actuator, statement.changes, rtol).t1)
-    if statement.quantity == "peak_current":
-        return float(jnp.max(jnp.abs(run(statement.actuator, statement.changes, rtol).motor.p.i)))
-    if statement.quantity == "holding_current":
-        return float(hold(ACTUATORS[statement.actuator](**dict(statement.changes)), STROKE).current)
-    modes = _modes(statement.actuator, statement.changes, statement.loaded)
-    return float(modes[int(statement.quantity[-1]) - 1])
+    if statement in LINEAR:
+        return _of_linear_model()[statement.quantity]
+    name, changes = statement.actuator, statement.changes
+    model = ACTUATORS[name](**dict(changes))
+    match statement.quantity:
+        case "opening_time":
+            return float(run(name, changes, rtol).t1)
+        case "dead_time":
+            return float(opening(model, stroke=MOVED * STROKE, rtol=rtol).t1)
+        case "peak_current":
+            return float(jnp.max(jnp.abs(run(name, changes, rtol).motor.p.i)))
+        case "holding_current":
+            return float(hold(model, STROKE).current)
+        case "holding_pressure":
+            return float(hold(model, STROKE).pressure)
+        case "no_load_speed":
+            return dict(changes)["voltage"] / float(model.motor.emf.k)
+        case "stall_torque":
+            return float(model.motor.emf.k / model.motor.resistor.R) * dict(changes)["voltage"]
+        case "least_ratio":
+            assert isinstance(model, ElectromechanicalActuator)
+            return least_ratio(model, TORQUE_LIMIT, STROKE)
+        case "best_ratio":
+            return best_ratio(ft.partial(ACTUATORS[name], **dict(changes)), rtol)
+    return float(_modes(name, changes, statement.loaded)[int(statement.quantity[-1]) - 1])
 
 
 @ft.cache
 def _modes(actuator: str, changes: tuple[tuple[str, float], ...], loaded: bool) -> Float[np.ndarray, " modes"]:
     return mode_frequencies(ACTUATORS[actuator](**dict(changes)), 0.5 * STROKE, loaded=loaded)
+
+
+@ft.cache
+def _of_linear_model() -> dict[str, float]:
+    """All that chapter 4 of the thesis computes from the present actuator, by the names of `UNITS`."""
+    model = linear_actuator()
+    actuator, moved = model.actuator, travel(model.actuator)
+    gain, ratio = static_gains(model)
+    found = {
+        "mass_motor": turning_inertia(actuator) / moved**2,
+        "mass_slave": float(actuator.piston.m),
+        "stiffness_liquid": float(actuator.line.stiffness * actuator.slave.area**2),
+        "stiffness_clutch": float(actuator.clutch.rate),
+        "static_gain": gain,
+        "static_gain_level": 20.0 * np.log10(gain),
+        "angle_per_stroke": ratio,
+    }
+    for number, mode in enumerate(modes(model), start=1):
+        found[f"mode_frequency_{number}"] = mode.frequency
+        for name, share in (("kinetic", mode.kinetic), ("potential", mode.potential), ("displacement", mode.shape)):
+            # The thesis prints the sizes of displacements.
+            found |= {f"{name}_motor_{number}": abs(share.motor), f"{name}_slave_{number}": abs(share.slave)}
+    return found

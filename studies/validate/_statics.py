@@ -36,7 +36,7 @@ def hold(model: ClutchActuator, stroke: Scalar) -> Hold:
     pressure = model.clutch.rate * stroke / model.slave.area
     compression = pressure / model.line.stiffness
     angle = _angle(model, stroke, compression)
-    current = pressure * jax.grad(ft.partial(_delivered, model))(angle) / model.motor.emf.k
+    current = pressure * jax.grad(ft.partial(delivered, model))(angle) / model.motor.emf.k
     return Hold(stroke, pressure, compression, angle, current)
 
 
@@ -57,7 +57,7 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
     return frequencies[frequencies > 1e-6 * np.max(frequencies)]
 
 
-def _delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
+def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
     """The volume in m3 that has left pump or master cylinder when the motor has turned by `angle` in rad."""
     if isinstance(model, PumpActuator):
         return model.pump.displacement * angle
@@ -73,7 +73,7 @@ def _angle(model: ClutchActuator, stroke: Scalar, compression: Scalar) -> Scalar
     # A cam passes the same lift twice a turn; an opening run tells which of the two is meant.
     near = opening(model, stroke=stroke).final.motor.shaft.phi
     solver = optx.Newton(rtol=1e-12, atol=1e-12)
-    return optx.root_find(lambda angle, _: _delivered(model, angle) / volume - 1.0, solver, near).value
+    return optx.root_find(lambda angle, _: delivered(model, angle) / volume - 1.0, solver, near).value
 
 
 def _fed_by_current(model: ClutchActuator, current: Scalar) -> ClutchActuator:

@@ -14,8 +14,8 @@ from acausal import linearise
 from components.electrical import ConstantCurrent
 from studies.validate import hold, mode_frequencies
 
-KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model"}
-UNITS = {
+KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model", "reason"}
+BASE_UNITS = {
     "opening_time": "s", "peak_current": "A", "holding_current": "A",
     "mode_frequency_1": "Hz", "mode_frequency_2": "Hz",
 }  # fmt: skip
@@ -25,13 +25,41 @@ UNITS = {
 def test_rows(validated: list[dict[str, Any]]) -> None:
     for row in validated:
         assert set(row) == KEYS
-        assert row["unit"] == UNITS[row["quantity"]]
+        assert row["unit"] == BASE_UNITS.get(row["quantity"], row["unit"])
         assert row["thesis"] is None or row["thesis"] > 0.0
         assert row["model"] > 0.0
     base = {(row["actuator"], row["quantity"]) for row in validated if row["condition"] == "base"}
-    assert base == {(design, quantity) for design in DESIGNS for quantity in UNITS}
+    assert base >= {(design, quantity) for design in DESIGNS for quantity in BASE_UNITS}
     stated = [(row["actuator"], row["quantity"], row["condition"], row["source"]) for row in validated]
     assert len(stated) == len(set(stated))
+
+
+# What the thesis' own data allow to reproduce, with one set of parameters: actuator, quantity, condition, source.
+REPRODUCED = {
+    ("ema_fise", "opening_time", "base", "Fig. 6.6, simulated"),
+    ("ema_fise", "opening_time", "base", "concluding table"),
+    ("ema_fise", "holding_current", "base", "Fig. 7.4, measured"),
+    ("ema_fise", "least_ratio", "base", "chapter 6, 12 N.m at the 38:1 output as the limit"),
+    ("ema_maxon", "best_ratio", "voltage=9.45", "chapter 6, as built"),
+    ("ehs_maxon", "opening_time", "base", "Fig. 7.10, measured, 30 ms of it without motion"),
+    ("ehs_maxon", "holding_current", "base", "chapter 7, about"),
+}
+
+
+@pytest.mark.slow
+def test_what_is_reproduced_and_why_the_rest_is_not(validated: list[dict[str, Any]]) -> None:
+    stated = [row for row in validated if row["thesis"] is not None]
+    near = {
+        (row["actuator"], row["quantity"], row["condition"], row["source"])
+        for row in stated
+        if abs(row["model"] / row["thesis"] - 1.0) <= 0.05
+    }
+    assert near >= REPRODUCED
+    assert {row["quantity"] for row in stated if row["actuator"] == "sila"} >= {"static_gain", "kinetic_slave_1"}
+    for row in stated:
+        key = (row["actuator"], row["quantity"], row["condition"], row["source"])
+        assert key in near or row["reason"], row
+        assert key in near or row["actuator"] != "sila" or row["quantity"] == "displacement_motor_2"
 
 
 def _model(rows: list[dict[str, Any]], design: str, quantity: str, condition: str = "base") -> float:
@@ -115,5 +143,6 @@ def test_channels_of_a_stiff_actuator() -> None:
 
 @pytest.mark.slow
 def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:
-    for name in ("validate", "validate_openings"):
+    for name in ("validate", "validate_openings", "validate_deviations", "validate_linear"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
+    assert "data:image/png" in (folder / "pictures" / "validate.html").read_text()
