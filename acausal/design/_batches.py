@@ -1,11 +1,10 @@
-"""Results of many members of a model, from one compiled program, in batches on all cores."""
+"""Results of many members of a model in batches, from one compiled program."""
 
 import collections
-import concurrent.futures
 import functools as ft
-import os
+import threading
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -26,6 +25,7 @@ LOCKSTEP = 32  # members that are stepped together: of more, most wait for the s
 CHUNK = 256  # members of a task
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
 PROGRAMS = 16  # that a process keeps
+_making = threading.Lock()
 
 Piece = tuple[np.ndarray, np.ndarray]  # results and codes
 
@@ -79,10 +79,9 @@ class Task:
     def __hash__(self) -> int:
         return hash(self._key)
 
-    def __call__(self, x: Float[np.ndarray, "n k"]) -> Piece:
-        """Results and codes of some members."""
-        size = min(LOCKSTEP, len(x)) if len(x) < CHUNK else LOCKSTEP
-        found = [self._piece(x[start : start + CHUNK], size) for start in range(0, len(x), CHUNK)]
+    def __call__(self, x: Float[np.ndarray, "n k"], side: int = LOCKSTEP) -> Piece:
+        """Results and codes of some members, of which `side` at most go side by side."""
+        found = [self._piece(x[start : start + CHUNK], side) for start in range(0, len(x), CHUNK)]
         values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
         return values, codes
 
@@ -96,36 +95,49 @@ class Task:
     def _piece(self, x: np.ndarray, size: int) -> Piece:
         """At most `CHUNK` members; those that fill the last batch up are copies."""
         batches = -(-len(x) // size)
-        room = CHUNK if size == LOCKSTEP else size
+        room = size * (CHUNK // size)
         filled = np.concatenate([x, np.repeat(x[-1:], room - len(x), axis=0)])
-        function = _compiled(self)
+        with _making:
+            function = _compiled(self)
         with trials(), compiling("a batch of runs", self.model, function):
             values, codes = function(filled.reshape(room // size, size, -1), batches)
         return np.asarray(values).reshape(room, -1)[: len(x)], np.asarray(codes).ravel()[: len(x)]
 
 
-@ft.lru_cache(maxsize=PROGRAMS)
-def _compiled(task: Task) -> Callable[[Any, int], Any]:
-    """The program of a task, for at most `CHUNK` members in batches."""
-    program = Program(task.model, task.free, task.functions, task.run)
-    arrays, rest = eqx.partition(task.model, eqx.is_array)
+class _Program:
+    """The compiled program of a task, for at most `CHUNK` members in batches."""
 
-    @jax.jit
-    def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
-        model = eqx.combine(arrays, rest)
+    def __init__(self, task: Task) -> None:
+        program = Program(task.model, task.free, task.functions, task.run)
+        arrays, rest = eqx.partition(task.model, eqx.is_array)
+        width = len(task.columns()[0])
 
-        def batch(rows: Any) -> Any:
-            return jax.vmap(lambda row: _one(program, model, row))(rows)
+        @jax.jit
+        def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
+            model = eqx.combine(arrays, rest)
 
-        empty = jax.tree_util.tree_map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(jax.vmap(batch), x))
+            def step(i: Any, found: Any) -> Any:
+                batch = jax.vmap(lambda row: _one(program, model, row))(x[i])
+                return tuple(whole.at[i].set(part) for whole, part in zip(found, batch, strict=True))
 
-        def step(i: Any, found: Any) -> Any:
-            return jax.tree_util.tree_map(lambda whole, part: whole.at[i].set(part), found, batch(x[i]))
+            empty = jnp.zeros((*x.shape[:2], width)), jnp.zeros(x.shape[:2], "int32")
+            # As many batches as there are, so that one program does for pieces of any length.
+            return jax.lax.fori_loop(0, batches, step, empty)
 
-        # As many batches as there are, so that one program does for pieces of any length.
-        return jax.lax.fori_loop(0, batches, step, empty)
+        self._function = ft.partial(all_batches, arrays)
+        self._first, self._is_compiled = threading.Lock(), False
 
-    return lambda x, batches: all_batches(arrays, x, batches)
+    def __call__(self, x: Any, batches: int) -> Any:
+        # The first piece compiles; were others begun with it, each of their threads would.
+        with self._first:
+            if not self._is_compiled:
+                found = jax.block_until_ready(self._function(x, batches))
+                self._is_compiled = True
+                return found
+        return self._function(x, batches)
+
+
+_compiled = ft.lru_cache(maxsize=PROGRAMS)(_Program)
 
 
 def _one(program: Program, model: Component, row: Any) -> tuple[Any, Any]:
@@ -134,48 +146,4 @@ def _one(program: Program, model: Component, row: Any) -> tuple[Any, Any]:
     for result in results:
         number = jax.tree_util.tree_leaves(result)[0]
         code = jnp.where(is_success(result), code, number)
-    return values, code
-
-
-def evaluated(
-    task: Task,
-    x: Float[np.ndarray, "n k"],
-    *,
-    executor: Any = None,
-    chunk: int = CHUNK,
-    progress: Callable[[int, int], None] | None = None,
-) -> Outcomes:
-    """The outcomes of all rows, on the cores of this machine or on an executor."""
-    starts = range(0, len(x), chunk)
-    found: dict[int, Piece] = {}
-    for done, (start, piece) in enumerate(
-        pieces(task, {start: x[start : start + chunk] for start in starts}, executor)
-    ):
-        found[start] = piece
-        if progress is not None:
-            progress(done + 1, len(starts))
-    values, codes = zip(*(found[start] for start in starts), strict=True)
-    return Outcomes(np.concatenate(values), np.concatenate(codes))
-
-
-def pieces(task: Task, work: dict[int, np.ndarray], executor: Any) -> Iterator[tuple[int, Piece]]:
-    """The outcomes of pieces of work, in the order in which they are done."""
-    if executor is not None:
-        yield from _done(executor, task, work)
-        return
-    # The first piece compiles; were all begun at once, each thread would.
-    numbers = sorted(work)
-    for number in numbers[:1]:
-        yield number, task(work[number])
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        yield from _done(pool, task, {number: work[number] for number in numbers[1:]})
-
-
-def _done(executor: Any, task: Task, work: dict[int, np.ndarray]) -> Iterator[tuple[int, Piece]]:
-    futures = {executor.submit(task, piece): number for number, piece in work.items()}
-    try:
-        for future in concurrent.futures.as_completed(futures):
-            yield futures[future], future.result()
-    finally:
-        for future in futures:
-            future.cancel()
+    return values, code.astype("int32")

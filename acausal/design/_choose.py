@@ -14,8 +14,9 @@ from .._declare.component import Component
 from .._errors import ModelError, SimulationError
 from .._extras import needed
 from ._bar import bar
-from ._batches import CHUNK, Outcomes, Task, evaluated, said
+from ._batches import CHUNK, Outcomes, Task, said
 from ._limits import Limit, Objective, limits_of, objectives_of
+from ._pieces import evaluated
 from ._sweep import MOST, listed
 
 Table = Sequence[Mapping[Any, Any]]

@@ -1,4 +1,4 @@
-"""A store on disk that takes the results of a sweep piece by piece, and from which it goes on after an interruption."""
+"""What takes the results of many members piece by piece: memory, or a store on disk that outlives an interruption."""
 
 import functools
 import hashlib
@@ -15,7 +15,7 @@ from jaxtyping import Float
 from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import needed
-from ._batches import Piece
+from ._batches import Piece, Task
 
 OPEN = -1  # code of a member that is not computed yet
 PARTS = {
@@ -26,12 +26,36 @@ PARTS = {
 }
 
 
+class Memory:
+    """Results and codes of numbered members, gone with the process."""
+
+    where = "lost, as no store was given"
+
+    def __init__(self, n: int, chunk: int) -> None:
+        self.n, self.chunk = n, chunk
+        self._pieces: dict[int, Piece] = {}
+
+    def starts(self) -> list[int]:
+        """The first members of the pieces that are not finished."""
+        return [start for start in range(0, self.n, self.chunk) if start not in self._pieces]
+
+    def write(self, start: int, piece: Piece) -> None:
+        """Keep the outcome of a piece."""
+        self._pieces[start] = piece
+
+    def read(self) -> Piece:
+        """All results and codes."""
+        values, codes = zip(*(self._pieces[start] for start in sorted(self._pieces)), strict=True)
+        return np.concatenate(values), np.concatenate(codes)
+
+
 class Store:
     """Results and codes of numbered members in a zarr store; a piece counts as finished once its codes are written."""
 
     def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
         zarr = needed("zarr", "stores", "A store on disk")
         self.names = tuple(names)
+        self.where = f"in {path}: the same call goes on from there"
         if path.exists():
             self._group = zarr.open_group(path, mode="r+")
             self._check(path, study)
@@ -73,17 +97,24 @@ class Store:
         return values, np.asarray(self._group["code"][:])
 
 
-def study_of(
-    model: Component, names: Sequence[str], x: Float[np.ndarray, "n k"], results: Sequence[str], functions: Any
-) -> dict[str, str]:
+def store_of(
+    path: str | Path | None, task: Task, names: Sequence[str], x: Float[np.ndarray, "n k"], chunk: int
+) -> Store | None:
+    """The store of a task at a path, which may be there already; None without a path."""
+    if path is None:
+        return None
+    return Store(Path(path), len(x), names, chunk, study_of(task, names, x))
+
+
+def study_of(task: Task, results: Sequence[str], x: Float[np.ndarray, "n k"]) -> dict[str, str]:
     """What tells one study from another: digests of its members, results, model and functions."""
-    leaves, structure = jax.tree_util.tree_flatten(model)
+    leaves, structure = jax.tree_util.tree_flatten(task.model)
     numbers = b"".join(np.asarray(leaf, float).tobytes() for leaf in leaves)
     return {
-        "members": _digest(repr(tuple(names)).encode() + np.ascontiguousarray(x).tobytes()),
+        "members": _digest(repr(tuple(task.free.names)).encode() + np.ascontiguousarray(x).tobytes()),
         "results": _digest(repr(tuple(results)).encode()),
         "model": _digest(repr(structure).encode() + numbers),
-        "functions": _digest(b"".join(_code(function) for function in functions)),
+        "functions": _digest(b"".join(_code(function) for function in (*task.functions.values(), task.run))),
     }
 
 

@@ -1,6 +1,5 @@
 """`sweep`: results of a model over a grid, a list or a sample of parameters."""
 
-import concurrent.futures
 import dataclasses
 import itertools
 import os
@@ -12,17 +11,19 @@ import numpy as np
 from jaxtyping import Float
 
 from .._declare.component import Component
-from .._errors import ModelError, ParameterError, SimulationError
+from .._errors import ModelError, ParameterError
 from .._extras import needed
+from .._integrate.options import count
 from .._units.quantity import has_unit, magnitude
 from ._bar import bar
-from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Piece, Task, code_names, pieces
+from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Task, code_names
 from ._bounds import number_in
 from ._distributions import Distribution
 from ._free import Free, single_parameters
 from ._limits import objectives_of
+from ._pieces import evaluated
 from ._scores import member_count, sobol_scores
-from ._store import Store, study_of
+from ._store import store_of
 
 M = TypeVar("M", bound=Component)
 MOST = 50_000_000  # members
@@ -92,56 +93,18 @@ def sweep(
     members = _members(model, over)
     task = Task(model, members.free, {objective.name: objective.function for objective in objectives}, run)
     names, owners = task.columns()
-    size = _chunk(len(members.x)) if chunk is None else int(chunk)
-    values, codes = _computed(task, names, members, store, executor, size, bar("sweep", progress))
+    size = chunk_of(len(members.x)) if chunk is None else count(chunk, "chunk")
+    kept = store_of(store, task, names, members.x, size)
+    tell = bar("sweep", progress)
+    outcomes = evaluated(task, members.x, executor=executor, chunk=size, store=kept, progress=tell)
     shown = [scales[owner] for owner in owners]
-    return _dataset(members, names, shown, values, codes)
+    return _dataset(members, names, shown, outcomes.values, outcomes.codes)
 
 
-def _chunk(n: int) -> int:
+def chunk_of(n: int) -> int:
     """Members of a piece: so few that each core has four pieces at least, if they are as many as go side by side."""
     fair = -(-n // (4 * (os.cpu_count() or 1)))
     return int(min(CHUNK, LOCKSTEP * max(1, fair // LOCKSTEP)))
-
-
-def _computed(
-    task: Task, names: Sequence[str], members: Members, path: Any, executor: Any, chunk: int, tell: Any
-) -> Piece:
-    n = len(members.x)
-    if chunk < 1:
-        raise ParameterError(f"chunk is at least 1, got {chunk}.")
-    kept = None
-    if path is not None:
-        functions = [*task.functions.values(), task.run]
-        study = study_of(task.model, members.free.names, members.x, names, functions)
-        kept = Store(Path(path), n, names, chunk, study)
-        chunk = kept.chunk
-    found: dict[int, Piece] = {}
-    starts = list(range(0, n, chunk)) if kept is None else kept.starts()
-    total = -(-n // chunk)
-    done = total - len(starts)
-    tell(done, total)
-    try:
-        for start, piece in pieces(task, {start: members.x[start : start + chunk] for start in starts}, executor):
-            if kept is None:
-                found[start] = piece
-            else:
-                kept.write(start, piece)
-            done += 1
-            tell(done, total)
-    except Exception as error:
-        if (
-            not isinstance(error, concurrent.futures.BrokenExecutor) and type(error).__name__ != "KilledWorker"
-        ):  # of Dask
-            raise
-        rest = "lost, as no store was given" if kept is None else f"in {path}: the same call goes on from there"
-        raise SimulationError(
-            f"A worker died after {done} of {total} pieces of the sweep; what was finished is {rest}."
-        ) from error
-    if kept is not None:
-        return kept.read()
-    values, codes = zip(*(found[start] for start in starts), strict=True)
-    return np.concatenate(values), np.concatenate(codes)
 
 
 def _members(model: Component, over: Any) -> Members:

@@ -13,11 +13,12 @@ from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from .._integrate.failure import trials
 from .._progress import compiling
-from ._batches import Outcomes, Task, evaluated
+from ._batches import Outcomes, Task
 from ._distributions import Distribution
 from ._free import Free, single_parameters
 from ._indices import Indices, indices_of
 from ._limits import objectives_of
+from ._pieces import evaluated
 from ._program import Program
 from ._scores import member_count, sobol_scores
 from ._spread import Spread, Spreads

@@ -1,0 +1,72 @@
+"""Many members computed piece by piece: on all cores or on an executor, kept in memory or in a store on disk."""
+
+import concurrent.futures
+import os
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .._errors import ArgumentError, SimulationError
+from ._batches import CHUNK, LOCKSTEP, Outcomes, Piece, Task
+from ._store import Memory, Store
+
+
+def evaluated(
+    task: Task,
+    x: Float[np.ndarray, "n k"],
+    *,
+    executor: Any = None,
+    chunk: int = CHUNK,
+    store: Store | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Outcomes:
+    """The outcomes of all rows in pieces of `chunk` members; what a store has already is not computed again.
+
+    Raises `SimulationError` where a worker dies and its executor does not replace it.
+    """
+    kept = Memory(len(x), chunk) if store is None else store
+    tell = progress or (lambda done, total: None)
+    starts, total = kept.starts(), -(-len(x) // kept.chunk)
+    done = total - len(starts)
+    tell(done, total)
+    work = {start: x[start : start + kept.chunk] for start in starts}
+    try:
+        for start, piece in _done(executor, task, work, min(LOCKSTEP, kept.chunk, len(x))):
+            kept.write(start, piece)
+            done += 1
+            tell(done, total)
+    except Exception as error:
+        if not _is_death(error):
+            raise
+        raise SimulationError(
+            f"A worker died after {done} of {total} pieces of the work; what was finished is {kept.where}."
+        ) from error
+    return Outcomes(*kept.read())
+
+
+def _done(executor: Any, task: Task, work: Mapping[int, np.ndarray], side: int) -> Iterator[tuple[int, Piece]]:
+    """The outcomes of pieces of work, in the order in which they are done."""
+    if executor is None:
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            yield from _done(pool, task, work, side)
+        return
+    futures = {executor.submit(task, piece, side): number for number, piece in work.items()}
+    if not all(isinstance(future, concurrent.futures.Future) for future in futures):
+        raise ArgumentError(
+            "executor must be like those of concurrent.futures, whose submit returns a Future of theirs; "
+            f"got {type(executor).__name__}. Of a client of Dask, give client.get_executor()."
+        )
+    try:
+        for future in concurrent.futures.as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _is_death(error: Exception) -> bool:
+    """Whether an error says that who computed is gone, not that computing failed."""
+    gone = concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError
+    return isinstance(error, gone) or type(error).__name__ == "KilledWorker"  # of Dask
