@@ -1,52 +1,89 @@
-"""`choose`: the best combination of what a catalogue offers."""
+"""`choose`: the best combination of what catalogues offer."""
 
 import dataclasses
-import itertools
-import math
+import functools as ft
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError, SimulationError
-from .._extras import needed
+from ._alternatives import Structure, held, on_pair, run_of_pair, structure_of
 from ._bar import bar
-from ._batches import CHUNK, Outcomes, Task, said
+from ._batches import COMPUTED, Outcomes, Task, said
+from ._choice_plot import plot_choice
+from ._design import Design
 from ._limits import Limit, Objective, limits_of, objectives_of
+from ._optimise import optimise
 from ._pieces import evaluated
-from ._sweep import MOST, listed
+from ._store import store_of
+from ._sweep import chunk_of
 
 Table = Sequence[Mapping[Any, Any]]
+Tables = Mapping[str, Table]
+BROKEN = 1e-9  # share of a limit from which on it is broken
+
+
+@dataclasses.dataclass(frozen=True)
+class Asked:
+    """What was asked of the combinations."""
+
+    minimise: Mapping[str, Any]
+    constraints: Mapping[str, Any]
+    run: Callable[[Any], Any] | None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Choice:
     """All combinations with their results; `print` it for the best of them and what ruled the others out.
 
-    - `combinations`: the names of the alternatives of each, by table.
     - `values`: of the objectives, in SI units; not a number for what could not be computed.
     - `excess`: by how much each limit is broken, as a fraction of it; negative inside of it.
-    - `outcomes`: results and codes as they were computed.
+    - `codes`: 0 for combinations that were computed; of the others, why not.
+    - `places`: the structure of each combination, and which one of it.
     """
 
-    combinations: tuple[Mapping[str, str], ...]
+    structures: tuple[Structure, ...]
     objectives: tuple[Objective, ...]
     limits: tuple[Limit, ...]
     values: Float[np.ndarray, "n p"]
     excess: Float[np.ndarray, "n q"]
-    outcomes: Outcomes
+    codes: Int[np.ndarray, " n"]
+    _asked: Asked
+
+    @ft.cached_property
+    def places(self) -> Int[np.ndarray, "n 2"]:
+        pairs = [(number, i) for number, structure in enumerate(self.structures) for i in range(len(structure.x))]
+        return np.array(pairs)
+
+    def combination(self, i: int) -> dict[str, str]:
+        """The names of the alternatives of a combination by table, with that of its structure where there are some."""
+        number, place = self.places[i].tolist()
+        structure = self.structures[number]
+        return ({"structure": structure.name} if structure.name else {}) | structure.named(place)
+
+    @ft.cached_property
+    def combinations(self) -> tuple[dict[str, str], ...]:
+        """All of them by name."""
+        return tuple(self.combination(i) for i in range(len(self.codes)))
+
+    def model(self, i: int) -> Any:
+        """The model of a combination."""
+        number, place = self.places[i].tolist()
+        return self.structures[number].of(place)[0]
 
     @property
     def is_computed(self) -> Bool[np.ndarray, " n"]:
-        return self.outcomes.are_good
+        return self.codes == COMPUTED
 
     @property
     def is_feasible(self) -> Bool[np.ndarray, " n"]:
         """Combinations that keep all limits."""
-        return self.is_computed & np.all(self.excess <= 1e-9, axis=1)
+        return self.is_computed & np.all(self.excess <= BROKEN, axis=1)
 
     @property
     def order(self) -> list[int]:
@@ -72,9 +109,9 @@ class Choice:
     def ruled_out(self, i: int) -> tuple[str, ...]:
         """What speaks against a combination: the limits that it breaks, or why it could not be computed."""
         if not self.is_computed[i]:
-            return (said(int(self.outcomes.codes[i])).split(". ")[0].rstrip("."),)
+            return (said(int(self.codes[i])).split(". ")[0].rstrip("."),)
         broken = zip(self.limits, self.excess[i], strict=True)
-        return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > 1e-9)
+        return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > BROKEN)
 
     @property
     def reasons(self) -> dict[str, tuple[int, int]]:
@@ -88,41 +125,50 @@ class Choice:
                 pair[1] += len(against) == 1
         return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
 
+    def continuous(self, *paths: Any, i: int | None = None, **options: Any) -> Design:
+        """The continuous optimum: what `optimise` finds from a combination on, by default the best one.
+
+        Each of `paths` is free between the least and the largest value that the tables offer for it; other values and
+        figures stay those of the combination. The first objective is minimised within the same limits; `options` are
+        those of `optimise`. Raises `ModelError` for a path that no table holds, and where no combination is feasible.
+        """
+        start = self.best if i is None else i
+        if start is None:
+            raise ModelError("No combination is feasible: name the one to begin with, as in continuous(..., i=0).")
+        number, place = self.places[start].tolist()
+        structure, asked = self.structures[number], self._asked
+        model, figures = structure.of(place)
+        name, stated = next(iter(asked.minimise.items()))
+        function, *unit = stated if isinstance(stated, tuple) else (stated,)
+        constraints = {key: (held(pair[0], figures), pair[1]) for key, pair in asked.constraints.items()}
+        minimise = {name: (held(function, figures), *unit) if unit else held(function, figures)}
+        free = {path: structure.span(path) for path in paths}
+        return optimise(model, free, minimise, run=asked.run, constraints=constraints, **options)
+
     def plot(self, ax: Any = None, beside: Any = None) -> Any:
-        """Feasible combinations by two objectives with the front, or in order by one; `beside`: objectives to compare.
+        """Feasible combinations by two objectives with the front, or in order by one.
+
+        - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.
 
         Returns the matplotlib axes.
         """
-        if ax is None:
-            plt = needed("matplotlib.pyplot", "plots", "A picture")
-            _, ax = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
-        first, second = self.objectives[0], self.objectives[1] if len(self.objectives) > 1 else None
-        shown = self.order if second is None else np.flatnonzero(self.is_feasible).tolist()
-        x = first.scale.value(self.values[shown, 0])
-        y = np.arange(1, len(shown) + 1) if second is None else second.scale.value(self.values[shown, 1])
-        ax.plot(x, y, ".", color="0.6", label="feasible")
-        if second is not None:
-            front = self.values[self.front]
-            places = first.scale.value(front[:, 0]), second.scale.value(front[:, 1])
-            ax.plot(*places, "o-", color="tab:blue", label="front")
-        if beside is not None:
-            place = np.ravel(np.asarray(beside, float))
-            ax.axvline(first.scale.value(place[0]), color="tab:orange", label="continuous optimum")
-        ax.set_xlabel(first.scale.headed(first.name))
-        ax.set_ylabel("rank" if second is None else second.scale.headed(second.name))
-        ax.legend(frameon=False, fontsize="small")
-        ax.grid(alpha=0.3)
-        return ax
+        named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
+        values = {
+            name: np.ravel(np.asarray(one.objective if isinstance(one, Design) else one, float))
+            for name, one in named.items()
+        }
+        return plot_choice(self, ax, values)
 
     def __repr__(self) -> str:
-        return f"<Choice among {len(self.combinations)} combinations, {int(np.sum(self.is_feasible))} feasible>"
+        return f"<Choice among {len(self.codes)} combinations, {int(np.sum(self.is_feasible))} feasible>"
 
     def __str__(self) -> str:
-        head = ["", *self.combinations[0], *(objective.scale.headed(objective.name) for objective in self.objectives)]
-        ranked = enumerate(self.order[:10], start=1)
-        rows = [[str(rank), *self.combinations[i].values(), *self._shown(i)] for rank, i in ranked]
-        lines = [f"{len(self.combinations)} combinations, {int(np.sum(self.is_feasible))} feasible"]
-        lines += [aligned([head, *rows])] if rows else []
+        ranked = [(str(rank), i, self.combination(i)) for rank, i in enumerate(self.order[:10], start=1)]
+        heads = list(dict.fromkeys(title for *_, named in ranked for title in named))
+        rows = [[rank, *(named.get(title, "") for title in heads), *self._shown(i)] for rank, i, named in ranked]
+        lines = [f"{len(self.codes)} combinations, {int(np.sum(self.is_feasible))} feasible"]
+        results = [objective.scale.headed(objective.name) for objective in self.objectives]
+        lines += [aligned([["", *heads, *results], *rows])] if rows else []
         for reason, (number, alone) in self.reasons.items():
             lines.append(f"ruled out by {reason}: {number}, {alone} of them by it alone")
         return "\n".join(lines)
@@ -132,12 +178,13 @@ class Choice:
 
 
 def choose(
-    model: Component,
-    tables: Mapping[str, Table],
+    model: Component | Mapping[str, Component],
+    tables: Tables | Mapping[str, Tables],
     minimise: Any,
     *,
     run: Callable[[Any], Any] | None = None,
     constraints: Mapping[str, Any] | None = None,
+    store: str | Path | None = None,
     executor: Any = None,
     progress: bool | None = None,
 ) -> Choice:
@@ -146,78 +193,71 @@ def choose(
         choose(
             drive,
             {"motor": [{"name": "A", "motor.emf.k": 0.02, "motor.resistor.R": "0.3 ohm"}, {"name": "B", ...}],
-             "gear": [{"gear.ratio": 5.0}, {"gear.ratio": 8.0}]},
-            {"time": (lambda s: s.t1, "ms")},
+             "gear": [{"gear.ratio": 5.0, "figures": {"mass": "0.3 kg"}}, ...]},
+            {"time": (lambda s: s.t1, "ms"), "mass": (lambda s, parts: parts["gear"]["mass"], "g")},
             run=lambda m: simulate(m, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end"),
             constraints={"final speed": (lambda s: s.final.load.w, "<= 100 rpm")},
         )
 
+    - `model`: a model, or several of them by name, which differ in their structure, such as one with a cam and one
+      with a pump; each has tables of its own by that name, and is run as a batch of its own.
     - `tables`: alternatives by what they are for, each a dictionary of values by path (or a `pandas.DataFrame`), with
       its "name" if it has one. Values are in declared units, quantities or texts with a unit. The rows of a table name
-      the same paths; what has another structure, such as two stages instead of one, is a choice of its own.
+      the same paths. "figures" are what the model has no parameter for: a mass, a price, a largest speed.
     - `minimise`, `run`, `constraints`: as in `optimise`; with several objectives, the first one ranks and all of them
-      make the front.
-    - `executor`, `progress`: as in `sweep`.
+      make the front. A function of two arguments is given the figures as well, by table and name, in SI units.
+    - `store`, `executor`, `progress`: as in `sweep`; of several models, each has a store of its own in the folder.
 
     Raises `ModelError` or `ParameterError` for what is wrong with tables, and `SimulationError` where no combination
     can be computed.
     """
-    rows, names = _combined(tables)
-    members = listed(model, rows)
     objectives, limits = objectives_of(minimise), limits_of(constraints)
-    functions = {o.name: o.function for o in objectives} | {name: pair[0] for name, pair in limits.items()}
-    if len(functions) < len(objectives) + len(limits):
-        raise ModelError("An objective and a constraint have one name. Rename one.")
-    task = Task(model, members.free, functions, run)
-    outcomes = evaluated(task, members.x, executor=executor, chunk=CHUNK, progress=bar("combinations", progress))
-    if not np.any(outcomes.are_good):
-        raise SimulationError(f"None of {len(rows)} combinations could be computed: {said(int(outcomes.codes[0]))}")
-    _, owners = task.columns()
-    several = [o.name for o in objectives if owners.count(o.name) != 1]
-    if several:
-        raise ModelError(f"{several[0]} returned {owners.count(several[0])} numbers: what is minimised is one.")
-    columns = [owners.index(o.name) for o in objectives]
-    stated = [limits[owner][1] for owner in owners if owner in limits]
-    places = [i for i, owner in enumerate(owners) if owner in limits]
-    excess = [_excess(limit, outcomes.values[:, i]) for limit, i in zip(stated, places, strict=True)]
-    values = np.where(outcomes.are_good[:, None], outcomes.values[:, columns], np.nan)
-    table = np.stack(excess, axis=1) if excess else np.zeros((len(rows), 0))
-    return Choice(names, objectives, tuple(stated), values, table, outcomes)
+    if twice := [o.name for o in objectives if o.name in limits]:
+        raise ModelError(f"{twice[0]} is the name of an objective and of a constraint. Rename one.")
+    structures = _structures(model, tables)
+    functions = {o.name: on_pair(o.function) for o in objectives}
+    functions |= {name: on_pair(function) for name, (function, _) in limits.items()}
+    found: list[Outcomes] = []
+    owners: tuple[str, ...] = ()
+    for structure in structures:
+        task = Task(structure.model, structure.part, functions, ft.partial(run_of_pair, run))
+        names, own = task.columns()
+        _check_owners(structure, own, owners or own, objectives)
+        owners, size = own, chunk_of(len(structure.x))
+        path = Path(store) / structure.name if store is not None and structure.name else store
+        kept = store_of(path, task, names, structure.x, size)
+        tell = bar(" of ".join(filter(None, ["combinations", structure.name])), progress)
+        found.append(evaluated(task, structure.x, executor=executor, chunk=size, store=kept, progress=tell))
+    results, codes = np.concatenate([one.values for one in found]), np.concatenate([one.codes for one in found])
+    if not np.any(codes == COMPUTED):
+        raise SimulationError(f"None of {len(codes)} combinations could be computed: {said(int(codes[0]))}")
+    values = np.where((codes == COMPUTED)[:, None], results[:, [owners.index(o.name) for o in objectives]], np.nan)
+    stated = [(limits[owner][1], i) for i, owner in enumerate(owners) if owner in limits]
+    excess = [_excess(limit, results[:, i]) for limit, i in stated]
+    table = np.stack(excess, axis=1) if excess else np.zeros((len(codes), 0))
+    asked = Asked(minimise if isinstance(minimise, Mapping) else {"objective": minimise}, constraints or {}, run)
+    return Choice(structures, objectives, tuple(limit for limit, _ in stated), values, table, codes, asked)
+
+
+def _structures(model: Any, tables: Any) -> tuple[Structure, ...]:
+    if not isinstance(model, Mapping):
+        return (structure_of("", model, tables),)
+    if not model or not isinstance(tables, Mapping) or model.keys() != tables.keys():
+        raise ModelError(f"Of several models, each has tables by its name: {', '.join(model)}.")
+    return tuple(structure_of(name, one, tables[name]) for name, one in model.items())
+
+
+def _check_owners(structure: Structure, own: Sequence[str], first: Sequence[str], objectives: Any) -> None:
+    for name in (objective.name for objective in objectives):
+        if own.count(name) != 1:
+            raise ModelError(f"{name} returned {own.count(name)} numbers: what is minimised is one.")
+    if other := [name for name in own if own.count(name) != first.count(name)]:
+        raise ModelError(
+            f"{other[0]} returned {own.count(other[0])} numbers of {structure.name}, but {first.count(other[0])} "
+            "of the models before. Return as many of each."
+        )
 
 
 def _excess(limit: Limit, values: np.ndarray) -> np.ndarray:
     excess = np.asarray(limit.excess(values))
     return np.abs(excess) if limit.is_equation else excess
-
-
-def _label(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _combined(tables: Mapping[str, Any]) -> tuple[list[dict[Any, Any]], tuple[dict[str, str], ...]]:
-    """The values of each combination, and the names of its alternatives."""
-    if not isinstance(tables, Mapping) or not tables:
-        raise ModelError(f"tables is a dictionary of at least one table, got {tables!r}.")
-    plain: dict[str, list[dict[Any, Any]]] = {}
-    for title, table in tables.items():
-        rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
-        if not rows or not all(isinstance(row, Mapping) for row in rows):
-            raise ModelError(f"{title}: a table is a list of dictionaries with values by path, got {table!r}.")
-        plain[title] = [dict(row) for row in rows]
-    n = math.prod(len(rows) for rows in plain.values())
-    if n > MOST:
-        raise ModelError(f"{n} combinations are too many. Leave out alternatives that cannot win.")
-    labels = {
-        title: [str(row.pop("name", "") or ", ".join(map(_label, row.values()))) for row in rows]
-        for title, rows in plain.items()
-    }
-    values, names = [], []
-    for picked in itertools.product(*(range(len(rows)) for rows in plain.values())):
-        parts = [plain[title][i] for title, i in zip(plain, picked, strict=True)]
-        merged = {key: value for part in parts for key, value in part.items()}
-        if len(merged) < sum(len(part) for part in parts):
-            twice = [key for key in merged if sum(key in part for part in parts) > 1]
-            raise ModelError(f"{twice[0]} stands in two tables. Keep it in one of them.")
-        values.append(merged)
-        names.append({title: labels[title][i] for title, i in zip(plain, picked, strict=True)})
-    return values, tuple(names)

@@ -1,11 +1,12 @@
 """Choices from catalogues: what is feasible, what rules others out, the front."""
 
+from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _rigs import Rig, rig
+from _rigs import Rig, Twins, rig
 
 from acausal import ModelError, SimulationError, quantity
 from acausal.design import Choice, choose
@@ -68,6 +69,80 @@ def test_none_is_feasible() -> None:
     assert "6 combinations, 0 feasible" in str(found)
 
 
+LIGHT = [{"name": "steel", "mass.m": 1.0, "figures": {"price": 3.0}}, {"mass.m": 0.5, "figures": {"price": "700 g"}}]
+TWINS = {"both": [{("a.mass.m", "b.mass.m"): 4.0}, {("a.mass.m", "b.mass.m"): 0.25}]}
+
+
+def slower(model: Any) -> Any:
+    """The lower one of the frequencies of a rig, or of two of them."""
+    return jnp.minimum(frequency(model.a), frequency(model.b)) if isinstance(model, Twins) else frequency(model)
+
+
+def price(model: Any, parts: Any) -> Any:
+    return parts["mass"]["price"] if "mass" in parts else 2.0
+
+
+def several(**options: Any) -> Choice:
+    models = {"one": rig(), "two": Twins(a=rig(), b=rig(c=90.0))}
+    tables = {"one": {"spring": SPRINGS, "mass": LIGHT}, "two": TWINS}
+    minimise = {"frequency": (slower, "1/s"), "price": price}
+    return choose(models, tables, minimise, constraints={"f": (slower, ">= 4 1/s")}, **options)
+
+
+def test_models_of_several_structures() -> None:
+    found = several()
+    c, m, prices = np.repeat([10.0, 40.0, 90.0], 2), np.tile([1.0, 0.5], 3), np.tile([3.0, 0.7], 3)
+    np.testing.assert_allclose(found.values[:6, 0], np.sqrt(c / m), rtol=1e-14)
+    np.testing.assert_allclose(found.values[6:, 0], np.sqrt(40.0 / np.array([4.0, 0.25])), rtol=1e-14)
+    np.testing.assert_allclose(found.values[:, 1], [*prices, 2.0, 2.0])
+    assert found.combination(0) == {"structure": "one", "spring": "soft", "mass": "steel"}
+    assert found.combination(7) == {"structure": "two", "both": "0.25"}
+    assert found.is_feasible.tolist() == [False, True, True, True, True, True, False, True]
+    assert found.order[0] == 1
+    assert float(found.model(7).b.mass.m) == 0.25
+    assert float(found.model(3).link.c) == 40.0
+    assert found.front == [1]
+    assert "structure" in str(found)
+
+
+def test_a_store_for_each_structure(tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    first, second = several(store=tmp_path / "kept"), several(store=tmp_path / "kept", executor=Refusing())
+    np.testing.assert_array_equal(first.values, second.values)
+    assert sorted(path.name for path in (tmp_path / "kept").iterdir()) == ["one", "two"]
+
+
+class Refusing:
+    """An executor that is never asked, as all is in the store."""
+
+    def submit(self, *args: Any) -> Any:
+        raise AssertionError(args)
+
+
+def test_the_continuous_optimum_is_beside_the_best_product() -> None:
+    """sqrt(c/m) that is 4 at least is least at c = 16 m."""
+    found = several()
+    design = found.continuous("link.c", i=found.order[1])
+    assert design.objective == pytest.approx(4.0, rel=1e-9)
+    assert design.values["link.c"] == pytest.approx(16.0 * float(found.model(found.order[1]).mass.m), rel=1e-8)
+    with pytest.raises(ModelError, match=r"The tables hold no 'link.d'; they hold link.c, mass.m"):
+        found.continuous("link.d")
+    plt = pytest.importorskip("matplotlib.pyplot")
+    assert len(found.plot(beside={"continuous": design}).lines) == 4
+    plt.close("all")
+
+
+def test_functions_return_as_much_of_all_structures() -> None:
+    def each(model: Any) -> Any:
+        return (1.0, 2.0) if isinstance(model, Twins) else 1.0
+
+    models = {"one": rig(), "two": Twins(a=rig(), b=rig())}
+    with pytest.raises(ModelError, match="each returned 2 numbers of two, but 1 of the models before"):
+        choose(models, {"one": TABLES, "two": TWINS}, slower, constraints={"each": (each, ">= 0")})
+    with pytest.raises(ModelError, match="Of several models, each has tables by its name: one, two"):
+        choose(models, TABLES, slower)
+
+
 def test_picture() -> None:
     plt = pytest.importorskip("matplotlib.pyplot")
     assert chosen().plot(beside=[2.0]).get_xlabel() == "frequency [1/s]"
@@ -83,6 +158,8 @@ def test_picture() -> None:
         ({"a": [{"link.c": 1.0}], "b": [{"link.c": 2.0}]}, "link.c stands in two tables"),
         ({"a": [{"link.c": 1.0}, {"link.d": 2.0}]}, "Member 1 names link.d, but the first one link.c"),
         ({"a": [{"link.k": 1.0}]}, "no parameter or start value 'link.k'"),
+        ({"a": [{"link.c": 1.0, "figures": {"p": float("nan")}}]}, "a, 1: the figure p is not a number"),
+        ({"a": [{"link.c": 1.0, "figures": {"p": 1.0}}, {"link.c": 2.0}]}, "a, 2: figures are a dictionary with the"),
     ],
 )
 def test_bad_tables(tables: Any, text: str) -> None:
