@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._indices import behind_filler
 from .._linear_solver import linear_solver
 from .affine import computed, negated, over, plus, times
 
@@ -96,5 +97,4 @@ def stacked(rows: list[_Row]) -> Any:
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for value in values))
     flat = [jnp.broadcast_to(jnp.asarray(value, float), shape).ravel() for value in (0.0, *values)]
     is_own = np.array([[value is not None for value in row] for row in rows])
-    # What is unsigned is not negative, and needs no operation that asks.
-    return jnp.stack(flat, axis=-1)[:, np.where(is_own, np.cumsum(is_own).reshape(is_own.shape), 0).astype(np.uint32)]
+    return jnp.stack(flat, axis=-1)[:, behind_filler(is_own)]

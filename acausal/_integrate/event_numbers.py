@@ -9,6 +9,7 @@ import numpy as np
 
 from .._evaluate.events import Entry, Kind
 from .._evaluate.system import System
+from .._indices import unsigned
 from .._reduce.jaxpr import slice_output
 from .._reduce.logic import Circuit, Expression, circuit, relations_of
 from .settings import Settings
@@ -124,7 +125,7 @@ class EventNumbers:
                 found.setdefault(place, []).append((first + member, start + member * width + element % width))
             start += size
         n, turns = self.layout.n_discrete, max(map(len, found.values()), default=0)
-        number, element = np.zeros((turns, n), np.uint32), np.zeros((turns, n), np.uint32)
+        number, element = unsigned(np.zeros((turns, n))), unsigned(np.zeros((turns, n)))
         is_own = np.zeros((turns, n), bool)
         for place, items in found.items():
             for turn, (event, index) in enumerate(items):

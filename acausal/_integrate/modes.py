@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from .._equinox_private import while_loop
 from .._evaluate.events import EventSet
 from .._reduce.jaxpr import slice_output
 from .field import Given
 from .run_events import RunEvents
-from .settle import TOGETHER, assigned
+from .settle import TOGETHER, assigned, repeated
 from .starting import Start
 
 
@@ -77,15 +76,11 @@ def modes_at(start: Start, t0: Any, x: Any, solver: Solver) -> Modes:
         late = r.late | (fired & (r.count >= TOGETHER))
         return _Round(x, y, here.truths & (r.holds | fired), fired, here.truths, late, r.count + 1)
 
-    def goes_on(r: _Round) -> Any:
-        return jnp.any(r.fired) & (r.count < most)
-
     none = jnp.zeros(events.total, bool)
     begin = _Round(x, y, start.holds, ~none, none, none, jnp.asarray(0))
+    end = repeated(lambda r: jnp.any(r.fired), next_round, begin, most, is_smooth)
     if is_smooth:
-        end = while_loop(goes_on, next_round, begin, max_steps=most, kind="bounded", base=16)
         return _modes(events, end, end.y[layout.discrete])
-    end = jax.lax.while_loop(goes_on, next_round, begin)
     before, after = start.discrete, end.y[layout.discrete]
     # What a past event has set may depend on parameters; what changed since are modes, which do not.
     return _modes(events, end, jnp.where(after == before, before, after))

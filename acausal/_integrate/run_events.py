@@ -9,6 +9,7 @@ import numpy as np
 
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
+from .._indices import behind_filler
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .schedule import last_before, next_after
@@ -179,4 +180,4 @@ class RunEvents(EventNumbers):
 def _spread(parts: list[Any], is_own: np.ndarray, filler: Any) -> Any:
     """One vector of several, in the places that are their own, and a filler in the others."""
     values = jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])
-    return values[np.where(is_own, np.cumsum(is_own), 0).astype(np.uint32)]
+    return values[behind_filler(is_own)]

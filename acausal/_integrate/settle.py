@@ -1,7 +1,7 @@
 """What happens at one instant: events and what follows from them, until nothing more does."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +19,16 @@ from .schedule import tick
 TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
 # Why a run ends at an instant
 STOPPED, ENDLESS, CONTRADICTED, REFUSED = 1.0, 2.0, 3.0, 5.0
+
+
+class Counted(Protocol):
+    """A round that knows its number."""
+
+    @property
+    def count(self) -> Any: ...
+
+
+R = TypeVar("R", bound=Counted)
 
 
 class Settled(NamedTuple):
@@ -137,7 +147,7 @@ def settle(
         jnp.asarray(0.0), jnp.asarray(0.0), jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
-    end = _repeated(next_round, start, most, events.is_reversible)
+    end = repeated(lambda r: r.goes_on, next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
@@ -145,11 +155,11 @@ def settle(
     return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)
 
 
-def _repeated(next_round: Callable[[_Round], _Round], start: _Round, most: int, is_reversible: bool) -> _Round:
-    """Round after round, for `most` at most."""
+def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
+    """Round after round, for `most` at most; reverse mode goes back through them where it is said to."""
     if is_reversible:
-        return while_loop(lambda r: r.goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
-    return jax.lax.while_loop(lambda r: r.goes_on & (r.count < most), next_round, start)
+        return while_loop(goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+    return jax.lax.while_loop(lambda r: goes_on(r) & (r.count < most), next_round, start)
 
 
 def _consequences(events: RunEvents, truths: Any, held: Any, r: _Round) -> Any:

@@ -1,11 +1,13 @@
 """Conditions as expressions in relations, and all of them together as one small circuit on arrays."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
+
+from .._indices import unsigned
 
 # ("holds", k) and ("fails", k) for relation k; ("and", a, b) and ("or", a, b) for expressions.
 Expression: TypeAlias = tuple[Any, ...]
@@ -59,11 +61,10 @@ def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequenc
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Circuit:
-    """Expressions in `n_relations` relations: `levels` say, of each gate, whether it is an "and" and which earlier
-    values it reads, and `outputs` where the expressions are. First of all come the relations and their opposites.
+    """Expressions in relations: `levels` say, of each gate, whether it is an "and" and which earlier values it reads,
+    and `outputs` where the expressions are. First of all come the relations and their opposites.
     """
 
-    n_relations: int
     levels: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
     outputs: np.ndarray
 
@@ -92,10 +93,11 @@ def circuit(expressions: Sequence[Expression], n_relations: int) -> Circuit:
     for depth in range(1, max(depths.values(), default=0) + 1):
         gates = [a for a, own in depths.items() if own == depth]
         reads = [[place(part) for part in gate[1:]] for gate in gates]
-        levels.append((np.array([gate[0] == "and" for gate in gates]), *_indices(*zip(*reads, strict=True))))
+        first, second = (unsigned(column) for column in zip(*reads, strict=True))
+        levels.append((np.array([gate[0] == "and" for gate in gates]), first, second))
         places |= {gate: total + i for i, gate in enumerate(gates)}
         total += len(gates)
-    return Circuit(n_relations, tuple(levels), next(_indices([place(a) for a in expressions])))
+    return Circuit(tuple(levels), unsigned([place(a) for a in expressions]))
 
 
 def _measure(a: Expression, depths: dict[Expression, int]) -> int:
@@ -104,8 +106,3 @@ def _measure(a: Expression, depths: dict[Expression, int]) -> int:
     if a not in depths:
         depths[a] = 1 + max(_measure(part, depths) for part in a[1:])
     return depths[a]
-
-
-def _indices(*columns: Sequence[int]) -> Iterator[np.ndarray]:
-    # What is unsigned is not negative, and needs no operation that asks.
-    return (np.array(column, np.uint32) for column in columns)

@@ -16,6 +16,7 @@ from .._declare.requirements import named, parameters_of, stated
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, Literal, jaxpr_as_fun
 from .._tracing import is_traced
+from .forbidden import Forbidden
 from .jaxpr import assembled, structs
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def required(kind: "Kind") -> Required:
     read: list[tuple[int, ...]] = []
 
     def holds(*values: Any) -> list[Any]:
-        leaves: list[Any] = [_NoParameter(kind.cls.__name__, name) for name in kind.names]
+        leaves: list[Any] = [_no_parameter(kind.cls.__name__, name) for name in kind.names]
         for slot, value in zip(params, values, strict=True):
             leaves[slot] = value
         results = []
@@ -98,18 +99,8 @@ class _Any:
         return True
 
 
-class _NoParameter:
-    """Stands where a component has a variable; a requirement that uses it is an error that says so."""
-
-    def __init__(self, owner: str, name: str) -> None:
-        self._text = (
-            f"{owner}.requirements uses {name}, which is no parameter: only of parameters can be required what holds "
-            "at every time. Use refuse(...) in events for variables."
-        )
-
-    def _raise(self, *args: Any) -> Any:
-        raise ModelError(self._text)
-
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
-    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
-    __lt__ = __le__ = __gt__ = __ge__ = __abs__ = _raise
+def _no_parameter(owner: str, name: str) -> Forbidden:
+    return Forbidden(
+        f"{owner}.requirements uses {name}, which is no parameter: only of parameters can be required what holds "
+        "at every time. Use refuse(...) in events for variables."
+    )

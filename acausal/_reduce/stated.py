@@ -12,27 +12,11 @@ import numpy as np
 from .._declare.component import Equation
 from .._errors import ModelError
 from .flatten import Kind
+from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .jaxpr import structs
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
-
-
-class _NoDerivative:
-    """Stands in `d` where the component has a parameter; using it is an error that says so."""
-
-    def __init__(self, where: str, name: str) -> None:
-        self._text = (
-            f"{where} uses d.{name}, but {name} is a parameter: only variables have time derivatives. "
-            "Declare it with Var[...] if it changes in time."
-        )
-
-    def _raise(self, *args: Any) -> Any:
-        raise ModelError(self._text)
-
-    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
-    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
-
 
 _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 
@@ -65,7 +49,7 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
 
     def residuals(*values: Any) -> tuple[Any, ...]:
         self = kind.component(values[: len(roles)])
-        d_leaves: list[Any] = [_NoDerivative(where, name) for name in kind.names]
+        d_leaves: list[Any] = [_no_derivative(where, name) for name in kind.names]
         for slot, value in zip(variables, values[len(roles) :], strict=True):
             d_leaves[slot] = value
         d = kind.component(d_leaves)
@@ -84,6 +68,13 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
     return tuple(
         dataclasses.replace(sliced(name, kind, closed, i, inputs, signs, 0), check_units=check)
         for i, (name, check) in enumerate(checks.items())
+    )
+
+
+def _no_derivative(where: str, name: str) -> Forbidden:
+    return Forbidden(
+        f"{where} uses d.{name}, but {name} is a parameter: only variables have time derivatives. "
+        "Declare it with Var[...] if it changes in time."
     )
 
 

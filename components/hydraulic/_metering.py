@@ -1,5 +1,6 @@
 """Edges that a rod opens and closes, with the forces on it."""
 
+import abc
 from typing import Any, Self
 
 import jax.numpy as jnp
@@ -29,7 +30,25 @@ from ._interfaces import FluidPort
 from ._valves import Resistance, turbulent_flow
 
 
-class MeteringEdge(Resistance):
+class RodValve(Resistance, partial=True):
+    """A restriction that the travel of a rod opens or closes, along a way from 0 to 1."""
+
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 or -1, the direction of s along the way
+    piece: Discrete[Scalar, "1"] = 1.0  # 0 before the way, 1 on it, 2 behind it
+    rod: Flange = Flange()
+
+    def requirements(self) -> Requirements:
+        return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
+
+    def events(self) -> Events:
+        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
+
+    @abc.abstractmethod
+    def _travel(self) -> Scalar:
+        """The position of the rod as a share of the way."""
+
+
+class MeteringEdge(RodValve):
     """An edge of a spool with the flow force on it: with the opening y = sense s - lap, limited to 0 .. stroke,
 
     q = C_d (width y + leak) sqrt(2 dp/rho), and the jet pulls the spool closed, whichever way it flows, with
@@ -43,20 +62,11 @@ class MeteringEdge(Resistance):
     density: Param[Scalar, "kg/m3", positive]  # rho
     lap: Param[Scalar, "m"] = 0.0  # travel before it opens; negative where it is open in the middle
     leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
-    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where growing s opens it, -1 where it closes it
     jet: Param[Scalar, "rad"] = 1.2043  # angle of the jet against the axis, 69 degrees
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
     v: Var[Scalar, "m/s"] = 0.0  # speed of the rod
-    rod: Flange = Flange()
-
-    def requirements(self) -> Requirements:
-        return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
-
-    def events(self) -> Events:
-        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
 
     def equations(self, d: Self) -> Equations:
         area = self.width * self._opening() + self.leak
@@ -123,7 +133,7 @@ _ALIKE = (
 )  # fmt: skip
 
 
-class DecelerationValve(Resistance):
+class DecelerationValve(RodValve):
     """A valve whose roller a cam on the load presses in, so that a cylinder comes to its end slowly.
 
     With the depth y = sense s - start, above 0: q = K (1 - y/length + leakage) sqrt(dp), K = rated_flow/
@@ -136,16 +146,7 @@ class DecelerationValve(Resistance):
     length: Param[Scalar, "m", positive]  # way along which it closes
     rate: Param[Scalar, "N/m", nonnegative] = 0.0  # of the roller's spring
     leakage: Param[Scalar, "1", nonnegative] = 0.0  # of the closed valve, as an opening
-    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where growing s closes it, -1 where it opens it
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 before the cam, 1 closing, 2 closed
-    rod: Flange = Flange()
-
-    def requirements(self) -> Requirements:
-        return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
-
-    def events(self) -> Events:
-        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
 
     def equations(self, d: Self) -> Equations:
         share = 1.0 - pieces.limited(self._travel(), self.piece, 0.0, 1.0) + self.leakage

@@ -10,14 +10,9 @@ from ._interfaces import FluidPort
 from ._spool_valves import FourWayValve
 
 
-class ProportionalValve(Component):
-    """A `FourWayValve` whose spool follows its signal u as a second-order lag; servo valves alike.
+class DrivenValve(Component, partial=True):
+    """A `FourWayValve` with something between the signal u and its spool."""
 
-    `ProportionalValve(spool=SecondOrder(w=2 pi 50, D=0.8), valve=FourWayValve(...))`, with the corner frequency of the
-    data sheet for small signals. `ServoValve` has a limit of the spool's speed, and hysteresis.
-    """
-
-    spool: SecondOrder
     valve: FourWayValve
     u: Input = Input()
     p: FluidPort = FluidPort()
@@ -26,14 +21,21 @@ class ProportionalValve(Component):
     b: FluidPort = FluidPort()
 
     def connections(self) -> Connections:
-        return (
-            connect(self.u, self.spool.u),
-            connect(self.spool.y, self.valve.u),
-            connect(self.p, self.valve.p),
-            connect(self.t, self.valve.t),
-            connect(self.a, self.valve.a),
-            connect(self.b, self.valve.b),
-        )
+        return tuple(connect(getattr(self, port), getattr(self.valve, port)) for port in "ptab")
+
+
+class ProportionalValve(DrivenValve):
+    """A `FourWayValve` whose spool follows its signal u as a second-order lag; servo valves alike.
+
+    `ProportionalValve(spool=SecondOrder(w=2 pi 50, D=0.8), valve=FourWayValve(...))`, with the corner frequency of the
+    data sheet for small signals. `ServoValve` has a limit of the spool's speed, and hysteresis.
+    """
+
+    spool: SecondOrder
+
+    def connections(self) -> Connections:
+        signals = (connect(self.u, self.spool.u), connect(self.spool.y, self.valve.u))
+        return (*super().connections(), *signals)
 
 
 class PilotStage(SISO):
@@ -66,7 +68,7 @@ class PilotStage(SISO):
         return self.w / (2.0 * self.D * self.rate) * (limited(self.u.value, -1.0, 1.0) - self.x)
 
 
-class ServoValve(Component):
+class ServoValve(DrivenValve):
     """A two-stage servo valve: a `FourWayValve` whose spool a `PilotStage` moves, behind the hysteresis of its motor.
 
     `ServoValve(play=Play(width=0.02), stage=PilotStage(w=2 pi 100, D=0.8, rate=100.0), valve=FourWayValve(...))`, with
@@ -75,20 +77,9 @@ class ServoValve(Component):
 
     play: Play
     stage: PilotStage
-    valve: FourWayValve
-    u: Input = Input()
-    p: FluidPort = FluidPort()
-    t: FluidPort = FluidPort()
-    a: FluidPort = FluidPort()
-    b: FluidPort = FluidPort()
 
     def connections(self) -> Connections:
-        return (
-            connect(self.u, self.play.u),
-            connect(self.play.y, self.stage.u),
-            connect(self.stage.y, self.valve.u),
-            connect(self.p, self.valve.p),
-            connect(self.t, self.valve.t),
-            connect(self.a, self.valve.a),
-            connect(self.b, self.valve.b),
-        )
+        signals = (
+            connect(self.u, self.play.u), connect(self.play.y, self.stage.u), connect(self.stage.y, self.valve.u),
+        )  # fmt: skip
+        return (*super().connections(), *signals)
