@@ -3,6 +3,8 @@
 from ._certificate import Curvature as Curvature
 from ._choose import Choice as Choice
 from ._choose import choose as choose
+from ._control import control as control
+from ._course import Course as Course
 from ._design import Active as Active
 from ._design import Design as Design
 from ._design import Result as Result

@@ -18,6 +18,8 @@ from ._solve import At
 from ._task import Point
 
 ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
+DEPENDENT = 1e-6  # by less than which gradients, scaled to length 1, are apart
+SHARE = 1e-3  # in a combination of gradients that vanishes
 STEP = 1e-3  # of scaled variables, for differences of gradients
 
 
@@ -60,20 +62,44 @@ def multipliers_of(
     Those of inequalities and bounds are not negative: where the unrestricted ones have a wrong sign, the point is no
     optimum, and the residual says so.
     """
-    rows = np.flatnonzero(is_equation | (np.abs(point.c) <= within))
-    lower, upper = (np.flatnonzero(np.abs(point.z - bound) <= within) for bound in bounds)
-    unit = np.eye(len(point.z))
-    columns = np.concatenate([point.jacobian[rows], -unit[lower], unit[upper]]).T
+    places, columns = _active(point, bounds, is_equation, within)
     found = np.zeros(columns.shape[1])
     if len(found):
-        least = np.where(np.concatenate([is_equation[rows], np.zeros(len(lower) + len(upper), bool)]), -np.inf, 0.0)
+        n_bounds = len(places.lower) + len(places.upper)
+        least = np.where(np.append(is_equation[places.constraints], np.zeros(n_bounds, bool)), -np.inf, 0.0)
         found = linalg.lstsq(columns, -point.gradient)[0]  # pyright: ignore[reportOptionalSubscript]
         if np.any(found < least):
             found = optimize.lsq_linear(columns, -point.gradient, (least, np.inf), method="bvls", tol=1e-14).x
-    made = Multipliers(np.zeros(len(point.c)), np.zeros(len(unit)), np.zeros(len(unit)))
-    ends = np.cumsum([len(rows), len(lower)])
-    for target, where, values in zip(made, (rows, lower, upper), np.split(found, ends), strict=True):
-        target[where] = values
+    return _spread(point, places, found)
+
+
+def ambiguous(
+    point: Point, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray, within: float = ACTIVE
+) -> Multipliers:
+    """Which multipliers are not unique, as truth values: the gradients of what is active depend on each other there."""
+    places, columns = _active(point, bounds, is_equation, within)
+    lengths = np.linalg.norm(columns, axis=0)
+    null = linalg.null_space(columns / np.where(lengths > 0.0, lengths, 1.0), rcond=DEPENDENT)
+    return _spread(point, places, np.max(np.abs(null), axis=1, initial=0.0)).active(SHARE)
+
+
+def _active(
+    point: Point, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray, within: float
+) -> tuple[Multipliers, np.ndarray]:
+    """Where constraints and bounds are active, and in columns the gradients of all of them."""
+    rows = np.flatnonzero(is_equation | (np.abs(point.c) <= within))
+    lower, upper = (np.flatnonzero(np.abs(point.z - bound) <= within) for bound in bounds)
+    unit = np.eye(len(point.z))
+    return Multipliers(rows, lower, upper), np.concatenate([point.jacobian[rows], -unit[lower], unit[upper]]).T
+
+
+def _spread(point: Point, places: Multipliers, values: np.ndarray) -> Multipliers:
+    """What belongs to the places that are active, zero elsewhere."""
+    n = len(point.z)
+    made = Multipliers(np.zeros(len(point.c)), np.zeros(n), np.zeros(n))
+    ends = np.cumsum([len(places.constraints), len(places.lower)])
+    for target, where, part in zip(made, places, np.split(values, ends), strict=True):
+        target[where] = part
     return made
 
 
@@ -89,19 +115,24 @@ def residual(point: Point, multipliers: Multipliers, is_equation: np.ndarray) ->
     return float(max(np.max(np.abs(part), initial=0.0) for part in (stationarity(point, multipliers), broken, slack)))
 
 
-def free_directions(point: Point, multipliers: Multipliers) -> np.ndarray:
-    """An orthonormal basis, in columns, of the directions in which all that has a multiplier stays as it is."""
+def free_directions(point: Point, multipliers: Multipliers, idle: np.ndarray) -> np.ndarray:
+    """An orthonormal basis, in columns, of the directions in which all that has a multiplier stays as it is, and
+    variables that do not matter do so, too.
+    """
     unit, active = np.eye(len(point.z)), multipliers.active()
-    held = np.concatenate([point.jacobian[active.constraints], unit[active.lower], unit[active.upper]])
+    held = np.concatenate([point.jacobian[active.constraints], unit[active.lower | active.upper | idle]])
     return linalg.null_space(held) if len(held) else unit
 
 
 UNKNOWN = Curvature(np.full(1, np.nan), np.inf)
 
 
-def curvature(at: At, point: Point, multipliers: Multipliers, step: float = STEP) -> Curvature:
-    """The Hessian on the free subspace by differences of exact gradients, over `step` and twice of it."""
-    basis = free_directions(point, multipliers)
+def curvature(at: At, point: Point, multipliers: Multipliers, idle: np.ndarray, step: float = STEP) -> Curvature:
+    """The Hessian on the free subspace by differences of exact gradients, over `step` and twice of it.
+
+    The subspace is without the variables that do not matter, which `idle` marks.
+    """
+    basis = free_directions(point, multipliers, idle)
     if not basis.shape[1]:
         return Curvature(np.zeros(0), 0.0)
     once, twice = (_hessian(at, point, multipliers, basis, h) for h in (step, 2.0 * step))

@@ -1,12 +1,13 @@
 """The end of a search as a design with its certificate."""
 
 import dataclasses
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from .._declare.node import leaves_of
-from ._certificate import UNKNOWN, Multipliers, curvature, multipliers_of, residual
+from ._certificate import UNKNOWN, Multipliers, ambiguous, curvature, multipliers_of, residual
 from ._design import Active, Design, Result, Sensitivity, Status, Tried
 from ._free import Place
 from ._problem import Problem
@@ -16,6 +17,9 @@ from ._task import Task
 
 OPTIMAL = 1e-6  # the residual of the conditions of an optimum
 SHARE = 1e-3  # of a conflict, below which a limit has no part in it
+DEEP = 1e6  # sizes of the objective below zero: no optimum is sought there
+FAR = 1e3  # sizes of a variable without bounds,
+FALLING = 1e-3  # and what the objective would fall by, as a fraction of it, where the variable was twice as large
 
 
 def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
@@ -27,8 +31,9 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
     point = own.point(outcome.point.z, found)
     multipliers = multipliers_of(point, own.bounds, own.is_equation)
     kkt = residual(point, multipliers, own.is_equation)
-    is_end = not outcome.is_interrupted and outcome.conflict is None
-    bent = curvature(own.at, point, multipliers) if is_end else UNKNOWN
+    is_unbounded = _is_unbounded(task, outcome)
+    is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
+    bent = curvature(own.at, point, multipliers, task.idle) if is_end else UNKNOWN
     results = tuple(Result(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True))
     trail = outcome.trail
     return Design(
@@ -36,14 +41,16 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
         free=problem.free,
         x=found.x,
         start=np.asarray(problem.free.unscaled(trail.start)),
-        status=_status(outcome, kkt, bent.verdict),
+        status="unbounded" if is_unbounded else _status(outcome, kkt, bent.verdict),
         objective_name=problem.objective.name,
         objective_scale=problem.objective.scale,
         objective=value,
         results=results,
         kkt_residual=kkt,
         active=tuple(_active(own, found, multipliers)),
+        not_unique=tuple(_not_unique(own, ambiguous(point, own.bounds, own.is_equation))),
         curvature=bent,
+        idle=tuple(name for name, is_one in zip(problem.free.names, task.idle, strict=True) if is_one),
         conflict=_conflict(task, outcome),
         sensitivities=(),
         history=tuple(_tried(task, step) for step in trail.steps),
@@ -51,6 +58,15 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
         evaluations=trail.evaluations + task.program.evaluations - before,
         seconds=trail.seconds,
     )
+
+
+def _is_unbounded(task: Task, outcome: Outcome) -> bool:
+    """Whether the search has left for where the objective goes on falling, all limits kept."""
+    point = outcome.point
+    if outcome.conflict is not None or task.violation(point) > OPTIMAL:
+        return False
+    is_far = np.isinf(task.bounds).any(axis=0) & (np.abs(point.z) > FAR)
+    return point.f < -DEEP or bool(np.any(is_far & (point.gradient * point.z < -FALLING * abs(point.f))))
 
 
 def _status(outcome: Outcome, kkt: float, verdict: str) -> Status:
@@ -79,6 +95,15 @@ def _active(task: Task, found: Evaluation, multipliers: Multipliers) -> Any:
         price = float(multipliers.lower[i] or multipliers.upper[i]) * task.size / float(slopes[i])
         if price:
             yield Active(variable.name, "lower bound" if multipliers.lower[i] else "upper bound", price, variable.scale)
+
+
+def _not_unique(task: Task, which: Multipliers) -> Iterator[str]:
+    for limit, is_one in zip(task.limits, which.constraints, strict=True):
+        if is_one:
+            yield f"{limit.name} ({limit.sense})"
+    for i, variable in enumerate(task.free.variables):
+        if which.lower[i] or which.upper[i]:
+            yield f"{variable.name} ({'lower' if which.lower[i] else 'upper'} bound)"
 
 
 def _tried(task: Task, found: Evaluation) -> Tried:

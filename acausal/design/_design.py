@@ -17,7 +17,7 @@ from ._free import Free
 from ._limits import Limit
 
 M = TypeVar("M", bound=Component)
-Status = Literal["optimal", "stationary", "infeasible", "interrupted", "not converged"]
+Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
 SHOWN = 12  # sensitivities in a table
 ROUNDING = 1e-9  # of a margin
 
@@ -78,9 +78,12 @@ class Design(Generic[M]):
     - `model`: the model with the values found; `values`: these by name.
     - `status`: "optimal" (first- and second-order conditions are met), "stationary" (the first-order ones are),
       "infeasible" (no design nearby keeps all limits; this one breaks them least, and `conflict` has the shares of the
-      limits that are in each other's way), "interrupted" or "not converged".
+      limits that are in each other's way), "unbounded" (the objective falls for ever, as far as the search went),
+      "interrupted" or "not converged".
     - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
     - `active`: the limits and bounds that hold the optimum, with their multipliers.
+    - `not_unique`: those of them whose multipliers are one choice of many, since they say the same or touch each other.
+    - `idle`: variables that nothing depends on, as far as the search went; they keep their values.
     - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
     - `sensitivities`: derivatives of the optimum by the parameters that are not free.
     - `history` and `failed`: the way here, which took `evaluations` and `seconds`; `others`: the ends of other starts,
@@ -109,6 +112,8 @@ class Design(Generic[M]):
     total_evaluations: int = 0
     total_seconds: float = 0.0
     seconds_evaluating: float = 0.0
+    not_unique: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -172,6 +177,8 @@ class Design(Generic[M]):
         yield f"{self._objective}: {self._verdict}"
         yield ""
         yield aligned([("variable", "value", "from", "to", ""), *map(self._variable_row, range(len(self.x)))])
+        if self.idle:
+            yield f"does not matter: {', '.join(self.idle)}"
         if self.results:
             yield ""
             yield aligned([("limit", "result", "", "margin", ""), *map(_result_row, self.results)])
@@ -179,6 +186,8 @@ class Design(Generic[M]):
             yield ""
             head = ("active", f"one unit more buys [{self.objective_scale.unit}]", "")
             yield aligned([head, *map(self._active_row, self.active)])
+        if self.not_unique:
+            yield f"not unique, since they say the same or touch: {', '.join(self.not_unique)}"
         if self.sensitivities:
             yield ""
             yield self._sensitivity_table()
@@ -193,6 +202,8 @@ class Design(Generic[M]):
         if self.conflict:
             names = ", ".join(f"{name} ({share:.0%})" for name, share in self.conflict.items())
             return f"infeasible. No design nearby keeps all limits; in conflict are {names}."
+        if self.status == "unbounded":
+            return "unbounded: it falls for ever. Give bounds to what is free, or limits to results."
         return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
 
     def _variable_row(self, i: int) -> tuple[str, ...]:

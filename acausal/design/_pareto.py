@@ -18,8 +18,9 @@ from ._limits import Limit, Objective, objectives_of
 from ._optimise import METHODS
 from ._problem import Problem, starts_of
 from ._report import reporter
-from ._search import Trail, search
+from ._search import Outcome, Trail, search
 from ._solve import Method
+from ._task import Task
 
 M = TypeVar("M", bound=Component)
 
@@ -78,9 +79,10 @@ def pareto(
 ) -> Front[M]:
     """The Pareto front of two results, which `minimise` names, by the epsilon-constraint method.
 
-    The ends are the optima of each result by itself. Between them the second one is limited to evenly spaced values,
-    and the first one minimised from the design before; one compiled program serves all. All else is as in `optimise`,
-    and each design has its certificate. See Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
+    The ends are the optima of each result by itself; what one does not depend on makes the other one least.
+    Between them the second one is limited to evenly spaced values, and the first one minimised from the design before;
+    one compiled program serves all. All else is as in `optimise`, and each design has its certificate. See
+    Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
 
     Raises what `optimise` raises, and `ModelError` unless there are two results and at least two points.
     """
@@ -93,17 +95,35 @@ def pareto(
     one_of(method, "method", METHODS)
     problem = Problem.of(model, free, objectives, run, constraints, scenarios)
 
+    def posed(objective: Objective, x: np.ndarray, limits: Mapping[str, Limit]) -> tuple[Problem, Task]:
+        stated = dataclasses.replace(problem, objective=objective, limits={**problem.limits, **limits})
+        return stated, stated.task(x)
+
     def solved(objective: Objective, limits: Mapping[str, Limit], x: np.ndarray, number: int) -> Design[M]:
-        posed = dataclasses.replace(problem, objective=objective, limits={**problem.limits, **limits})
-        task = posed.task(x)
+        stated, task = posed(objective, x, limits)
+        return certified(stated, task, searched(task, objective, x, number))
+
+    def searched(task: Task, objective: Objective, x: np.ndarray, number: int) -> Outcome:
         trail = Trail(said=reporter(task, objective, number, points, progress))
-        return certified(posed, task, search(task, np.asarray(posed.free.scaled(x)), trail, method, most))
+        return search(task, np.asarray(problem.free.scaled(x)), trail, method, most)
+
+    def an_end(objective: Objective, other: Objective, x: np.ndarray, number: int) -> Design[M]:
+        """The optimum of one result; what it does not depend on makes the other one least."""
+        stated, task = posed(objective, x, {})
+        found = searched(task, objective, x, number)
+        if not np.any(task.idle) or found.conflict is not None or found.is_interrupted:
+            return certified(stated, task, found)
+        z, (low, high) = found.point.z, task.bounds
+        _, rest = posed(other, np.asarray(problem.free.unscaled(z)), {})
+        within = np.where(task.idle, low, z), np.where(task.idle, high, z)
+        least = search(dataclasses.replace(rest, within=within), z, Trail(), method, most).point.z
+        return certified(stated, task, dataclasses.replace(found, point=task.point(least, task.evaluation(least))))
 
     def value(objective: Objective, design: Design[M]) -> float:
         return float(problem.program(design.x).values[problem.program.owners.index(objective.name)])
 
-    designs = [solved(first, {}, starts_of(problem.free, model, start)[0], 0)]
-    last = solved(second, {}, designs[0].x, points - 1)
+    designs = [an_end(first, second, starts_of(problem.free, model, start)[0], 0)]
+    last = an_end(second, first, designs[0].x, points - 1)
     levels = np.linspace(value(second, designs[0]), value(second, last), points)[1:-1]
     for number, level in enumerate(levels.tolist(), start=1):
         limit = Limit(second.name, "<=", level, second.scale)

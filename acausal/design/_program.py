@@ -80,6 +80,15 @@ class Program:
         self.failures += not found.is_good
         return found
 
+    def idle(self, rows: Iterable[int]) -> np.ndarray:
+        """Which variables some results do not depend on, as far as has been evaluated."""
+        slopes = [found.jacobian[list(rows)] for found in self._seen.values() if found.is_good]
+        return ~np.any(np.concatenate(slopes), axis=0)
+
+    def size(self, row: int) -> float:
+        """What a result mostly is, as far as has been evaluated."""
+        return float(np.median([abs(found.values[row]) for found in self._seen.values() if found.is_good] or [0.0]))
+
     def _with_jacobian(self, model: Component, x: Any) -> tuple[Any, Any, Any]:
         def twice(x: Any) -> tuple[Any, Any]:
             values, results = self.results(self.free.with_values(model, x))
@@ -99,7 +108,7 @@ class Program:
         named = [(name, *pair) for name, function in self.functions.items() for pair in _returned(name, function, runs)]
         self.owners = tuple(owner for owner, _, _ in named)
         self.names = tuple(name for _, name, _ in named)
-        return jnp.stack([value for _, _, value in named]), [solution.result for solution in solutions]
+        return jnp.stack([value for _, _, value in named]), [_outcome(solution) for solution in solutions]
 
     def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Any:
         """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
@@ -134,6 +143,14 @@ def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, Any]] | Non
 def _values_at(model: Component, paths: Iterable[str]) -> dict[str, Any]:
     """The values that a model has at some paths."""
     return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.path in set(paths)}
+
+
+def _outcome(solution: Solution) -> Any:
+    """Why a run failed, or the first one that did of a batch."""
+    result = solution.result
+    if not solution.is_batched:
+        return result
+    return jax.tree_util.tree_map(lambda x: x[jnp.argmin(is_success(result))], result)
 
 
 def _is_solution(value: Any) -> bool:

@@ -11,6 +11,7 @@ from ._task import Point
 At = Callable[[np.ndarray], Point | None]
 Watch = Callable[[np.ndarray], None]
 Method = Literal["SLSQP", "trust-constr"]
+RADIUS = 0.1  # of scaled variables, the first step of a trust-region method: a whole one leaves what can be computed
 FAILED = 1e10  # the objective, in units of its size, of what cannot be computed: line searches step back from it
 
 
@@ -28,6 +29,11 @@ class Guarded:
             return self._good._replace(f=FAILED)
         self._good = point
         return point
+
+    @property
+    def good(self) -> np.ndarray:
+        """The last place where all could be computed."""
+        return self._good.z
 
     def objective(self, z: Any) -> float:
         return self._point(z).f
@@ -64,12 +70,13 @@ def solve(
         nonlinear: Any = optimize.NonlinearConstraint
         made = nonlinear(guarded.constraints, low, np.zeros(len(low)), jac=guarded.jacobian, hess=optimize.BFGS())
         constraints = [made] if len(low) else []
-        options = {"gtol": 1e-9, "xtol": 1e-11, "barrier_tol": 1e-9, "maxiter": most}
+        options = {"gtol": 1e-9, "xtol": 1e-11, "barrier_tol": 1e-9, "maxiter": most, "initial_tr_radius": RADIUS}
     found = optimize.minimize(
         guarded.objective, start, jac=guarded.gradient, bounds=box, constraints=constraints, method=method,
         options=options, callback=lambda z, *state: watch(np.array(z)),
     )  # fmt: skip
-    return np.clip(found.x, *bounds)
+    end = np.clip(found.x, *bounds)
+    return end if at(end) is not None else guarded.good
 
 
 def _kinds(is_equation: np.ndarray) -> list[tuple[np.ndarray, str]]:

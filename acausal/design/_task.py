@@ -30,7 +30,8 @@ class Point(NamedTuple):
 class Task:
     """Minimise one result of a program while others keep their limits.
 
-    `rows` says which result each limit is about. `size` is that of the objective, by which it is divided.
+    `rows` says which result each limit is about. `size` is that of the objective, by which it is divided. `within` are
+    other bounds of the scaled variables than those that were given for them.
     """
 
     program: Program
@@ -38,6 +39,7 @@ class Task:
     rows: np.ndarray
     limits: Sequence[Limit]
     size: float = 1.0
+    within: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def free(self) -> Free:
@@ -51,12 +53,12 @@ class Task:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the scaled variables; infinite where there are none."""
         free = self.free
-        return np.asarray(free.scaled(free.low)), np.asarray(free.scaled(free.high))
+        return self.within or (np.asarray(free.scaled(free.low)), np.asarray(free.scaled(free.high)))
 
     def evaluation(self, z: np.ndarray) -> Evaluation:
         x = np.array(self.free.unscaled(z))
-        for bound, scaled in zip((self.free.low, self.free.high), self.bounds, strict=True):
-            x = np.where(np.abs(z - scaled) < ROUNDING, bound, x)
+        for bound in (self.free.low, self.free.high):
+            x = np.where(np.abs(z - np.asarray(self.free.scaled(bound))) < ROUNDING, bound, x)
         return self.program(x)
 
     def at(self, z: np.ndarray) -> Point | None:
@@ -75,6 +77,11 @@ class Task:
             np.array(excess, float),
             sign[:, None] * found.jacobian[self.rows] * slopes,
         )
+
+    @property
+    def idle(self) -> np.ndarray:
+        """Which variables matter for nothing, as far as has been evaluated."""
+        return self.program.idle([self.objective, *self.rows])
 
     def violation(self, point: Point) -> float:
         """The largest fraction by which a limit is broken."""
@@ -97,9 +104,10 @@ def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping
             "What counts or rounds cannot be minimised by gradients."
         )
     rows = [i for i, owner in enumerate(owners) if owner in limits]
-    made = [_sized(dataclasses.replace(limits[owners[i]], name=names[i]), first.values[i]) for i in rows]
+    slopes = np.abs(first.jacobian) * np.asarray(program.free.slopes(first.x))
+    made = [_sized(dataclasses.replace(limits[owners[i]], name=names[i]), first.values[i], slopes[i]) for i in rows]
     task = Task(program, row, np.array(rows, int), made)
-    task.size = float(abs(first.values[task.objective])) or 1.0
+    task.size = program.size(row) or float(abs(first.values[row])) or 1.0
     return task
 
 
@@ -110,6 +118,9 @@ def _is_flat(program: Program, x: np.ndarray, row: int) -> bool:
     return not beside.is_good or not np.any(beside.jacobian[row])
 
 
-def _sized(limit: Limit, result: float) -> Limit:
-    """A limit of zero is compared with what the result is at the start."""
-    return limit if limit.value else dataclasses.replace(limit, measure=abs(float(result)) or 1.0)
+def _sized(limit: Limit, result: float, slopes: np.ndarray) -> Limit:
+    """A limit of zero is compared with what the result is at the start, or with what it becomes between the bounds."""
+    if limit.value:
+        return limit
+    known = [size for size in (abs(float(result)), float(np.max(slopes))) if np.isfinite(size)]
+    return dataclasses.replace(limit, measure=max(known, default=0.0) or 1.0)

@@ -44,6 +44,7 @@ from ._sources import TimeFunction as TimeFunction
 from ._tables import Extrapolation as Extrapolation
 from ._tables import Table1D as Table1D
 from ._tables import Table2D as Table2D
+from ._time_series import Staircase as Staircase
 from ._time_series import TimeSeries as TimeSeries
 from ._two_point import TwoPointController as TwoPointController
 from ._waves import ChirpSine as ChirpSine

@@ -2,16 +2,19 @@
 
 from typing import Self
 
+import jax.numpy as jnp
+
 from acausal import (
     Equations,
     Param,
     Requirements,
     Vector,
     eq,
+    require,
 )
 
-from .._checks import sampled
-from .._tables import clamped, linear, monotone_cubic
+from .._checks import increasing, sampled
+from .._tables import clamped, interval, linear, monotone_cubic
 from ._interfaces import SignalSource
 
 
@@ -33,3 +36,22 @@ class TimeSeries(SignalSource):
         t = clamped(self.t, self.times)
         y = monotone_cubic(t, self.times, self.values) if self.smooth else linear(t, self.times, self.values)
         return dict(series=eq(self.y.value, y))
+
+
+class Staircase(SignalSource):
+    """y = values[i] from times[i] until times[i + 1], held at the first and last value outside of the times.
+
+    Steps end at the times, and derivatives with respect to these are exact.
+    """
+
+    times: Param[Vector, "s"]  # of the steps, increasing; one more than there are values
+    values: Param[Vector, ""]  # y between these times
+
+    def requirements(self) -> Requirements:
+        shape, wanted = jnp.shape(self.times), (len(jnp.ravel(self.values)) + 1,)
+        if jnp.ndim(self.values) != 1 or shape != wanted or shape[0] < 2:
+            return (require(False, "times must be one more than values"),)
+        return (require(increasing(self.times), "times must be increasing"),)
+
+    def equations(self, d: Self) -> Equations:
+        return dict(staircase=eq(self.y.value, self.values[interval(self.t, self.times)]))

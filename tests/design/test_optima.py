@@ -11,7 +11,7 @@ import pytest
 from _problems import Box, GearedLoad, Valleys
 from scipy.optimize import minimize_scalar
 
-from acausal import ModelError, ParameterError, SimulationError, about, replace, save
+from acausal import Component, ModelError, Param, ParameterError, Scalar, SimulationError, about, replace, save
 from acausal.design import Design, optimise
 from acausal.design._program import Program
 
@@ -221,3 +221,40 @@ def test_a_search_may_start_where_the_slope_is_zero() -> None:
     model = replace(Valleys(), {"x": 0.0})
     assert optimise(model, {"x": (-1.0, 1.0)}, lambda m: m.x**2).status == "optimal"
     assert optimise(model, {"x": (-1.0, 1.0)}, lambda m: -(m.x**2)).status == "stationary"
+
+
+class Slope(Component):
+    """A plane and a parabola, for whichever function a test has of them."""
+
+    x: Param[Scalar, "m"] = 1.5
+    y: Param[Scalar, "m"] = 0.5
+
+
+@pytest.mark.parametrize(
+    "function", [lambda m: m.x, lambda m: -jnp.exp(m.x), lambda m: m.x * m.y], ids=["line", "exponential", "saddle"]
+)
+def test_what_falls_for_ever_is_said(function: Any) -> None:
+    design = optimise(Slope(), {"x": None, "y": (-5.0, 5.0)}, function, sensitivities=False)
+    assert design.status == "unbounded"
+    assert "it falls for ever" in str(design)
+
+
+def test_limits_that_say_the_same_are_named_and_what_does_not_matter() -> None:
+    design = optimise(
+        Slope(), {"x": (-5.0, 5.0), "y": (-5.0, 5.0)}, lambda m: (m.x - 3.0) ** 2, sensitivities=False,
+        constraints={"near": (lambda m: m.x, "<= 1 m"), "double": (lambda m: 2.0 * m.x, "<= 2 m")},
+    )  # fmt: skip
+    assert design.status == "optimal"
+    assert design.not_unique == ("near (<=)", "double (<=)")
+    assert design.idle == ("y",)
+    # Whatever the choice, together they buy 2 (3 - x) per unit of x.
+    assert design.multipliers["near"] + 2.0 * design.multipliers["double"] == pytest.approx(4.0, rel=1e-9)
+    assert "does not matter: y" in str(design)
+
+
+def test_a_limit_of_zero_may_be_met_at_the_start() -> None:
+    design = optimise(
+        Slope(x=1.0, y=1.0), {"x": (-5.0, 5.0), "y": (-5.0, 5.0)}, lambda m: m.x**2 + (m.y - 3.0) ** 2,
+        constraints={"alike": (lambda m: m.x - m.y, "== 0 m")}, sensitivities=False,
+    )  # fmt: skip
+    assert design.values == pytest.approx({"x": 1.5, "y": 1.5}, rel=1e-9)

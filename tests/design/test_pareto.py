@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from _problems import GearedLoad
 
-from acausal import ModelError
+from acausal import Component, ModelError, Param, Scalar
 from acausal.design import pareto
 
 BOTH = {"time": (lambda m: m.time, "ms"), "motor speed": (lambda m: m.motor_speed, "rad/s")}
@@ -54,3 +54,21 @@ def test_wrong_fronts_are_told(changes: dict[str, Any], said: str) -> None:
     problem: dict[str, Any] = dict(minimise=BOTH) | changes
     with pytest.raises(ModelError, match=said):
         pareto(GearedLoad(), {"ratio": (5.0, 40.0)}, **problem)
+
+
+class Follow(Component):
+    """x between two aims, and y that is to follow it."""
+
+    x: Param[Scalar, "1"] = 0.3
+    y: Param[Scalar, "1"] = 0.5
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_one_result_does_not_depend_on_is_best_for_the_other(sign: float) -> None:
+    both = {"a": lambda m: (m.x - 1.0) ** 2 + (m.y - m.x) ** 2, "b": lambda m: (m.x + 1.0) ** 2}
+    front = pareto(
+        Follow(), {"x": (-5.0, 5.0), "y": (-5.0, 5.0)}, both if sign > 0.0 else dict(reversed(both.items())), points=3
+    )
+    ends = np.array([design.x for design in front.designs])
+    np.testing.assert_allclose(ends[[0, -1]], sign * np.array([[1.0, 1.0], [-1.0, -1.0]]), atol=1e-6)
+    assert [design.status for design in front.designs] == ["optimal"] * 3
