@@ -3,6 +3,7 @@ programs kept for later processes, and no complaints about slow compilation.
 """
 
 import atexit
+import itertools
 import os
 import sys
 import warnings
@@ -60,6 +61,13 @@ def silence_slow_compilation() -> None:
         jax.config.update("jax_logging_level", level)  # back for python's loggers; XLA's follows no "NOTSET"
 
 
+class Programs:
+    """Where the library keeps programs: `folder`, None where jax was told another one, or none are kept."""
+
+    folder: Path | None = None
+
+
+programs = Programs()
 LARGEST = 1_000_000_000  # bytes of compiled programs that are kept
 
 
@@ -77,6 +85,7 @@ def keep_compiled_programs() -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:  # no folder to write to, as on a locked-down machine: everything is compiled anew
         return
+    programs.folder = folder
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     atexit.register(forget_oldest, folder, LARGEST)
@@ -94,11 +103,11 @@ def _user_cache() -> Path:
 def forget_oldest(folder: Path, largest: int) -> None:
     """Remove the programs not read for longest, until the rest are no larger than this together.
 
-    What jax has not written stays, since the folder may be one that the user keeps other files in. Other processes may
-    do the same at the same time: what is gone is gone.
+    What neither jax nor the library has written stays, since the folder may be one that the user keeps other files in.
+    Other processes may do the same at the same time: what is gone is gone.
     """
     files = []
-    for entry in folder.glob("*-cache"):  # as jax names them
+    for entry in itertools.chain(folder.glob("*-cache"), folder.glob("*-program")):  # as jax names its own, and as ours
         try:
             status = entry.stat()
         except FileNotFoundError:

@@ -21,12 +21,12 @@ from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import is_trial, report_failure
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
-from .run import run
 from .settings import Numbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 from .start_search import search_start
 from .started import started
+from .stored_run import run
 from .unresolved import warn_of_unresolved
 from .user_function import UserFunction, as_function, trace
 
