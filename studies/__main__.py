@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import design, hold, identify, optimise, tolerance, validate
+from . import architectures, design, hold, identify, optimise, tolerance, validate
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -24,6 +24,7 @@ def _parser() -> argparse.ArgumentParser:
         ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
         ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
         ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
+        ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
         ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
         ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
         ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),

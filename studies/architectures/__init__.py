@@ -1,0 +1,16 @@
+"""Kinds of clutch actuators compared: valve-controlled, hydrostatic, electromechanical, all of one size and one duty.
+
+Each opens the clutch in the least time that its controller can, holds it for 10 s, and closes it along a profile; after
+the taxonomy of Meloni's thesis (Politecnico di Torino, 2012, figure 1.2). All are assembled from the library's parts.
+"""
+
+from ._architecture import Architecture as Architecture
+from ._duty import open_clutch as open_clutch
+from ._duty import whole_duty as whole_duty
+from ._families import ARCHITECTURES as ARCHITECTURES
+from ._main import as_text as as_text
+from ._main import main as main
+from ._main import stored as stored
+from ._main import study as study
+from ._rows import Row as Row
+from ._rows import row_of as row_of

@@ -1,0 +1,90 @@
+"""The duty that all architectures are put to: open in the least time, hold for 10 s, close along a profile.
+
+While it opens, the demanded position lies so far beyond the stroke that every controller is at its limit. From the
+moment at which the stroke is reached it is the stroke, and for the last part it follows the profile of closing.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Component, Connections, Scalar, Solution, connect, replace, simulate
+from components.blocks import Output, Step, Sum, TimeSeries
+from components.rotational import Polynomial345
+
+from .._opening import LONGEST, STROKE
+
+HOLD = 10.0  # s
+CLOSING = 1.0  # s, by the 3-4-5 polynomial, so that it starts and ends at rest
+SETTLING = 0.2  # s, after the end of the profile
+BEYOND = 10e-3  # m, above the stroke while it opens
+NEVER = 1e3  # s and m, beyond any run
+
+
+class Demand(Component):
+    """The demanded position y is beyond the stroke up to `beyond.start_time`, then that of the profile.
+
+    The signal `closes` is 1 from when the profile falls.
+    """
+
+    beyond: Step
+    profile: TimeSeries
+    sum: Sum
+    closing: Step
+    y: Output = Output()
+    closes: Output = Output()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.beyond.y, self.sum.u1),
+            connect(self.profile.y, self.sum.u2),
+            connect(self.sum.y, self.y),
+            connect(self.closing.y, self.closes),
+        )
+
+
+def demand() -> Demand:
+    """What is demanded of an actuator that opens; `whole_duty` sets the times of what follows."""
+    share = jnp.linspace(0.0, 1.0, 11)
+    values = STROKE * (1.0 - Polynomial345().share(share))
+    return Demand(
+        beyond=Step(offset=BEYOND, height=-BEYOND, start_time=NEVER),
+        profile=TimeSeries(times=_closing(NEVER), values=values),
+        sum=Sum(),
+        closing=Step(height=1.0, start_time=NEVER),
+    )
+
+
+def _closing(opened: Scalar) -> Any:
+    return opened + HOLD + CLOSING * jnp.linspace(0.0, 1.0, 11)
+
+
+def run(model: Any, t1: Scalar, level: Scalar, *, rtol: Scalar, save: Any = "steps", account: bool = True) -> Solution:
+    """The run until the slave has travelled `level` in m, of t1 in s at most; one program for opening and whole duty.
+
+    With an account, the integrals are what the battery gives: "energy" in J and "charge" in A.s.
+    """
+    return simulate(
+        model, t1, until=lambda s: s.piston.a.s - level, save=save, energy=account, rtol=rtol, throw=False,
+        integrals=_battery if account else None, max_events=512, max_steps=20_000,
+    )  # fmt: skip
+
+
+def _battery(s: Any) -> dict[str, Scalar]:
+    sources = (s.supply, s.battery) if hasattr(s, "battery") else (s.supply,)
+    return {"energy": -sum(one.v * one.i for one in sources), "charge": -sum(one.i for one in sources)}
+
+
+def open_clutch(model: Any, *, rtol: Scalar, save: Any = "steps", account: bool = True) -> Solution:
+    """From rest until the clutch is open."""
+    return run(model, LONGEST, STROKE, rtol=rtol, save=save, account=account)
+
+
+def whole_duty(model: Any, opened: Scalar, *, rtol: Scalar) -> Solution:
+    """From rest through opening, which takes the time `opened` in s, hold and closing."""
+    times = {
+        "demand.beyond.start_time": opened,
+        "demand.profile.times": _closing(opened),
+        "demand.closing.start_time": opened + HOLD,
+    }
+    return run(replace(model, times), opened + HOLD + CLOSING + SETTLING, NEVER, rtol=rtol)

@@ -1,0 +1,130 @@
+"""What the architectures share: the clutch with its slave cylinder, motors, pumps, valves, and their sizes.
+
+Stated by the thesis (Meloni, Torino 2012) are motors, pump, bores and spring; see `studies.actuators`. `ASSUMED` lists
+what it does not state, each with the reason for its value.
+"""
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from acausal import Connections, connect
+from components.blocks import LimPI, SecondOrder
+from components.electrical import DCMotor
+from components.hydraulic import LinearLiquid, ReliefValve, ThreeWayValve, VariableOrifice, Volume, WilsonLosses
+from components.translational import PositionSensor
+
+from ..actuators import ClutchActuator, ehs_maxon, ema_maxon
+from ._duty import Demand, demand
+
+VOLTAGE = 13.5  # V
+DISPLACEMENT = 1.25e-6 / (2.0 * math.pi)  # m3/rad, of all pumps
+HIGHEST = 4.0e6  # Pa, to which relief valves and pressure compensators are set
+
+ASSUMED: Mapping[str, str] = MappingProxyType(
+    {
+        "friction of the pump drive 8e-4 N.m.s/rad": "the thesis' no-load test; its table 8.3 has 4e-3, fitted to the "
+        "opening, with which a free-running pump would take more current than the held clutch",
+        "supply pressure 40 bar": "33.4 bar for the 800 N of a worn clutch and 5 bar for the valve, rounded up",
+        "slip C_s 5e-9, pressure friction C_f 3 % of all pumps": "within Wilson's usual ranges; the thesis has none",
+        "liquid of 1050 kg/m3, 1.5 GPa, 8 mm2/s": "DOT 4 at 40 C; the modulus is that behind the line's stiffness",
+        "valves of 4 l/min at 5 bar an edge, 50 Hz, damping 0.8": "twice the flow of the fastest opening; usual for a "
+        "small proportional valve",
+        "chamber of 5 cm3 between pump and valve": "drilled passages of a block",
+        "drain of 4 mm": "the bore of the thesis' holding valve, as in the study of the hold",
+        "controllers": "PI, as fast as the slowest valve lets it; while it opens all are at their limits",
+    }
+)
+
+
+class Positioned(ClutchActuator, partial=True):
+    """A clutch actuator with a gauge of the slave's position and what is demanded of it."""
+
+    demand: Demand
+    gauge: PositionSensor
+
+    def connections(self) -> Connections:
+        return *super().connections(), connect(self.gauge.flange, self.slave.rod)
+
+
+class Controlled(Positioned, partial=True):
+    """One controller compares both all the time."""
+
+    controller: LimPI
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.demand.y, self.controller.u_s),
+            connect(self.gauge.y, self.controller.u_m),
+        )
+
+
+def load() -> dict[str, Any]:
+    """Line, slave cylinder, clutch and what is demanded of them."""
+    base = ehs_maxon()
+    return dict(
+        line=base.line, slave=base.slave, piston=base.piston, seal=base.seal, clutch=base.clutch,
+        demand=demand(), gauge=PositionSensor(),
+    )  # fmt: skip
+
+
+def motor_control() -> LimPI:
+    """Sets the voltage of a motor, through a lossless full bridge."""
+    return LimPI(k=2e4, Ti=0.2, y_min=-VOLTAGE, y_max=VOLTAGE)
+
+
+def valve_control() -> LimPI:
+    """Sets the signal of a valve or of a swash plate."""
+    return LimPI(k=200.0, Ti=0.2, y_min=-1.0, y_max=1.0)
+
+
+def drain_control() -> LimPI:
+    """Opens a valve to the tank where the clutch is too far open."""
+    return LimPI(k=-60.0, Ti=0.05, y_min=0.0, y_max=1.0)
+
+
+def spool() -> SecondOrder:
+    """The spool of a small proportional valve."""
+    return SecondOrder(w=314.0, D=0.8)
+
+
+def drain() -> VariableOrifice:
+    """A valve from the line to the tank; it passes all that the pump gives at a few tenths of a bar."""
+    return VariableOrifice(area=0.25 * math.pi * 4e-3**2, liquid=liquid())
+
+
+def relief(pressure: float = HIGHEST) -> ReliefValve:
+    """Bounds a pressure in Pa."""
+    return ReliefValve(conductance=2e-10, cracking_pressure=pressure)
+
+
+def chamber() -> Volume:
+    """What lies between a pump and a valve."""
+    return Volume(volume=5e-6, bulk_modulus=1.5e9)
+
+
+def three_way_valve() -> ThreeWayValve:
+    """The edges of a small proportional valve."""
+    return ThreeWayValve(rated_flow=4e-3 / 60.0, rated_drop=5e5)
+
+
+def re40() -> DCMotor:
+    """The motor of all pumps."""
+    return ehs_maxon(friction=8e-4).motor
+
+
+def re50() -> DCMotor:
+    """The motor of the electromechanical actuators."""
+    return ema_maxon().motor
+
+
+def liquid() -> LinearLiquid:
+    """Brake fluid DOT 4 at 40 C, without air."""
+    return LinearLiquid(density=1050.0, bulk_modulus=1.5e9, viscosity=8e-6)
+
+
+def pump_data() -> dict[str, Any]:
+    """Displacement, liquid, losses and inertia of all pumps."""
+    return dict(displacement=DISPLACEMENT, liquid=liquid(), losses=WilsonLosses(C_s=5e-9, C_f=0.03), J=2e-6)

@@ -1,0 +1,110 @@
+"""Pictures: where power and energy go."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from .._output import legend
+from ._rows import Row
+
+AREAS: Mapping[str, str] = MappingProxyType(
+    {"clutch": "#009e73", "drop of the valve": "#e69f00", "surplus flow, compression": "#d55e00"}
+)
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "winding": "#0072b2", "friction of motor and gears": "#56b4e9", "pump": "#cc79a7", "valves": "#e69f00",
+        "surplus flow": "#d55e00", "line, seals, rest": "#7a7a7a",
+    }
+)  # fmt: skip
+SURPLUS = ("relief", "compensator", "bleed")
+TO_BAR, TO_LITRES = 1e-5, 6e4  # from Pa, and from m3/s to l/min
+
+
+def kind_of(path: str) -> str:
+    """The kind of a loss, by the component that it arises in."""
+    first = path.split(".")[0]
+    if path.endswith(("resistor", "coil")):
+        return "winding"
+    if first in ("motor", "gearbox", "screw", "worm", "crank"):
+        return "friction of motor and gears"
+    if first.startswith(SURPLUS):
+        return "surplus flow"
+    if "valve" in first or first in ("inlet", "outlet", "checks"):
+        return "valves"
+    return "pump" if first == "pump" else "line, seals, rest"
+
+
+def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
+    """Pressure over flow: the whole area is what the source gives; its parts are the clutch and the losses."""
+    figure = figure or Figure(figsize=(7.0, 2.3 * len(rows) + 0.6), layout="constrained")
+    panels = np.asarray(figure.subplots(len(rows), 2, squeeze=False, sharex=True, sharey=True))
+    widest = max(row.flows[when]["source_q"] for row in rows for when in row.flows)
+    highest = max(row.flows[when]["source_p"] for row in rows for when in row.flows)
+    for line, row in zip(panels, rows, strict=True):
+        for panel, when in zip(line, ("opening", "holding"), strict=True):
+            _areas(panel, row.flows[when])
+            panel.grid(alpha=0.3)
+        line[0].set_title(f"{titles[row.architecture]}\nopening, at half the stroke", fontsize=9, loc="left")
+        line[1].set_title("\nholding", fontsize=9, loc="left")
+        line[0].set_ylabel("pressure [bar]")
+    panels[0, 0].set_xlim(0.0, 1.05 * TO_LITRES * widest)
+    panels[0, 0].set_ylim(0.0, 1.1 * TO_BAR * highest)
+    for panel in panels[-1]:
+        panel.set_xlabel("flow [l/min]")
+    legend(figure, 3)
+    return figure
+
+
+def _areas(panel: Axes, flows: Mapping[str, float]) -> None:
+    p, q = TO_BAR * flows["source_p"], TO_LITRES * flows["source_q"]
+    load_p, load_q = TO_BAR * flows["clutch_p"], TO_LITRES * flows["clutch_q"]
+    used = min(load_q, q)
+    _area(panel, "clutch", 0.0, 0.0, used, load_p)
+    _area(panel, "drop of the valve", 0.0, load_p, used, p - load_p)
+    _area(panel, "surplus flow, compression", used, 0.0, q - used, p)
+    powers = {name: 100.0 / 60.0 * area for name, area in (("source", p * q), ("clutch", load_p * used))}
+    text = f"{powers['source']:.1f} W, clutch {abs(powers['clutch']):.1f} W"
+    panel.text(0.97, 0.93, text, transform=panel.transAxes, ha="right", va="top", fontsize=8)
+
+
+def _area(panel: Axes, name: str, x: float, y: float, width: float, height: float) -> None:
+    panel.add_patch(Rectangle((x, y), width, height, color=AREAS[name], alpha=0.8, linewidth=0.0, label=name))
+
+
+def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
+    """Energy from the battery for one operation by kinds of loss, and by parts of the duty."""
+    figure = figure or Figure(figsize=(12.0, 0.42 * len(rows) + 2.2), layout="constrained")
+    losses, parts = np.ravel(np.asarray(figure.subplots(1, 2, sharey=True)))
+    labels = [titles[row.architecture] for row in rows]
+    tables = (
+        (losses, list(KINDS), [_by_kind(row) for row in rows], KINDS),
+        (parts, ["opening", "holding", "closing"], [row.energies for row in rows], _PHASES),
+    )
+    for panel, names, tallies, colors in tables:
+        left = np.zeros(len(rows))
+        for name in names:
+            width = np.asarray([max(tally.get(name, 0.0), 0.0) for tally in tallies])
+            panel.barh(labels, width, left=left, color=colors[name], label=name)
+            left += width
+        panel.set_xlabel("energy of one operation [J]")
+        panel.grid(alpha=0.3, axis="x")
+    losses.invert_yaxis()
+    losses.set_title("where it went", loc="left")
+    parts.set_title("when it was taken", loc="left")
+    legend(figure, 5)
+    return figure
+
+
+_PHASES: Mapping[str, str] = MappingProxyType({"opening": "#009e73", "holding": "#8c564b", "closing": "#f0e442"})
+
+
+def _by_kind(row: Row) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for path, lost in row.losses.items():
+        kind = kind_of(path)
+        found[kind] = found.get(kind, 0.0) + lost
+    return found

@@ -1,0 +1,153 @@
+"""What an architecture comes to: one row of the table."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from acausal import Solution, parameters, replace
+
+from .._opening import STROKE
+from ._architecture import Architecture
+from ._duty import HOLD, open_clutch, whole_duty
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """An architecture put to the duty, in SI units; currents are those of its battery.
+
+    Peak current is that of the opening, holding current and power are means over the hold, energies are what the
+    battery gives. `losses` and `stored` are by component over the whole duty. `gradients` are those of the opening time
+    by the path of a size, `modes` the largest difference between both modes of differentiation, over the largest one.
+    `lowest` and `highest` bound the position from a second after the opening to the end of the hold. `flows` are
+    pressure and flow of the source and of the clutch: at half the stroke as it opens, and in the hold.
+    """
+
+    architecture: str
+    opening_time: float
+    peak_current: float
+    holding_current: float
+    holding_power: float
+    energy: float
+    energies: Mapping[str, float]  # of opening, holding, closing
+    losses: Mapping[str, float]
+    stored: float
+    mass: float
+    imbalance: float  # of the account, over what is supplied
+    gradients: Mapping[str, float]
+    modes: float
+    lowest: float
+    highest: float
+    closed: float  # position at the end
+    flows: Mapping[str, Mapping[str, float]]
+    limit: str
+
+
+def row_of(architecture: Architecture, rtol: float) -> Row:
+    """Simulate and differentiate an architecture."""
+    model = architecture.build()
+    opening = open_clutch(model, rtol=rtol)
+    opened = float(opening.t1)
+    if not np.isfinite(opened):
+        raise ValueError(f"{architecture.name} does not open the clutch: {opening.result}")
+    duty = whole_duty(model, opened, rtol=rtol)
+    energies = _energies(duty, opened)
+    gradients, modes = gradients_of(architecture, model, rtol)
+    losses = {path: float(lost) for path, lost in duty.energy.dissipated.items() if lost != 0.0}
+    supplied, stored, _ = (float(total) for total in duty.energy.totals)
+    held = _between(duty, opened + 1.0, opened + HOLD)
+    row = Row(
+        architecture=architecture.name,
+        opening_time=opened,
+        peak_current=float(np.max(np.abs(np.asarray(opening.supply.i)))),
+        holding_current=_mean(duty, "charge", opened),
+        holding_power=_mean(duty, "energy", opened),
+        energy=sum(energies.values()),
+        energies=energies,
+        losses=losses,
+        stored=stored,
+        mass=sum(architecture.masses.values()),
+        imbalance=abs(float(duty.energy.imbalance)) / supplied,
+        gradients=gradients,
+        modes=modes,
+        lowest=float(held.min()),
+        highest=float(held.max()),
+        closed=float(duty.final.piston.a.s),
+        flows={"opening": _flows(architecture, opening, None), "holding": _flows(architecture, duty, opened + HOLD)},
+        limit="",
+    )
+    return dataclasses.replace(row, limit=_limit(row, model))
+
+
+def opening_time_of(architecture: Architecture, model: Any, rtol: float) -> Callable[[Any], Any]:
+    """The opening time as a function of the main sizes, in the order of `architecture.sizes`."""
+
+    def time(values: Any) -> Any:
+        changed = replace(model, dict(zip(architecture.sizes, values, strict=True)))
+        return open_clutch(changed, rtol=rtol, save="end", account=False).t1
+
+    return time
+
+
+def sizes_of(architecture: Architecture, model: Any) -> Any:
+    """The main sizes in SI units."""
+    values = parameters(model)
+    return jnp.asarray([values[path] for path in architecture.sizes])
+
+
+def gradients_of(architecture: Architecture, model: Any, rtol: float) -> tuple[dict[str, float], float]:
+    """The derivatives of the opening time by the main sizes, and how far both modes differ, relative to the largest."""
+    time, sizes = opening_time_of(architecture, model, rtol), sizes_of(architecture, model)
+    forward, reverse = map(np.asarray, jax.jit(ft.partial(_both_modes, time))(sizes))
+    scaled = np.asarray(sizes) * np.stack([forward, reverse])
+    modes = float(np.max(np.abs(scaled[0] - scaled[1])) / np.max(np.abs(scaled)))
+    return dict(zip(architecture.sizes, forward.tolist(), strict=True)), modes
+
+
+def _both_modes(time: Callable[[Any], Any], sizes: Any) -> tuple[Any, Any]:
+    """Derivatives pushed forward along each size, and pulled back from the time; both by one linearised run."""
+    moment, push = jax.linearize(time, sizes)
+    (pulled,) = jax.linear_transpose(push, sizes)(jnp.ones_like(moment))
+    return jax.vmap(push)(jnp.eye(len(sizes))), pulled
+
+
+def _energies(duty: Solution, opened: float) -> dict[str, float]:
+    marks = [_integral(duty, "energy", time) for time in (0.0, opened, opened + HOLD, np.inf)]
+    return dict(zip(("opening", "holding", "closing"), np.diff(marks).tolist(), strict=True))
+
+
+def _integral(duty: Solution, name: str, time: float) -> float:
+    return float(np.interp(time, np.asarray(duty.ts), np.asarray(duty.integrals[name])))
+
+
+def _mean(duty: Solution, name: str, opened: float) -> float:
+    return (_integral(duty, name, opened + HOLD) - _integral(duty, name, opened)) / HOLD
+
+
+def _between(duty: Solution, begin: float, end: float) -> np.ndarray:
+    times = np.asarray(duty.ts)
+    return np.asarray(duty.piston.a.s)[(times >= begin) & (times <= end)]
+
+
+def _flows(architecture: Architecture, solution: Solution, time: float | None) -> dict[str, float]:
+    """At a time, or where the slave passes half of its stroke."""
+    times = np.asarray(solution.ts)
+    if time is None:
+        time = float(np.interp(0.5 * STROKE, np.asarray(solution.piston.a.s), times))
+    signals = (*architecture.delivered(solution), *architecture.taken(solution))
+    values = [float(np.interp(time, times, np.asarray(signal))) for signal in signals]
+    return dict(zip(("source_p", "source_q", "clutch_p", "clutch_q"), values, strict=True))
+
+
+def _limit(row: Row, model: Any) -> str:
+    """What the opening time hangs on most, and where most of the energy goes."""
+    values = parameters(model)
+    elasticities = {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}
+    path = max(elasticities, key=lambda path: abs(elasticities[path]))
+    lost = max(row.losses, key=lambda path: row.losses[path])
+    share = row.losses[lost] / sum(row.losses.values())
+    return f"opening by {path} ({elasticities[path]:+.2f} % per %), energy by {lost} ({100.0 * share:.0f} %)"

@@ -1,0 +1,158 @@
+"""Kinds of actuators compared: the rows of the documentation against closed forms and against runs."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import diffrax
+import jax
+import numpy as np
+import pytest
+import scipy.optimize
+from _thesis_reference import OPENING_TIMES
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from acausal import Result, replace, simulate
+from studies.architectures import ARCHITECTURES, Architecture, Row, open_clutch, stored, study
+from studies.architectures._parts import DISPLACEMENT, HIGHEST, VOLTAGE, pump_data, re40, relief
+from studies.architectures._plot import kind_of, plot_areas, plot_energies
+from studies.architectures._rows import opening_time_of, sizes_of
+
+ROWS = {row.architecture: row for row in stored()}
+STROKE = 12e-3
+
+
+def named(name: str) -> Architecture:
+    return next(item for item in ARCHITECTURES if item.name == name)
+
+
+def test_every_architecture_has_a_row() -> None:
+    assert list(ROWS) == [item.name for item in ARCHITECTURES]
+
+
+@pytest.mark.parametrize("name", list(ROWS))
+def test_account(name: str) -> None:
+    row = ROWS[name]
+    assert row.imbalance < 1e-6
+    assert row.energy == pytest.approx(sum(row.losses.values()) + row.stored, rel=1e-6)
+    assert row.energy == pytest.approx(sum(row.energies.values()), rel=1e-12)
+    assert all(lost > -1e-6 * row.energy for lost in row.losses.values())
+    assert row.energies["holding"] == pytest.approx(10.0 * row.holding_power, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(ROWS))
+def test_duty_is_done(name: str) -> None:
+    row = ROWS[name]
+    assert STROKE - 0.5e-3 < row.lowest <= row.highest < STROKE + 0.5e-3
+    assert abs(row.closed) < 0.5e-3
+    assert row.modes < 1e-6
+    assert set(row.gradients) == set(named(name).sizes)
+
+
+def losses_of_the_pump(p: float) -> tuple[float, float]:
+    """Slip in m3/s and torque in N.m of the pump at the pressure p."""
+    losses, viscosity = pump_data()["losses"], 1050.0 * 8e-6
+    return float(losses.C_s) * DISPLACEMENT * p / viscosity, (1.0 + float(losses.C_f)) * DISPLACEMENT * p
+
+
+def at_rest(p: float) -> tuple[float, float]:
+    """Current and flow of motor and pump that turn steadily against the pressure p."""
+    motor = re40()
+    assert motor.bearing is not None
+    r, k, c = (float(x) for x in (motor.resistor.R, motor.emf.k, motor.bearing.C))
+    slip, torque = losses_of_the_pump(p)
+    w = (VOLTAGE - r * torque / k) / (k + r * c / k)
+    return (torque + c * w) / k, DISPLACEMENT * w - slip
+
+
+def test_fixed_pump_at_constant_pressure() -> None:
+    """Motor and pump against the relief valve, solved by a bracketing search."""
+    valve, row = relief(), ROWS["constant pressure"]
+
+    def surplus(p: float) -> float:
+        width = float(valve.transition_pressure)
+        opening = width * np.logaddexp((p - float(valve.cracking_pressure)) / width, 0.0)
+        return at_rest(p)[1] - float(valve.conductance) * opening
+
+    p = scipy.optimize.root_scalar(surplus, bracket=(HIGHEST, 1.2 * HIGHEST), xtol=1.0).root
+    assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
+    assert row.holding_current == pytest.approx(at_rest(p)[0], rel=5e-3)
+
+
+def rectangles(panel: Axes) -> list[Rectangle]:
+    return [patch for patch in panel.patches if isinstance(patch, Rectangle)]
+
+
+def test_pictures() -> None:
+    """The areas of a row fill that of its source."""
+    rows, titles = list(ROWS.values()), {item.name: item.title for item in ARCHITECTURES}
+    figure = plot_areas(rows[:2], titles)
+    for panel, flows in zip(figure.axes, [flows for row in rows[:2] for flows in row.flows.values()], strict=True):
+        drawn = sum(patch.get_width() * patch.get_height() for patch in rectangles(panel))
+        assert drawn == pytest.approx(1e-5 * 6e4 * flows["source_p"] * flows["source_q"], rel=1e-9)
+    bars = rectangles(plot_energies(rows, titles).axes[0])
+    assert sum(bar.get_width() for bar in bars) == pytest.approx(sum(sum(row.losses.values()) for row in rows))
+    assert {kind_of(path) for row in rows for path in row.losses} >= {"winding", "pump", "valves", "surplus flow"}
+
+
+def test_eccentric_opens_as_without_a_controller() -> None:
+    """While it opens, the controller is at its limit."""
+    time = next(time for design, keywords, time in OPENING_TIMES if design == "ema_maxon" and not keywords)
+    run = open_clutch(named("eccentric").build(), rtol=1e-8, save="end", account=False)
+    assert run.result == Result.stopped
+    assert run.t1 == pytest.approx(time, rel=1e-7)
+    assert ROWS["eccentric"].opening_time == pytest.approx(time, rel=1e-7)
+
+
+@pytest.mark.slow
+def test_rows_are_those_of_the_study() -> None:
+    for row in study():
+        old = ROWS[row.architecture]
+        assert row.opening_time == pytest.approx(old.opening_time, rel=1e-6)
+        assert row.energy == pytest.approx(old.energy, rel=1e-4)
+        for path, slope in row.gradients.items():
+            assert slope == pytest.approx(old.gradients[path], rel=1e-4, abs=1e-6 * abs(slope))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(ROWS))
+def test_gradients_are_those_of_differences(name: str) -> None:
+    """Differences of fourth order at a tight tolerance, in one direction that all sizes share."""
+    architecture, rtol, h = named(name), 1e-11, 1e-4
+    model = architecture.build()
+    sizes, time = sizes_of(architecture, model), jax.jit(opening_time_of(architecture, model, rtol))
+    direction = np.asarray(sizes) * np.linspace(0.5, 1.0, len(sizes))
+    near = [float(time(sizes + step * h * direction)) for step in (-2, -1, 1, 2)]
+    difference = (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
+    slope = sum(step * ROWS[name].gradients[path] for step, path in zip(direction, architecture.sizes, strict=True))
+    assert slope == pytest.approx(difference, rel=1e-5, abs=1e-7 * ROWS[name].opening_time)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["constant pressure", "eccentric"])
+def test_gradients_are_those_of_reverse_mode(name: str) -> None:
+    """Back through the steps that were taken."""
+    architecture = named(name)
+    model, adjoint = architecture.build(), diffrax.RecursiveCheckpointAdjoint()
+
+    def time(values: Any) -> Any:
+        changed = replace(model, dict(zip(architecture.sizes, values, strict=True)))
+        return simulate(changed, 1.0, until=lambda s: s.piston.a.s - STROKE, save="end", rtol=1e-8, adjoint=adjoint).t1
+
+    gradient = jax.jit(jax.grad(time))(sizes_of(architecture, model))
+    for path, slope in zip(architecture.sizes, gradient.tolist(), strict=True):
+        assert slope == pytest.approx(ROWS[name].gradients[path], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from studies.architectures import _main
+
+    monkeypatch.setattr(_main, "ARCHITECTURES", (named("eccentric"),))
+    _main.main(tmp_path / "rows.json", tmp_path)
+    assert [Row(**row).architecture for row in json.loads((tmp_path / "rows.json").read_text())["rows"]] == [
+        "eccentric"
+    ]
+    for name in ("architectures.html", "architectures_areas.png", "architectures_energy.png"):
+        assert (tmp_path / name).stat().st_size > 10_000
