@@ -14,6 +14,7 @@ from ._parts import brushed_motor as brushed_motor
 from ._parts import catalogue as catalogue
 from ._parts import dc_motor as dc_motor
 from ._parts import gearhead as gearhead
+from ._parts import holding_valve as holding_valve
 from ._parts import pump as pump
 from ._table import Catalogue as Catalogue
 from ._table import Column as Column

@@ -9,7 +9,7 @@ import numpy as np
 from acausal import ArgumentError, Component, Solution
 
 from ..electrical import BrushedMotor, DCMotor
-from ..hydraulic import Pump
+from ..hydraulic import HoldingValve, Pump
 from ..rotational import PlanetaryGearbox
 
 RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
@@ -23,6 +23,7 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
         "continuous_torque": lambda gear: gear.carrier.tau,
         "max_input_speed": lambda gear: gear.w_sun,
     },
+    HoldingValve: {"nominal_current": lambda valve: valve.coil.i, "max_pressure": lambda valve: valve.poppet.dp},
     Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},
 }
 

@@ -1,13 +1,16 @@
 """From an order name to a component."""
 
 import functools as ft
+import inspect
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from acausal import ParameterError
+
 from .._data_sheet import DataSheet
 from ..electrical import BrushedMotor, DCMotor
-from ..hydraulic import Pump
+from ..hydraulic import HoldingValve, Pump
 from ..rotational import EqualMeshLoss, PlanetaryGearbox
 from ._table import Catalogue, Column, load
 
@@ -47,16 +50,20 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = {
         "max_pressure": Column("Pa", 1e4, 1e9),
         "mass": Column("kg", 1e-3, 1e4),
     },
-    "coils": {
+    "valves": {
         "nominal_voltage": Column("V", 1.0, 1000.0, needed=True),
         "nominal_current": Column("A", 1e-3, 100.0, needed=True),
+        "max_pressure": Column("Pa", 1e5, 1e9, needed=True),
+        "rated_flow": Column("m3/s", 1e-8, 1.0),
+        "rated_drop": Column("Pa", 1e2, 1e8),
+        "mass": Column("kg", 1e-3, 1e3),
     },
 }
 
 
 @ft.cache
 def catalogue(name: str) -> Catalogue:
-    """A catalogue of the library: "motors", "gearheads", "pumps" or "coils"; for one of your own see `load`."""
+    """A catalogue of the library: "motors", "gearheads", "pumps" or "valves"; for one of your own see `load`."""
     return load(Path(__file__).parent / f"{name}.csv", COLUMNS[name])
 
 
@@ -110,3 +117,24 @@ def pump(order: str | DataSheet, **others: Any) -> Pump:
     """The pump with an order name, or of a data sheet, without losses; `others` replace arguments of `Pump`."""
     sheet = _sheet(order, "pumps")
     return Pump(**(dict(displacement=sheet["displacement"]) | others), data_sheet=sheet)
+
+
+def holding_valve(order: str | DataSheet, **others: Any) -> HoldingValve:
+    """The normally open valve with an order name, or of a data sheet, by `HoldingValve.rated`.
+
+    Voltage and current of the coil, pressure, and flow at its drop, as far as the sheet states them; `others` are the
+    arguments of `HoldingValve.rated` that it does not state, or replace what it states. Raises `ParameterError` for
+    what neither gives.
+    """
+    sheet = _sheet(order, "valves")
+    stated = dict(
+        voltage="nominal_voltage", current="nominal_current", pressure="max_pressure", flow="rated_flow",
+        drop="rated_drop",
+    )  # fmt: skip
+    given: dict[str, Any] = {name: sheet.get(figure) for name, figure in stated.items()}
+    given = {name: value for name, value in given.items() if value is not None} | others
+    taken = inspect.signature(HoldingValve.rated).parameters.values()
+    if missing := [one.name for one in taken if one.default is inspect.Parameter.empty and one.name not in given]:
+        name = missing[0]
+        raise ParameterError(f"{sheet.catalogue}, {sheet.order}: {name} is not stated. Give it: {name}=...")
+    return HoldingValve.rated(**given, data_sheet=sheet)

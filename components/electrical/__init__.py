@@ -5,6 +5,7 @@ from ._battery import Cable as Cable
 from ._brushed_motor import BrushDrop as BrushDrop
 from ._brushed_motor import BrushedMotor as BrushedMotor
 from ._brushed_motor import MagnetEMF as MagnetEMF
+from ._current_control import CurrentControlledBridge as CurrentControlledBridge
 from ._dq_machine import DqCurrents as DqCurrents
 from ._dq_machine import DqMachine as DqMachine
 from ._interfaces import Pin as Pin

@@ -2,7 +2,8 @@
 
 The flow q of a port is the mass flow over the density that the liquid has at atmospheric pressure. Parts that hold a
 `Liquid` know how its density changes, with entrained air and cavitation; the others, such as `Line`, `Volume` and
-`SlaveCylinder`, count on a constant density. Not modelled: dissolved air, heat.
+`SlaveCylinder`, count on a constant density. Losses leave as heat where a part has a heat port. Not modelled: dissolved
+air, heat that the liquid carries from part to part.
 """
 
 from ._accumulators import Accumulator as Accumulator
@@ -20,6 +21,7 @@ from ._cylinders import SlaveCylinder as SlaveCylinder
 from ._fittings import EndCushion as EndCushion
 from ._fittings import Filter as Filter
 from ._fittings import TJunction as TJunction
+from ._holding_valve import HoldingValve as HoldingValve
 from ._interfaces import FluidPort as FluidPort
 from ._interfaces import TwoPort as TwoPort
 from ._known_liquids import dot_4 as dot_4
@@ -84,6 +86,7 @@ from ._stopped import StickingPump as StickingPump
 from ._stopped import StoppedCylinder as StoppedCylinder
 from ._switching_valves import IdealCheckValve as IdealCheckValve
 from ._switching_valves import SnapReliefValve as SnapReliefValve
+from ._tandem import TandemCylinder as TandemCylinder
 from ._tanks import BootstrapTank as BootstrapTank
 from ._tanks import LevelTank as LevelTank
 from ._unsteady_friction import FrictionMemory as FrictionMemory

@@ -14,9 +14,9 @@ class Cooler(TwoPort):
     """Oil passes from a to b against a laminar resistance, and gives heat to a coolant of one temperature.
 
     dp = resistance q and Q = C [1 - exp(-UA/C)] (T_oil - T_coolant), with the capacity flow C = density
-    specific_heat |q| (a heat exchanger of NTU = UA/C; Kays, London, `Compact Heat Exchangers`). Liquids have no
-    temperature of their own in this library: that of the oil is the one of the heat port `oil`, a `HeatCapacitor` of
-    all the oil in the tank, which takes dp q and gives Q. No energy is lost.
+    specific_heat |q| (a heat exchanger of NTU = UA/C; Kays, London, `Compact Heat Exchangers`). The temperature of the
+    oil is that of the heat port `oil`, a `HeatCapacitor` of all the oil in the tank, which takes dp q and gives Q; to
+    it go also the losses of parts with `heat=HeatPort()`. No energy is lost.
     """
 
     resistance: Param[Scalar, "Pa.s/m3", nonnegative]  # pressure drop per flow

@@ -23,6 +23,7 @@ from acausal import (
 
 from .. import _pieces as pieces
 from ..translational import Flange
+from ._heating import temperature
 from ._interfaces import FluidPort
 from ._liquids import AnyLiquid
 from ._restrictions import LocalLoss, transition
@@ -106,7 +107,8 @@ class EndCushion(Resistance):
     def equations(self, d: Self) -> Equations:
         area = self.gap + (self.area - self.gap) * pieces.limited(self._way(), self.piece, 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
-        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(
             no_force=eq(self.rod.f),

@@ -25,6 +25,8 @@ from acausal import (
 from .._limit import limited
 from ..blocks import Input
 from ..rotational import Flange
+from ..thermal import HeatPort
+from ._heating import heating, lost, temperature
 from ._interfaces import FluidPort
 from ._liquids import AnyLiquid
 from ._pump_losses import PumpLosses
@@ -35,8 +37,8 @@ class LiquidPump(Component, partial=True):
 
     q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag; slip and drag as the losses say. At the inlet,
     which is a while x w > 0 and else b, rounded by tanh(x w/w_t), a liquid that is torn apart fills the chambers less:
-    as the pressure there falls to that of the vapour, the delivery fades. Not modelled: compression in the pump, a
-    drain of its own.
+    as the pressure there falls to that of the vapour, the delivery fades. With `heat=HeatPort()` the losses leave as
+    heat, and have the viscosity of its temperature. Not modelled: compression in the pump, a drain of its own.
     """
 
     displacement: Param[Scalar, "m3/rad", positive]  # D; 1 cm3/rev is 1e-6/(2 pi) m3/rad
@@ -50,6 +52,7 @@ class LiquidPump(Component, partial=True):
     shaft: Flange = Flange()
     a: FluidPort = FluidPort()  # suction
     b: FluidPort = FluidPort()  # delivery
+    heat: HeatPort | None = None
 
     @abc.abstractmethod
     def share(self) -> Scalar:
@@ -57,7 +60,7 @@ class LiquidPump(Component, partial=True):
 
     def equations(self, d: Any) -> Equations:
         filled = self.displacement * self.share() * self._filling()
-        return dict(
+        return heating(self.heat, self._loss()) | dict(
             speed=eq(self.w, d.shaft.phi),
             rise=eq(self.dp, self.b.p - self.a.p),
             suction=eq(self.a.q, self.q),
@@ -70,14 +73,18 @@ class LiquidPump(Component, partial=True):
         return self.losses.events(self.dp, self.w)
 
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * self.J * self.w**2, dissipated=self._slip() * self.dp + self._drag() * self.w)
+        return Energy(stored=0.5 * self.J * self.w**2, dissipated=lost(self.heat, self._loss()))
+
+    def _loss(self) -> Scalar:
+        return self._slip() * self.dp + self._drag() * self.w
 
     def _filling(self) -> Scalar:
         at_a, at_b = (self.liquid.relative_density(port.p) for port in (self.a, self.b))
         return 0.5 * (at_a + at_b + (at_a - at_b) * jnp.tanh(self.share() * self.w / self.w_t))
 
     def _viscosity(self) -> Scalar:
-        return self.liquid.reference_density * self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p))
+        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), temperature(self.heat))
+        return self.liquid.reference_density * nu
 
     def _slip(self) -> Scalar:
         return self.losses.slip(self.displacement, self.dp, self.w, self._viscosity(), self.liquid.reference_density)

@@ -53,8 +53,8 @@ class AnyLiquid(Record, partial=True):
         """dr/dp in 1/Pa."""
 
     @abc.abstractmethod
-    def kinematic_viscosity(self, p: Scalar) -> Scalar:
-        """nu in m2/s."""
+    def kinematic_viscosity(self, p: Scalar, temperature: Scalar | None = None) -> Scalar:
+        """nu in m2/s, at a temperature in K or at that of the liquid."""
 
     @abc.abstractmethod
     def energy_density(self, p: Scalar) -> Scalar:
@@ -97,7 +97,8 @@ class LinearLiquid(AnyLiquid):
     def compressibility(self, p: Scalar) -> Scalar:
         return jnp.ones_like(p) / self.bulk_modulus
 
-    def kinematic_viscosity(self, p: Scalar) -> Scalar:
+    def kinematic_viscosity(self, p: Scalar, temperature: Scalar | None = None) -> Scalar:
+        del temperature
         return self.viscosity * jnp.ones_like(p)
 
     def energy_density(self, p: Scalar) -> Scalar:
@@ -167,10 +168,11 @@ class Liquid(AnyLiquid):
         shrinking = self._liquid(p) / (self._modulus() * stiffer) + self._bubbles(p) / (self.polytropic * root)
         return shrinking * self.relative_density(p) ** 2
 
-    def kinematic_viscosity(self, p: Scalar) -> Scalar:
+    def kinematic_viscosity(self, p: Scalar, temperature: Scalar | None = None) -> Scalar:
+        warm = self.temperature if temperature is None else temperature
         z_1, z_2 = (jnp.log((nu + self.shift) / self.unit) for nu in (self.nu_1, self.nu_2))
         w = jnp.log(z_1 / z_2) / jnp.log(self.T_2 / self.T_1)
-        nu = self.unit * jnp.exp(z_1 * (self.T_1 / self.temperature) ** w) - self.shift
+        nu = self.unit * jnp.exp(z_1 * (self.T_1 / warm) ** w) - self.shift
         return nu * jnp.exp(self.thickening * p)
 
     def energy_density(self, p: Scalar) -> Scalar:

@@ -26,6 +26,7 @@ from acausal import (
 
 from .. import _pieces as pieces
 from ..translational import Flange
+from ._heating import lost
 from ._interfaces import FluidPort
 from ._valves import Resistance, turbulent_flow
 
@@ -78,7 +79,7 @@ class MeteringEdge(RodValve):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self.dp * self.q, supplied=-self.sense * self._flow_force() * self.v)
+        return Energy(dissipated=lost(self.heat, self._loss()), supplied=-self.sense * self._flow_force() * self.v)
 
     def _travel(self) -> Scalar:
         return (self.sense * self.rod.s - self.lap) / self.stroke
@@ -157,7 +158,7 @@ class DecelerationValve(RodValve):
         )
 
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * self.rate * self._depth() ** 2, dissipated=self.dp * self.q)
+        return Energy(stored=0.5 * self.rate * self._depth() ** 2, dissipated=lost(self.heat, self._loss()))
 
     def _travel(self) -> Scalar:
         return (self.sense * self.rod.s - self.start) / self.length

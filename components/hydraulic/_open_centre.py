@@ -37,9 +37,8 @@ class SixWayValve(FourEdges):
         share = self.u.value / self.closed
         return super().events() | pieces.passes(share, self.piece_cd, -1.0, 0.0, 1.0, name="piece_cd")
 
-    def energy(self) -> Any:
-        account = super().energy()
-        return account._replace(dissipated=account.dissipated + (self.c.p - self.d.p) * self.q_cd)
+    def _loss(self) -> Any:
+        return super()._loss() + (self.c.p - self.d.p) * self.q_cd
 
     def _bypass(self) -> Scalar:
         share = self.u.value / self.closed

@@ -8,17 +8,20 @@ from acausal import Discrete, Equations, Events, Param, Requirements, Scalar, eq
 
 from .. import _pieces as pieces
 from ..blocks import Input
+from ._heating import temperature
 from ._liquids import AnyLiquid
 from ._valves import Resistance, turbulent_flow
 
 
-def transition(liquid: AnyLiquid, p: Scalar, area: Scalar, discharge: Scalar, reynolds: Scalar) -> Scalar:
+def transition(
+    liquid: AnyLiquid, p: Scalar, T: Scalar | None, area: Scalar, discharge: Scalar, reynolds: Scalar
+) -> Scalar:
     """The pressure drop in Pa around which flow through a hole becomes turbulent, (rho/2) (Re_t nu/(C_d d))^2.
 
-    With the hydraulic diameter d = sqrt(4 area/pi); Borutzky, Barnard, Thoma 2002.
+    With the hydraulic diameter d = sqrt(4 area/pi), and nu at the temperature T; Borutzky, Barnard, Thoma 2002.
     """
     diameter = jnp.sqrt(4.0 * area / jnp.pi)
-    speed = reynolds * liquid.kinematic_viscosity(p) / (discharge * diameter)
+    speed = reynolds * liquid.kinematic_viscosity(p, T) / (discharge * diameter)
     return 0.5 * liquid.reference_density * speed**2
 
 
@@ -36,7 +39,8 @@ class LiquidOrifice(Resistance):
 
     def equations(self, d: Self) -> Equations:
         c, liquid = self.discharge_coefficient, self.liquid
-        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * self.area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
 
@@ -64,7 +68,8 @@ class VariableOrifice(Resistance):
     def equations(self, d: Self) -> Equations:
         area = self.leak + (self.area - self.leak) * pieces.limited(self.u.value, self.piece, 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
-        width = transition(liquid, 0.5 * (self.a.p + self.b.p), self.area, c, self.transition_reynolds)
+        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
 
@@ -82,7 +87,8 @@ class AnnularGap(Resistance):
         return (require(self.eccentricity <= 1.0, "eccentricity must be at most 1"),)
 
     def equations(self, d: Self) -> Equations:
-        viscosity = self.liquid.reference_density * self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p))
+        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), temperature(self.heat))
+        viscosity = self.liquid.reference_density * nu
         section = jnp.pi * self.diameter * self.clearance**3 * (1.0 + 1.5 * self.eccentricity**2)
         return super().equations(d) | dict(
             law=eq(12.0 * viscosity * self.length * self.q, section * self.dp),
@@ -136,7 +142,7 @@ class LocalLoss(Resistance):
     def equations(self, d: Any) -> Equations:
         liquid, mean = self.liquid, 0.5 * (self.zeta_ab + self.zeta_ba)
         p, c = 0.5 * (self.a.p + self.b.p), 1.0 / jnp.sqrt(mean)
-        width = transition(liquid, p, self.area, c, self.transition_reynolds)
+        width = transition(liquid, p, temperature(self.heat), self.area, c, self.transition_reynolds)
         towards = self.dp / jnp.sqrt(self.dp**2 + width**2)
         zeta = mean + 0.5 * (self.zeta_ab - self.zeta_ba) * towards
         conductance = self.area * jnp.sqrt(2.0 / (liquid.reference_density * zeta))

@@ -1,5 +1,6 @@
 """Directional valves: spools that open metering edges."""
 
+import abc
 from typing import Any, Self
 
 import jax.numpy as jnp
@@ -22,6 +23,8 @@ from acausal import (
 
 from .. import _pieces as pieces
 from ..blocks import Input
+from ..thermal import HeatPort
+from ._heating import heating, lost
 from ._interfaces import FluidPort
 from ._valves import turbulent_flow
 
@@ -31,6 +34,7 @@ class Spool(Component, partial=True):
 
     An edge opens with y = (+-u - lap)/(1 - lap), limited to 0 .. 1: a positive lap closes it in the middle, a negative
     one leaves it open there. K = rated_flow/sqrt(rated_drop), for one edge at full stroke, as data sheets state it.
+    With `heat=HeatPort()` the losses of the edges leave as heat.
     """
 
     rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
@@ -40,6 +44,18 @@ class Spool(Component, partial=True):
     leakage: Param[Scalar, "1", nonnegative] = 0.0  # K_leak/K
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
     u: Input = Input()
+    heat: HeatPort | None = None
+
+    @abc.abstractmethod
+    def _loss(self) -> Scalar:
+        """What the edges turn into heat, in W."""
+
+    def equations(self, d: Any) -> Equations:
+        del d
+        return heating(self.heat, self._loss())
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=lost(self.heat, self._loss()))
 
     def requirements(self) -> Requirements:
         return (
@@ -71,7 +87,7 @@ class ThreeWayValve(Spool):
 
     def equations(self, d: Self) -> Equations:
         supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
-        return dict(
+        return super().equations(d) | dict(
             edge_pa=eq(self.q_pa, self._edge(self.p.p - self.a.p, supply, self.supply)),
             edge_at=eq(self.q_at, self._edge(self.a.p - self.t.p, drain, self.drain)),
             flow_p=eq(self.p.q, self.q_pa),
@@ -85,8 +101,8 @@ class ThreeWayValve(Spool):
             drain, self.drain, 0.0, 1.0, name="drain"
         )
 
-    def energy(self) -> Energy:
-        return Energy(dissipated=(self.p.p - self.a.p) * self.q_pa + (self.a.p - self.t.p) * self.q_at)
+    def _loss(self) -> Scalar:
+        return (self.p.p - self.a.p) * self.q_pa + (self.a.p - self.t.p) * self.q_at
 
 
 class FourEdges(Spool, partial=True):
@@ -122,11 +138,15 @@ class FourEdges(Spool, partial=True):
             f"edge_{name}": eq(q, self._edge(dp, opening, piece))
             for name, (q, dp, opening, piece) in self._edges().items()
         }
-        return laws | dict(
-            flow_p=eq(self.p.q, self.q_pa + self.q_pb),
-            flow_t=eq(self.t.q, -self.q_at - self.q_bt),
-            flow_a=eq(self.a.q, self.q_at - self.q_pa),
-            flow_b=eq(self.b.q, self.q_bt - self.q_pb),
+        return (
+            super().equations(d)
+            | laws
+            | dict(
+                flow_p=eq(self.p.q, self.q_pa + self.q_pb),
+                flow_t=eq(self.t.q, -self.q_at - self.q_bt),
+                flow_a=eq(self.a.q, self.q_at - self.q_pa),
+                flow_b=eq(self.b.q, self.q_bt - self.q_pb),
+            )
         )
 
     def events(self) -> Events:
@@ -135,8 +155,8 @@ class FourEdges(Spool, partial=True):
             found |= pieces.passes(opening, piece, 0.0, 1.0, name=f"piece_{name}")
         return found
 
-    def energy(self) -> Energy:
-        return Energy(dissipated=sum(dp * q for q, dp, _, _ in self._edges().values()))
+    def _loss(self) -> Any:
+        return sum(dp * q for q, dp, _, _ in self._edges().values())
 
 
 class FourWayValve(FourEdges):

@@ -8,14 +8,28 @@ from acausal import Discrete, Energy, Equations, Events, Param, Scalar, eq, nonn
 
 from .. import _pieces as pieces
 from ..blocks import Input
+from ..thermal import HeatPort
+from ._heating import heating, lost
 from ._interfaces import TwoPort
 
 
 class Resistance(TwoPort, partial=True):
-    """An element that turns its pressure drop into heat."""
+    """An element that turns its pressure drop into heat, dp q, which leaves through `heat=HeatPort()` if that is given.
+
+    Where it holds a liquid, this has then the viscosity of the port's temperature; density and bulk modulus stay those
+    of the temperature for which the liquid was made.
+    """
+
+    heat: HeatPort | None = None
+
+    def equations(self, d: Any) -> Equations:
+        return super().equations(d) | heating(self.heat, self._loss())
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self.dp * self.q)
+        return Energy(dissipated=lost(self.heat, self._loss()))
+
+    def _loss(self) -> Scalar:
+        return self.dp * self.q
 
 
 class LaminarResistance(Resistance):

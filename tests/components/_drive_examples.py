@@ -14,6 +14,7 @@ ELECTRIC: tuple[Component, ...] = (
     electrical.Battery(R=[0.5, 0.4], C=[1.2, 0.8], **CELL),
     electrical.Battery(R=[0.5], C=[0.8], heat=HeatPort(), **CELL),
     electrical.Battery(**CELL),
+    electrical.CurrentControlledBridge(k=0.7, Ti=0.4, V=1.3, i_max=0.8, m_max=0.9, Ron=0.2),
     electrical.BrushDrop(V=1.3, i_0=0.4),
     electrical.BrushDrop(V=1.3, i_0=0.4, heat=HeatPort()),
     electrical.BrushedMotor(**WARM),

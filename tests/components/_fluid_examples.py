@@ -2,6 +2,7 @@
 
 from acausal import Component
 from components import blocks, hydraulic
+from components.thermal import HeatPort
 
 # A liquid under pressures of its own order, which cavitates; and the linear one, which takes tension.
 OIL = hydraulic.Liquid(
@@ -30,6 +31,7 @@ MAP = hydraulic.MappedLosses(
 EDGE = hydraulic.MeteringEdge(width=1.3, stroke=0.8, density=1.2, lap=0.1, leak=0.05, transition_pressure=0.6)
 STAGE = hydraulic.PilotStage(w=1.3, D=0.4, rate=0.7)
 LOSS = hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE)
+POPPET = dict(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6)
 
 FLUID: tuple[Component, ...] = (
     hydraulic.AnnularGap(diameter=0.7, clearance=0.9, length=0.8, liquid=OIL, eccentricity=0.4),
@@ -48,9 +50,11 @@ FLUID: tuple[Component, ...] = (
     hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
     hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
     hydraulic.FixedPump(**(PUMP | dict(losses=MAP))),
+    hydraulic.FixedPump(heat=HeatPort(), **PUMP),
     hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
     hydraulic.FourWaySpool.of(EDGE),
     hydraulic.FourWayValve(**SPOOL),
+    hydraulic.FourWayValve(heat=HeatPort(), **SPOOL),
     hydraulic.GasAccumulator(n=1.3, **GAS),
     hydraulic.HydraulicCylinder(
         chambers=hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
@@ -61,8 +65,12 @@ FLUID: tuple[Component, ...] = (
         C=0.3,
         restitution=0.5,
     ),
+    hydraulic.HoldingValve(
+        R=1.3, L0=0.7, g0=0.4, m=1.3, spring=0.7, preload=0.3, stroke=0.4, seat=0.2, width=0.9, density=1.7, damping=0.3
+    ),
     hydraulic.LevelTank(area=1.3, density=0.7, height=2.0, pressure=0.4, g=0.9),
     hydraulic.LiquidOrifice(**HOLE),
+    hydraulic.LiquidOrifice(heat=HeatPort(), **HOLE),
     hydraulic.LoadSensingPump(tau=0.4, p_set=1.3, band=0.7, margin=0.3, band_set=0.8, **PUMP),
     hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE),
     EDGE,
@@ -71,7 +79,8 @@ FLUID: tuple[Component, ...] = (
     hydraulic.PilotReliefValve(pressure=0.4, **PILOTED),
     hydraulic.Pipe(n=3, liquid=OIL, wall=0.1, **SIZE),
     hydraulic.Pipe(n=2, liquid=LINEAR, wall=0.1, friction=hydraulic.BlasiusFriction(), **SIZE),
-    hydraulic.PoppetValve(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6),
+    hydraulic.PoppetValve(**POPPET),
+    hydraulic.PoppetValve(seated=0.8, sense=-1.0, heat=HeatPort(), **POPPET),
     hydraulic.PowerLimitedPump(tau=0.4, p_set=1.3, band=0.7, power=0.5, **PUMP),
     hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
     hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
@@ -87,6 +96,10 @@ FLUID: tuple[Component, ...] = (
     hydraulic.SixWayValve(bypass_flow=0.9, closed=0.7, **SPOOL),
     hydraulic.SpringAccumulator(capacity=0.8, resistance=0.6, preload=0.4, stiffness=1.3),
     hydraulic.TJunction(loss_a=LOSS, loss_b=LOSS, loss_c=LOSS),
+    hydraulic.TandemCylinder(
+        rear=hydraulic.DoubleActingCylinder(liquid=LINEAR, **CYLINDER),
+        front=hydraulic.DoubleActingCylinder(liquid=LINEAR, rod_a=0.7, **CYLINDER),
+    ),
     hydraulic.ThermalAccumulator(tau=0.4, T_0=0.9, T=1.1, kappa=1.3, **GAS),
     hydraulic.ThreeWayValve(**SPOOL),
     hydraulic.UnsteadyFrictionPipe(n=2, liquid=OIL, wall=0.1, memory=hydraulic.FrictionMemory.trikha(), **SIZE),

@@ -50,6 +50,9 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "Function": dict(function=wave),
     "GasAccumulator": GAS,
     "HBridge": dict(frequency=100.0),
+    "HoldingValve": dict(
+        R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, seat=1.0, width=1.0, density=1.0
+    ),
     "HydraulicCylinder": dict(chambers=hydraulic.DoubleActingCylinder(**CYLINDER), m=1.0, Fc=1.0, Fs=1.0, vs=1.0),
     "Limiter": LIMITS,
     "LimPI": CONTROL,
@@ -100,6 +103,9 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "EndCushion": dict(area=1.0, gap=0.5, length=1.0, liquid=OIL),
     "Filter": dict(element=hydraulic.LaminarResistance(resistance=1.0), bypass=hydraulic.CheckValve(conductance=1.0)),
     "ProportionalValve": dict(spool=blocks.SecondOrder(w=1.0, D=1.0), valve=hydraulic.FourWayValve(**RATED)),
+    "TandemCylinder": dict(
+        rear=hydraulic.DoubleActingCylinder(**CYLINDER), front=hydraulic.DoubleActingCylinder(**CYLINDER)
+    ),
     "TJunction": dict(loss_a=LOSS, loss_b=LOSS, loss_c=LOSS),
 }
 

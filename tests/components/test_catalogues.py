@@ -24,12 +24,16 @@ def test_tables_of_the_library_load_and_say_where_they_come_from(name: str) -> N
 
 @pytest.mark.parametrize("sheet", [s for s in MOTORS if s.get("stall_current")], ids=lambda sheet: sheet.order)
 def test_figures_of_motors_agree_with_each_other(sheet: DataSheet) -> None:
-    """Within the rounding and the friction of a data sheet: stall, nominal point and no-load speed from R, k, I_0."""
+    """Stall, nominal point and no-load speed from R, k, I_0, within the rounding of two figures of three digits each.
+
+    Without a load, brushes of graphite take a part of a volt more than the resistance does.
+    """
     R, k, V = sheet["resistance"], sheet["torque_constant"], sheet["nominal_voltage"]
     idle = sheet["no_load_current"]
-    np.testing.assert_allclose(sheet["stall_current"], V / R, rtol=5e-3)
+    np.testing.assert_allclose(sheet["stall_current"], V / R, rtol=7e-3)
     np.testing.assert_allclose(sheet["stall_torque"], k * sheet["stall_current"], rtol=5e-3)
-    np.testing.assert_allclose(sheet["no_load_speed"], (V - R * idle) / k, rtol=2e-3)
+    brushes = V - R * idle - k * sheet["no_load_speed"]
+    assert -2e-3 * V < brushes < 0.6
     np.testing.assert_allclose(sheet["nominal_torque"], k * (sheet["nominal_current"] - idle), rtol=5e-3)
 
 
@@ -69,7 +73,7 @@ def test_a_gearhead_has_the_efficiency_of_its_sheet() -> None:
 
 def test_search() -> None:
     found = MOTORS.search(stall_torque=(quantity(1.0, "N.m"), None), nominal_voltage=24.0)
-    assert [sheet.order for sheet in found] == ["148867", "370354"]
+    assert {sheet.order for sheet in found} == {"148867", "370354", "268214"}
     assert [sheet.order for sheet in MOTORS.search(family="RE 25")] == ["118752"]
     assert len(MOTORS.search(maker="nobody")) == 0
     with pytest.raises(ArgumentError, match=r"motors.csv has no column 'torque'"):

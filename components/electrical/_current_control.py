@@ -1,0 +1,65 @@
+"""A bridge whose control makes the current of its load follow a signal."""
+
+from typing import Self
+
+from acausal import Energy, Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
+
+from .._limit import limited
+from ..blocks import Input
+from ._interfaces import TwoPort
+
+
+class CurrentControlledBridge(TwoPort):
+    """An averaged full bridge under PI control of its load's current i = -i2, within its voltage, without windup.
+
+    With the wanted current u limited to +-i_max and e = u - i: the duty m = (k e + x)/V within +-m_max, where the
+    integral Ti dx/dt = k e + V (m - m_unlimited)/Ni takes back what the limit cut off (Astrom, Hagglund, `PID
+    Controllers`, ch. 3). v2 = m v1 + 2 Ron i2 and i1 = -m i2, as in `AveragedBridge`. V is the voltage that the control
+    counts on; the loop's gain goes with v1/V. `for_load` tunes it so that pole and zero of the load cancel (modulus
+    optimum; Schroeder, `Elektrische Antriebe - Regelung`). Left out: sampling, dead time, ripple, losses of switching.
+    """
+
+    k: Param[Scalar, "ohm", positive]  # gain, voltage per error of the current
+    Ti: Param[Scalar, "s", positive]  # integral time
+    V: Param[Scalar, "V", positive]  # nominal voltage of the supply
+    i_max: Param[Scalar, "A", positive]  # limit of the wanted current
+    m_max: Param[Scalar, "1", positive] = 1.0  # largest duty
+    Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
+    Ron: Param[Scalar, "ohm", nonnegative] = 0.0  # resistance of a closed switch
+    x: Var[Scalar, "V", prefer] = 0.0  # integral part
+    error: Var[Scalar, "A"] = 0.0  # e
+    unlimited: Var[Scalar, "1"] = 0.0  # what the duty would be without its limits
+    m: Var[Scalar, "1"] = 0.0  # duty
+    u: Input = Input()
+
+    @classmethod
+    def for_load(
+        cls, *, R: Scalar, L: Scalar, bandwidth: Scalar, V: Scalar, i_max: Scalar, Ron: Scalar = 0.0
+    ) -> "CurrentControlledBridge":
+        """For a load of R in ohm and L in H: k = w L, Ti = L/(R + 2 Ron); di/dt = w (u - i), w = bandwidth in rad/s.
+
+        Take w well below the switching frequency, a tenth or less.
+        """
+        return cls(k=bandwidth * L, Ti=L / (R + 2.0 * Ron), V=V, i_max=i_max, Ron=Ron)
+
+    def equations(self, d: Self) -> Equations:
+        excess = self.V * (self.m - self.unlimited)
+        return super().equations(d) | dict(
+            compared=eq(self.error, limited(self.u.value, -self.i_max, self.i_max) + self.i2),
+            integral=eq(self.Ti * d.x, self.k * self.error + excess / self.Ni),
+            control=eq(self.V * self.unlimited, self.k * self.error + self.x),
+            limits=eq(self.m, limited(self.unlimited, -self.m_max, self.m_max)),
+            voltages=eq(self.v2, self.m * self.v1 + 2.0 * self.Ron * self.i2),
+            currents=eq(self.i1, -self.m * self.i2),
+        )
+
+    def events(self) -> Events:
+        return dict(
+            _most=kink(self.u.value - self.i_max),
+            _least=kink(self.u.value + self.i_max),
+            _high=kink(self.unlimited - self.m_max),
+            _low=kink(self.unlimited + self.m_max),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=2.0 * self.Ron * self.i2**2)

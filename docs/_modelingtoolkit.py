@@ -1,0 +1,77 @@
+"""What components are called in ModelingToolkitStandardLibrary 2, below the module that heads each list.
+
+As far as there is one of the same purpose; those of `components.hydraulic` stand in `_fluid_power.py`.
+"""
+
+MODULES = {
+    "blocks": "Blocks",
+    "electrical": "Electrical",
+    "rotational": "Mechanical.Rotational",
+    "translational": "Mechanical",
+    "thermal": "Thermal",
+}
+
+_SAME = {
+    "blocks": "Constant DeadZone Derivative Division ExpSine FirstOrder Gain Integrator LimPI LimPID Limiter PI PID "
+    "Product Ramp SecondOrder Sine SlewRateLimiter StateSpace Step",
+    "electrical": "Capacitor Conductor CurrentSensor Diode EMF Ground IdealOpAmp Inductor PowerSensor Resistor "
+    "VariableResistor VoltageSensor",
+    "rotational": "AngleSensor ConstantTorque Damper Fixed IdealGear Inertia SpeedSensor Spring SpringDamper "
+    "TorqueSensor",
+    "translational": "",
+    "thermal": "BodyRadiation FixedTemperature HeatCapacitor HeatFlowSensor RelativeTemperatureSensor "
+    "TemperatureSensor ThermalConductor",
+}
+
+_OTHER = {
+    "blocks": {"Clock": "ContinuousClock", "Sum": "Add", "WeightedSum": "Sum"},
+    "electrical": {"SignalCurrent": "Current", "SignalVoltage": "Voltage"},
+    "rotational": {
+        "RelativeSpeedSensor": "RelSpeedSensor",
+        "SignalAngle": "Position",
+        "SignalSpeed": "Speed",
+        "SignalTorque": "Torque",
+        "SmoothStribeckFriction": "RotationalFriction",
+    },
+    "translational": {
+        "AccelerationSensor": "Translational.AccelerationSensor",
+        "Damper": "TranslationalModelica.Damper",
+        "Fixed": "TranslationalModelica.Fixed",
+        "ForceSensor": "Translational.ForceSensor",
+        "Mass": "TranslationalModelica.Mass",
+        "PositionSensor": "Translational.PositionSensor",
+        "SignalAcceleration": "Translational.Acceleration",
+        "SignalForce": "TranslationalModelica.Force",
+        "SignalPosition": "Translational.Position",
+        "SignalSpeed": "Translational.Velocity",
+        "Spring": "TranslationalModelica.Spring",
+    },
+    "thermal": {
+        "ConstantHeatFlow": "FixedHeatFlow",
+        "Convection": "ConvectiveConductor",
+        "SignalHeatFlow": "PrescribedHeatFlow",
+        "SignalTemperature": "PrescribedTemperature",
+    },
+}
+
+MODELINGTOOLKIT = {
+    domain: dict(sorted(({name: name for name in _SAME[domain].split()} | _OTHER[domain]).items()))
+    for domain in MODULES
+}
+
+# Of what it has, that which has no counterpart here.
+MISSING = (
+    "Blocks: MatrixGain, Feedback, Add3, Square, Triangular, Cosine (a Sine with its phase), and functions one by one, "
+    "such as Sqrt and Atan2 (a Function); Electrical: Short, MultiSensor, PotentialSensor, transistors, digital logic; "
+    "Thermal: ConvectiveResistor, ThermalResistor, ThermalCollector; Magnetic; PlanarMechanics, MultiBody2D"
+)
+
+
+def names() -> str:
+    """Each component that has a counterpart, with its name there; below, what is missing here."""
+    lines = [
+        f"{domain}.{name:<{40 - len(domain)}}{MODULES[domain]}.{there}"
+        for domain, known in MODELINGTOOLKIT.items()
+        for name, there in known.items()
+    ]
+    return "\n".join([*lines, "", f"Without a counterpart here: {MISSING}."])
