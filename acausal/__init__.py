@@ -2,6 +2,7 @@
 
 from ._analyse.linear_system import LinearSystem as LinearSystem
 from ._analyse.linearise import linearise as linearise
+from ._analyse.margins import Margins as Margins
 from ._analyse.modes import Modes as Modes
 from ._analyse.modes import Shares as Shares
 from ._analyse.zeros import TransferFunction as TransferFunction

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import architectures, design, hold, identify, optimise, tolerance, validate
+from . import architectures, control, design, hold, identify, optimise, tolerance, validate
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -27,6 +27,7 @@ def _parser() -> argparse.ArgumentParser:
         ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
         ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
         ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
+        ("control", control, "find the course of the voltage that opens softly within a current, soonest or coolest"),
         ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),
     ):
         command = commands.add_parser(name, help=text, description=study.__doc__)

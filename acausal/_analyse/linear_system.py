@@ -10,6 +10,7 @@ from jaxtyping import Array, Complex, Float
 
 from .._errors import ModelError, suggestion
 from . import realisation, responses
+from .margins import Margins, margins
 from .modes import Modes, Shares, modes_of, poles_of
 from .point import Point
 from .storage import energy_shares
@@ -118,6 +119,13 @@ class LinearSystem(eqx.Module):
         units = (self.units[0], (self.units[1][j],), (self.units[2][i],))
         changes = dict(B=self.B[..., j : j + 1], C=self.C[..., i : i + 1, :], D=self.D[..., i : i + 1, j : j + 1])
         return self._replaced(**changes, inputs=(self.inputs[j],), outputs=(self.outputs[i],), units=units)
+
+    def margins(self, output: str | None = None, input: str | None = None) -> Margins:
+        """Margins of gain, phase and delay of a loop that was broken, see `linearise(..., open=...)`: of L(s) = -G(s),
+        with G from the input to the output; names may be left out where there is one.
+        """
+        A, B, C, D = self.channel(output, input if input is not None else output)._scaled
+        return margins((A, B, -C, -D))
 
     def _index(self, names: Sequence[str], name: str | None, role: str) -> int:
         if name is None and len(names) == 1:

@@ -11,10 +11,11 @@ import numpy as np
 from .._declare.component import Component
 from .._evaluate.building import system_of
 from .._evaluate.system import System
-from .._integrate.options import kind_of
+from .._integrate.options import kind_of, names_of
 from .._integrate.user_function import UserFunction, trace
 from .._progress import compiling
 from .linear_system import LinearSystem
+from .opened import continued, opened
 from .point import Point, invariants_at, operating_point
 from .redundant import reduced
 from .signals import (
@@ -37,6 +38,7 @@ def linearise(
     t: Any = None,
     inputs: Sequence[str] = (),
     outputs: Sequence[Output] | Mapping[str, Output] = (),
+    open: Sequence[str] | str = (),
     system: System | None = None,
 ) -> LinearSystem:
     """Linearise a model: d(dx)/dt = A dx + B du, dy = C dx + D du for small deviations from an operating point.
@@ -53,12 +55,17 @@ def linearise(
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
       mapping gives them names.
+    - `open`: ports at which loops are broken, such as "controller.y". Each is an input, from which on what it drives is
+      driven, and an output, what arrives there, both of its name: with G from the one to the other, the loop transfer
+      function of negative feedback is -G, see `margins`. The operating point is that of the closed loops.
     - `system`: the outcome of `compile`, whose choice of states is then used.
 
     Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
     `SimulationError` for start values that contradict each other, or that a component refuses.
     """
+    if open:
+        return _linearised_open(model, at, t, inputs, outputs, names_of(open, "open"))
     system = system_of(model) if system is None else kind_of(system, "system", System, "compile(model)")
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
@@ -89,6 +96,27 @@ def linearise(
         _basis=basis,
         _independent=tuple(independent.tolist()),
     )
+
+
+def _linearised_open(
+    model: Component, at: Any, t: Any, inputs: Sequence[str], outputs: Any, ports: Sequence[str]
+) -> LinearSystem:
+    """The model with its loops broken at ports, about the operating point of the closed loops."""
+    broken, breaks = opened(model, ports)
+    point = operating_point(model, system_of(model), at, t)
+    if isinstance(outputs, str) or callable(outputs):
+        outputs = (outputs,)
+    if not isinstance(outputs, Mapping):
+        outputs = {f"outputs[{i}]" if callable(out) else out: out for i, out in enumerate(outputs)}
+    broken, view = continued(broken, point, breaks)
+    found = linearise(
+        broken,
+        at=view,
+        t=point.t,
+        inputs=[*names_of(inputs, "inputs"), *(one.parameter for one in breaks)],
+        outputs={**outputs, **{one.port: one.signal for one in breaks}},
+    )
+    return found._replaced(inputs=(*found.inputs[: len(found.inputs) - len(breaks)], *ports))
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))

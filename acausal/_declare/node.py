@@ -5,7 +5,7 @@ import dataclasses
 import sys
 import types
 import typing
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, dataclass_transform
 
 import equinox as eqx
@@ -91,6 +91,12 @@ def _check_bases(name: str, bases: tuple[type, ...]) -> None:
                 f"{name} derives from {base.__name__}, which is final. Hold a {base.__name__} as a part, or move "
                 "what both share to a base declared with `partial=True`."
             )
+
+
+def derived(cls: Any, fields: Mapping[str, Any], namespace: Mapping[str, Any]) -> Any:
+    """A class with more fields and other methods; unlike a model's author, the engine may derive from what is final."""
+    meta: Any = NodeMeta
+    return meta(cls.__name__, (cls,), {"__module__": __name__, "__annotations__": dict(fields), **namespace})
 
 
 def _own_converters(cls: Any, annotations: Container[str]) -> None:

@@ -32,10 +32,9 @@ class ClutchActuator(Component, partial=True):
         )
 
 
-class ElectromechanicalActuator(ClutchActuator):
-    """Motor, planetary gearbox with its ring held, cam, master cylinder, line, slave cylinder, clutch."""
+class CamActuator(ClutchActuator, partial=True):
+    """Motor, planetary gearbox with its ring held, cam and master cylinder, and what all actuators share."""
 
-    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     gearbox: PlanetaryGearbox
     cam: Cam
     master: MasterCylinder
@@ -50,6 +49,12 @@ class ElectromechanicalActuator(ClutchActuator):
             connect(self.cam.follower, self.master.rod),
             connect(self.master.port, self.line.a),
         )
+
+
+class ElectromechanicalActuator(CamActuator):
+    """Motor, planetary gearbox with its ring held, cam, master cylinder, line, slave cylinder, clutch."""
+
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 class WormActuator(ClutchActuator):

@@ -139,7 +139,7 @@ INPUT = {"energy": (lambda s: s.winding.R * s.winding.i**2 + s.bearing.C * s.rot
 def test_motor_turns_an_inertia_with_least_loss(b: float, minimise: Any, rate: float) -> None:
     # Euler and Lagrange: w'' = rate^2 w + constant, which is a parabola without friction.
     motor = Motor(
-        command=lines(*np.linspace(1.0, 0.5, 31)), supply=SignalVoltage(), winding=Resistor(R=R), emf=EMF(k=K),
+        command=lines(*np.linspace(1.0, 0.5, 41)), supply=SignalVoltage(), winding=Resistor(R=R), emf=EMF(k=K),
         rotor=Inertia(J=J), bearing=Bearing(C=b),
     )  # fmt: skip
     course = control(

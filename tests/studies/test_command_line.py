@@ -9,6 +9,8 @@ import pytest
 from studies.__main__ import main
 from studies._output import print_table
 
+STUDIES = ("validate", "optimise", "design", "identify", "tolerance", "control", "hold", "architectures")
+
 
 def test_help(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -21,7 +23,7 @@ def test_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert "hold" in text
 
 
-@pytest.mark.parametrize("study", ["validate", "optimise", "design", "identify", "tolerance", "hold", "architectures"])
+@pytest.mark.parametrize("study", STUDIES)
 def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main([study, "--help"])
@@ -30,7 +32,7 @@ def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None
     assert "--out DIR" in text
 
 
-@pytest.mark.parametrize("study", ["validate", "optimise", "design", "identify", "tolerance", "hold", "architectures"])
+@pytest.mark.parametrize("study", STUDIES)
 def test_pictures_without_matplotlib(study: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(SystemExit, match=r"acausal\[plots\]"):

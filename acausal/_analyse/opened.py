@@ -1,0 +1,115 @@
+"""A model whose loops are broken at signals: what a signal drives is driven by a parameter instead."""
+
+import copy
+import functools as ft
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from .._declare.annotations import Param, Scalar
+from .._declare.by_name import replace
+from .._declare.component import Component, Connection, Connections, eq
+from .._declare.node import Port, derived, leaves_of
+from .._errors import ModelError
+from .._evaluate.building import system_of
+from .point import Point
+
+FIELD = "_opened_"
+
+
+class Break(NamedTuple):
+    """Where a loop is broken: at a port, and by a parameter in place of what the port drives."""
+
+    port: str
+    signal: str
+    parameter: str
+
+
+def opened(model: Component, ports: Sequence[str]) -> tuple[Component, list[Break]]:
+    """The model with its loops broken at ports, each of which hands on one variable without a flow."""
+    breaks = []
+    for number, port in enumerate(ports):
+        model, found = _broken(model, port, f"{FIELD}{number}")
+        breaks.append(found)
+    return model, breaks
+
+
+def continued(model: Component, point: Point, breaks: Sequence[Break]) -> tuple[Component, Component]:
+    """The opened model with parameters that continue the signals at a point of the closed one, and its values there."""
+    flat, system = point.system.flat, system_of(model)
+    values = dict(zip((leaf.path for leaf in flat.leaves), point.read(range(len(flat.leaves)), point.y), strict=True))
+    for one in breaks:
+        owner = one.parameter.removesuffix("k")
+        values |= {
+            one.parameter: values[one.signal],
+            owner + one.signal.replace(one.port, "port", 1): values[one.signal],
+        }
+    view = system.flat.structure.unflatten([values[leaf.path] for leaf in system.flat.leaves])
+    return replace(model, {one.parameter: values[one.signal] for one in breaks}), view
+
+
+def _broken(model: Component, path: str, field: str) -> tuple[Component, Break]:
+    parts = path.split(".")
+    owners: list[Any] = [model]
+    for part in parts:
+        owners.append(getattr(owners[-1], part, None))
+    port: Any = owners[-1]
+    leaves = list(leaves_of(port)) if isinstance(port, Port) else []
+    if len(leaves) != 1 or leaves[0].declaration.role != "var":
+        raise ModelError(f"{path!r} is no signal to break a loop at: name a port of one value, as in 'controller.y'.")
+    for depth in range(len(parts) - 2, -1, -1):
+        if any(port is other for connection in owners[depth].connections() for other in connection.ports):
+            break
+    else:
+        raise ModelError(f"{path} is not connected, so that there is no loop to break.")
+    prefix = "".join(f"{part}." for part in parts[:depth])
+    made: Any = _with_field(
+        owners[depth], _opened_class(type(owners[depth]), ".".join(parts[depth:]), field, type(port)), field, port
+    )
+    for owner, part in zip(reversed(owners[:depth]), reversed(parts[:depth]), strict=True):
+        made = _changed(owner, part, made)
+    return made, Break(path, f"{path}.{leaves[0].path}", f"{prefix}{field}.k")
+
+
+def _with_field(owner: Component, cls: Any, field: str, port: Any) -> Any:
+    made = object.__new__(cls)
+    for name in type(owner).__dataclass_fields__:
+        object.__setattr__(made, name, getattr(owner, name))
+    object.__setattr__(made, field, _source_class(type(port))())
+    return made
+
+
+def _changed(owner: Component, name: str, value: Any) -> Any:
+    made = copy.copy(owner)
+    object.__setattr__(made, name, value)
+    return made
+
+
+class _Opening(Component, partial=True):
+    """What drives a port by a parameter."""
+
+    k: Param[Scalar, ""] = 0.0
+
+
+@ft.cache
+def _source_class(port: Any) -> Any:
+    (leaf,) = leaves_of(port())
+
+    def equations(self: Any, d: Any) -> Any:
+        return dict(opened=eq(getattr(self.port, leaf.path), self.k, check_units=False))
+
+    return derived(_Opening, {"port": port}, {"port": port(), "equations": equations})
+
+
+@ft.cache
+def _opened_class(cls: Any, path: str, field: str, port: Any) -> Any:
+    """The class with another source behind one of its signals."""
+
+    def connections(self: Any) -> Connections:
+        signal, source = ft.reduce(getattr, path.split("."), self), getattr(self, field).port
+        return tuple(_moved(connection, signal, source) for connection in cls.connections(self))
+
+    return derived(cls, {field: _source_class(port)}, {"connections": connections})
+
+
+def _moved(connection: Connection, signal: Port, source: Port) -> Connection:
+    return Connection(tuple(source if port is signal else port for port in connection.ports))

@@ -1,0 +1,148 @@
+"""How soon two actuators open their clutch when their voltage may follow any course: at full voltage; soonest, within a
+current and with a soft landing; and with the least heat in the winding, also softly.
+
+At full voltage the clutch is open soonest, but the motor draws its stall current at first, and the piston arrives at
+speed. The voltage found is that of a bridge, piecewise linear between evenly spaced samples.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from acausal import simulate
+from acausal.design import Course, control
+from components.blocks import TimeSeries
+
+from ._opening import STROKE, opening
+from ._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, write_json
+from .actuators import commanded, ehs_maxon, ema_maxon
+
+ACTUATORS = {
+    "ema_maxon": (ema_maxon(), 35.0),
+    "ehs_maxon": (ehs_maxon(), 27.0),
+}  # with the current allowed, in A
+VOLTAGE = 13.5  # V
+SOFT = 5e-3  # m/s, at which the piston may arrive
+SLOWER = 1.5  # times the time at full voltage, for the least heat
+INTERVALS = 10
+FULL, SOONEST, COOLEST = "full voltage", "soonest", "least heat"
+HEADS = ("problem", "time [ms]", "end speed [mm/s]", "peak current [A]", "heat [J]", "at full voltage [ms]", "status")
+SHOWN = ("command.y.value", "motor.p.i", "slave.rod.s", "piston.v")
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One way to open the clutch, in SI units."""
+
+    problem: str
+    time: float
+    end_speed: float
+    peak_current: float
+    full_voltage_time: float
+    heat: float
+    status: str
+    kkt_residual: float
+
+
+def heat(s: Any) -> Any:
+    """The power in W that the winding turns into heat."""
+    return s.motor.resistor.R * s.motor.p.i**2
+
+
+def courses(name: str, rtol: float = 1e-8) -> dict[str, Course[Any]]:
+    """The voltages found for an actuator."""
+    actuator, allowed = ACTUATORS[name]
+    full = float(opening(actuator, save="end", rtol=rtol).t1)
+    times = jnp.linspace(0.0, SLOWER * full, INTERVALS + 1)
+    model = commanded(actuator, TimeSeries(times=times, values=jnp.linspace(8.0, 5.0, len(times)), smooth=False))
+    asked: dict[str, Any] = dict(
+        end={
+            "travel": (lambda s: s.slave.rod.s, f"== {STROKE} m"),
+            "landing": (lambda s: s.piston.v, f"<= {SOFT} m/s"),
+        },
+        path={"current": (lambda s: s.motor.p.i, f"<= {allowed} A")},
+        rtol=rtol,
+        sensitivities=False,
+    )
+    bounds = {"command": (f"-{VOLTAGE} V", f"{VOLTAGE} V")}
+    return {
+        SOONEST: control(model, bounds, (0.8 * full, 3.0 * full), **asked),
+        COOLEST: control(model, bounds, SLOWER * full, {"heat": (heat, "J")}, **asked),
+    }
+
+
+def rows_of(name: str, found: dict[str, Course[Any]], rtol: float = 1e-8) -> list[Row]:
+    """The courses of an actuator beside what full voltage does."""
+    actuator, _ = ACTUATORS[name]
+    time = float(opening(actuator, save="end", rtol=rtol).t1)
+    full = simulate(
+        actuator, time, rtol=rtol, save="end", integrals=lambda s: {"heat": heat(s)}, peaks=lambda s: s.motor.p.i
+    )
+    title = ACTUATOR_NAMES[name]
+    speed, spent = float(full.final.piston.v), float(full.integrals["heat"][-1])
+    rows = [Row(f"{title}: {FULL}", time, speed, float(full.peaks.value), time, spent, "", 0.0)]
+    for problem, course in found.items():
+        current, t = course["motor.p.i"], course.times
+        lost = np.trapezoid(float(actuator.motor.resistor.R) * current**2, t)
+        design = course.design
+        spent = design.objective if problem == COOLEST else float(lost)
+        rows.append(
+            Row(
+                f"{title}: {problem}", course.duration, float(course["piston.v"][-1]), float(np.max(current)), time,
+                spent, design.status, design.kkt_residual,
+            )
+        )  # fmt: skip
+    return rows
+
+
+def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-8) -> list[Row]:
+    """Find the voltages, print, and write rows to the file `json`, pictures and a report to the folder `out`."""
+    if out is not None:
+        require_matplotlib()
+    found = {name: courses(name, rtol) for name in progress(list(ACTUATORS), "controlling")}
+    rows = [row for name, ways in found.items() for row in rows_of(name, ways, rtol)]
+    print_table("Ways to open the clutch", HEADS, map(_cells, rows))
+    if json is not None:
+        write_json(json, rows)
+    if out is not None:
+        _report(found, rows, out)
+    return rows
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    numbers = (1e3 * row.time, 1e3 * row.end_speed, row.peak_current, row.heat, 1e3 * row.full_voltage_time)
+    return row.problem, *(f"{number:.5g}" for number in numbers), row.status
+
+
+def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path) -> None:
+    from ._output import save
+    from ._report import write_report
+
+    parts = []
+    for name, ways in found.items():
+        for problem, course in ways.items():
+            figure = picture(name, course)
+            figure.suptitle(f"{ACTUATOR_NAMES[name]}: {problem}", fontsize="medium")
+            save(figure, out, f"control_{name}_{problem.replace(' ', '_')}")
+            parts.append((f"{ACTUATOR_NAMES[name]}: {problem}", str(course), [figure]))
+    table = "\n".join("  ".join(f"{cell:>22}" for cell in cells) for cells in [HEADS, *map(_cells, rows)])
+    write_report(out, "control", "Voltages that open a clutch", [("Overview", table, []), *parts])
+
+
+def picture(name: str, course: Course[Any]) -> Any:
+    """Voltage, current, travel and speed over time, beside those at full voltage."""
+    actuator, allowed = ACTUATORS[name]
+    full = opening(actuator, rtol=1e-6)
+    figure = course.plot(*SHOWN)
+    others = (np.full(len(full.ts), VOLTAGE), full["motor.p.i"], full["slave.rod.s"], full["piston.v"])
+    labels = ("voltage [V]", "current [A]", "travel [m]", "speed [m/s]")
+    for panel, other, label in zip(figure.axes, others, labels, strict=True):
+        panel.plot(full.ts, other, "--", color="0.5", label="at full voltage")
+        panel.set_ylabel(label)
+        panel.get_lines()[0].set_label("found")
+        panel.legend(frameon=False, fontsize="small")
+    figure.axes[1].axhline(allowed, color="C3", linewidth=1.0)
+    return figure
