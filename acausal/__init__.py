@@ -73,6 +73,8 @@ from ._jax_settings import (
     silence_slow_compilation,
 )
 from ._progress import announce_compilation
+from ._show.bond_graph import BondGraph as BondGraph
+from ._show.bond_graph import bond_graph as bond_graph
 from ._show.check import Check as Check
 from ._show.check import check as check
 from ._show.diagram import Diagram as Diagram

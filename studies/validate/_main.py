@@ -1,10 +1,14 @@
 """`python -m studies validate`."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from acausal import BondGraph, bond_graph
+
 from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, require_matplotlib, save, write_json
+from ._linear import linear_actuator
 from ._rows import ACTUATORS, Row, compare, run
 from ._thesis import NOT_COMPARED, NOTE, TOLERANCE, statements
 
@@ -62,15 +66,31 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
     from ._plot import plot_comparison, plot_deviations, plot_linear, plot_openings
 
     runs = {actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}
+    graph = bond_graph(linear_actuator())
     pictures = {
         "validate_deviations": plot_deviations(rows),
         "validate": plot_comparison(rows),
         "validate_openings": plot_openings(runs, rows),
         "validate_linear": plot_linear(rows),
+        "validate_bond_graph": graph.plot().figure,
     }
     for name, figure in pictures.items():
         save(figure, out, name)
     write_report(
-        out, "validate", "Clutch actuators: Meloni's thesis (2012) and the model",
-        [("Summary", _summary(rows), list(pictures.values())), ("All figures", plain_table(HEADS, _cells(rows)), [])],
-    )  # fmt: skip
+        out,
+        "validate",
+        "Clutch actuators: Meloni's thesis (2012) and the model",
+        [
+            ("Summary", _summary(rows), list(pictures.values())),
+            ("All figures", plain_table(HEADS, _cells(rows)), []),
+            ("The present actuator, read off its bond graph", _of_graph(graph), []),
+        ],
+    )
+
+
+def _of_graph(graph: BondGraph) -> str:
+    """Bonds, frequencies and shares of energy."""
+    frequencies = abs(graph.poles[::2]) / (2.0 * math.pi)
+    heads = ("store", *(f"{frequency:.6g} Hz" for frequency in frequencies))
+    shares = ((name, *(f"{share:.6g}" for share in values[::2])) for name, values in graph.energy.items())
+    return f"{graph}\n\n{plain_table(heads, shares)}"

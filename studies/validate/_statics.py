@@ -28,14 +28,16 @@ class Hold:
     current: Scalar  # A
 
 
-def hold(model: ClutchActuator, stroke: Scalar) -> Hold:
+def hold(model: ClutchActuator, stroke: Scalar, near: Scalar | None = None) -> Hold:
     """The equilibrium at a stroke in m, by virtual work: the motor's k i per angle is the pressure times the volume.
 
-    Viscous friction has no part in it. Where the cam's torque falls with its angle the equilibrium is unstable.
+    Friction and gear losses have no part in it. Where the cam's torque falls with its angle the equilibrium is
+    unstable. `near` is an angle of the motor in rad from which that of the equilibrium is searched; without it, that of
+    an opening run.
     """
     pressure = model.clutch.rate * stroke / model.slave.area
     compression = pressure / model.line.stiffness
-    angle = _angle(model, stroke, compression)
+    angle = _angle(model, stroke, compression, near)
     current = pressure * jax.grad(ft.partial(delivered, model))(angle) / model.motor.emf.k
     return Hold(stroke, pressure, compression, angle, current)
 
@@ -65,13 +67,13 @@ def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
     return model.master.area * model.cam.profile.lift(angle / model.gearbox.ratio)
 
 
-def _angle(model: ClutchActuator, stroke: Scalar, compression: Scalar) -> Scalar:
+def _angle(model: ClutchActuator, stroke: Scalar, compression: Scalar, near: Scalar | None = None) -> Scalar:
     """The angle in rad of the motor at a stroke in m, the liquid being compressed by a volume in m3."""
     volume = model.slave.area * stroke + compression
     if isinstance(model, PumpActuator):
         return volume / model.pump.displacement
     # A cam passes the same lift twice a turn; an opening run tells which of the two is meant.
-    near = opening(model, stroke=stroke).final.motor.shaft.phi
+    near = opening(model, stroke=stroke).final.motor.shaft.phi if near is None else near
     solver = optx.Newton(rtol=1e-12, atol=1e-12)
     return optx.root_find(lambda angle, _: delivered(model, angle) / volume - 1.0, solver, near).value
 

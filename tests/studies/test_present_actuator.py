@@ -12,6 +12,7 @@ and factors are misprinted there. Momenta p, compressed volume q, stroke x, with
 import numpy as np
 import pytest
 
+from acausal import bond_graph
 from studies.actuators import ema_fise
 from studies.validate import least_ratio, linear_actuator, matrices, modes, static_gains
 
@@ -61,6 +62,18 @@ def test_modes_and_gains() -> None:
     gain, ratio = static_gains(model)
     assert gain == pytest.approx(9330.0, rel=1e-9)
     assert ratio == pytest.approx(9330.0 * (1.0 + K / liquid), rel=1e-9)
+
+
+def test_bond_graph() -> None:
+    """The same frequencies and shares from junctions and elements; what turns with the motor has no own state."""
+    model = linear_actuator()
+    graph = bond_graph(model)
+    assert set(graph.derivative) == {"actuator.gearbox", "actuator.cam"}
+    for number, mode in enumerate(modes(model)):
+        assert abs(graph.poles[2 * number]) / (2.0 * np.pi) == pytest.approx(mode.frequency, rel=1e-9)
+        shares = {name: float(values[2 * number]) for name, values in graph.energy.items()}
+        assert 2.0 * shares["I actuator.piston"] == pytest.approx(mode.kinetic.slave, rel=1e-6)
+        assert 2.0 * shares["C actuator.line"] == pytest.approx(mode.potential.motor, rel=1e-6)
 
 
 def test_least_ratio() -> None:

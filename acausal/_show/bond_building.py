@@ -1,0 +1,284 @@
+"""From components and connections to the places and bonds of a bond graph."""
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._analyse.point import operating_point
+from .._analyse.power_ports import SAME, Local, PowerPort, Series, power_ports
+from .._analyse.two_ports import TwoPort, two_port
+from .._declare.array import Array
+from .._declare.component import Component
+from .._declare.layout import complete, rebuilt
+from .._declare.node import Node, leaves_of
+from .._errors import ModelError
+from .._evaluate.building import system_of
+from .._reduce.connections import children
+from .._reduce.flatten import flatten
+from .bond_graph import Bond, Place
+from .bond_simplify import simplified
+from .diagram import _joined_ports
+
+
+def built(model: Component, at: Any) -> tuple[list[Place], list[Bond]]:
+    """Places and bonds of a model at a point, simplified."""
+    whole = _at_point(model, at)
+    parts = dict(_parts(whole, ""))
+    ports = {path: list(power_ports(part)) for path, part in parts.items()}
+    builder = _Builder()
+    for joined in _joined_ports(flatten(model)):
+        builder.connect(joined, ports)
+    for path, part in parts.items():
+        if ports[path]:
+            builder.add(path, part, ports[path])
+    return simplified(builder.places, builder.bonds)
+
+
+def _at_point(model: Component, at: Any) -> Any:
+    """The model with the values of all its variables at the point."""
+    next(_parts(model, ""), None)
+    system = system_of(model)
+    system = system if system.solved is None else system.solved
+    point = operating_point(model, system, at, None)
+    leaves = system.flat.leaves
+    values = dict(zip((leaf.path for leaf in leaves), point.read(range(len(leaves)), point.y), strict=True))
+    return rebuilt(complete(model), lambda path, declaration, value: values[path])
+
+
+def _parts(node: Node, path: str) -> Iterator[tuple[str, Component]]:
+    """All components with equations, by path."""
+    if isinstance(node, Array):
+        raise ModelError(f"{path or 'The model'} is an array of components, which a bond graph cannot show.")
+    if isinstance(node, Component) and type(node).equations is not Component.equations:
+        yield path, node
+    for here, part in children(node, path):
+        if isinstance(part, Component | Array):
+            yield from _parts(part, here)
+
+
+class _Builder:
+    """Places and bonds as they come."""
+
+    def __init__(self) -> None:
+        self.places: list[Place] = []
+        self.bonds: list[Bond] = []
+        self.nodes: dict[str, int] = {}  # the junction of each port by its path
+
+    def place(self, kind: str, name: str = "", value: float | None = None, domain: str = "") -> int:
+        self.places.append(Place(kind, name, value, domain))
+        return len(self.places) - 1
+
+    def bond(self, tail: int, head: int, domain: str) -> None:
+        self.bonds.append(Bond(tail, head, domain))
+
+    def connect(self, joined: Sequence[str], ports: Mapping[str, list[PowerPort]]) -> None:
+        """The junction of ports that are joined."""
+        known = {f"{path}.{port.name}" if path else port.name: port for path, found in ports.items() for port in found}
+        chosen = [path for path in joined if path in known]
+        if chosen:
+            port = known[chosen[0]]
+            junction = self.place("1" if port.of_flow else "0", domain=port.domain)
+            self.nodes |= dict.fromkeys(chosen, junction)
+
+    def _node(self, path: str, port: PowerPort) -> int:
+        """The junction of a port; one of its own where it is not connected."""
+        if path not in self.nodes:
+            self.nodes[path] = self.place("1" if port.of_flow else "0", domain=port.domain)
+        return self.nodes[path]
+
+    def add(self, path: str, part: Component, ports: list[PowerPort]) -> None:
+        """A component as what its equations say that it is."""
+        name = path or type(part).__name__
+        local = Local(part, ports)
+        anchors = {i: self._node(f"{path}.{port.name}" if path else port.name, port) for i, port in enumerate(ports)}
+        domains = {i: port.domain for i, port in enumerate(ports)}
+        reversible: set[int] = set()
+        while len(anchors) > 1 and (pair := self._merged(local, anchors, domains)) is not None:
+            reversible.add(anchors[pair[0]])
+            del anchors[pair[1]]
+        left = list(anchors)
+        parameters = [
+            float(leaf.value)
+            for leaf in leaves_of(part)
+            if leaf.declaration.role == "param" and not np.ndim(leaf.value)
+        ]
+        if len(left) == 1 and self._one_port(name, local, left[0], anchors[left[0]], domains[left[0]], reversible):
+            return
+        if len(left) == 2 and (found := two_port(local, left[0], left[1], parameters)) is not None:
+            self._two_port(name, found, [anchors[i] for i in left], [domains[i] for i in left])
+            return
+        if len(left) == 3 and (weighted := _weighted(local, left)) is not None:
+            self._weighted(name, weighted, [anchors[i] for i in left], [domains[i] for i in left])
+            return
+        field = self.place("field", name)
+        for i in left:
+            self.bond(anchors[i], field, domains[i])
+
+    def _merged(self, local: Local, anchors: dict[int, int], domains: Mapping[int, str]) -> tuple[int, int] | None:
+        """Join two ports of a component that share a flow or an effort, at a junction of their own."""
+        for i, j in itertools.combinations(anchors, 2):
+            if domains[i] != domains[j]:
+                continue
+            shares = {kind: local.ratio(kind, i, j) for kind in ("f", "e")}
+            if _is_lossless(local, i, j, shares):
+                continue
+            for kind, junction in (("f", "1"), ("e", "0")):
+                ratio = shares[kind]
+                if ratio is None or abs(abs(ratio) - 1.0) > SAME:
+                    continue
+                sign = 1.0 if ratio > 0.0 else -1.0
+                # What is turned round changes the sign of its flow at a 0-junction, of its effort at a 1-junction.
+                turns = self.places[anchors[j]].kind != junction
+                if (sign < 0.0 and not turns) or not local.merge(i, j, kind, sign):
+                    continue
+                here = self.place(junction, domain=domains[i])
+                self.bond(anchors[i], here, domains[i])
+                self.bond(*((anchors[j], here) if sign > 0.0 else (here, anchors[j])), domains[j])
+                anchors[i] = here
+                return i, j
+        return None
+
+    def _one_port(self, name: str, local: Local, i: int, anchor: int, domain: str, reversible: set[int]) -> bool:
+        impedance, admittance = (local.law(("e", i), ("f", i)), local.law(("f", i), ("e", i)))
+        if impedance is not None and not len(impedance):
+            self._source(name, "Se", _value(local, ("e", i)), anchor, domain, anchor in reversible)
+        elif admittance is not None and not len(admittance):
+            self._source(name, "Sf", _value(local, ("f", i)), anchor, domain, anchor in reversible)
+        elif impedance is not None and (admittance is None or len(impedance) <= len(admittance)):
+            self._elements(name, impedance, True, anchor, domain)
+        elif admittance is not None:
+            self._elements(name, admittance, False, anchor, domain)
+        else:
+            return False
+        return True
+
+    def _source(self, name: str, kind: str, value: float | None, anchor: int, domain: str, reversible: bool) -> None:
+        """With the power counted out of it."""
+        if reversible:
+            self.bonds = [
+                Bond(bond.head, bond.tail, bond.domain) if anchor in (bond.tail, bond.head) else bond
+                for bond in self.bonds
+            ]
+        flips = (self.places[anchor].kind == "1") == (kind == "Se")
+        sign = -1.0 if flips != reversible else 1.0
+        value = None if value is None else sign * value + 0.0
+        self.bond(self.place(kind, name, value, domain), anchor, domain)
+
+    def _elements(self, name: str, law: Series, of_efforts: bool, anchor: int, domain: str) -> None:
+        """The terms of an impedance at a 1-junction, or of an admittance at a 0-junction."""
+        if not len(law):
+            return
+        kind = "1" if of_efforts else "0"
+        if len(law) > 1 and self.places[anchor].kind != kind:
+            junction = self.place(kind, domain=domain)
+            self.bond(anchor, junction, domain)
+            anchor = junction
+        terms = (
+            (("I", law.inertia), ("R", law.resistance), ("C", _inverse(law.stiffness)))
+            if of_efforts
+            else (("C", law.inertia), ("R", _inverse(law.resistance)), ("I", _inverse(law.stiffness)))
+        )
+        for element, value in terms:
+            if value != 0.0:
+                self.bond(anchor, self.place(element, name, value, domain), domain)
+
+    def _two_port(self, name: str, found: TwoPort, anchors: list[int], domains: list[str]) -> None:
+        """Junctions with what is at each side, and the transformer or gyrator between them."""
+        first, second = anchors
+        sides = []
+        for anchor, law, of_efforts, domain, tail in (
+            (first, found.first, found.first_of_efforts, domains[0], True),
+            (second, found.second, found.second_of_efforts, domains[1], False),
+        ):
+            if not len(law):
+                sides.append(anchor)
+                continue
+            junction = self.place("1" if of_efforts else "0", domain=domain)
+            self.bond(*((anchor, junction) if tail else (junction, anchor)), domain)
+            self._elements(name, law, of_efforts, junction, domain)
+            sides.append(junction)
+        turned = self.places[second].kind == "1"
+        modulus = -found.modulus if turned != (found.kind == "GY") else found.modulus
+        if found.kind == "TF" and abs(modulus - 1.0) < SAME:
+            self.bond(sides[0], sides[1], domains[0])
+            return
+        # Turning both bonds round changes the sign of a modulus where the two change differently.
+        alike = self.places[first].kind == self.places[second].kind
+        if modulus < 0.0 and alike == (found.kind == "GY"):
+            modulus = -modulus if found.kind == "GY" else -1.0 / modulus
+            sides, domains = sides[::-1], domains[::-1]
+        middle = self.place(found.kind, name, modulus)
+        self.bond(sides[0], middle, domains[0])
+        self.bond(middle, sides[1], domains[1])
+
+    def _weighted(self, name: str, found: Any, anchors: list[int], domains: list[str]) -> None:
+        """Flows whose weighted sum is zero: a 0-junction behind a transformer for each, with what each side has."""
+        weights, laws = found
+        middle = self.place("0", domain=domains[0])
+        for weight, law, anchor, domain in zip(weights, laws, anchors, domains, strict=True):
+            turned = weight < 0.0 and self.places[anchor].kind == "1"
+            if len(law):
+                junction = self.place("1", domain=domain)
+                self.bond(*((junction, anchor) if turned else (anchor, junction)), domain)
+                self._elements(name, law, True, junction, domain)
+                anchor = junction
+            value = 1.0 / abs(weight) if turned else weight
+            ends = (middle, anchor) if turned else (anchor, middle)
+            if abs(value - 1.0) < SAME:
+                self.bond(*ends, domain)
+                continue
+            transformer = self.place("TF", name, value)
+            self.bond(ends[0], transformer, domain)
+            self.bond(transformer, ends[1], domain)
+
+
+def _is_lossless(local: Local, i: int, j: int, shares: Mapping[str, float | None]) -> bool:
+    """Whether both effort and flow are passed on between two ports, as in a transformer, and nothing is added."""
+    if local.is_driven or any(ratio is None for ratio in shares.values()):
+        return False
+    return all(
+        ratio is not None and abs(local.offset((kind, j)) - ratio * local.offset((kind, i))) < SAME
+        for kind, ratio in shares.items()
+    )
+
+
+def _value(local: Local, column: Any) -> float | None:
+    """What a source gives by itself; None where a signal says it."""
+    return None if local.is_driven else local.offset(column)
+
+
+def _inverse(value: float) -> float:
+    return 1.0 / value if value else 0.0
+
+
+def _weighted(local: Local, ports: Sequence[int]) -> tuple[np.ndarray, list[Series]] | None:
+    """Weights of the flows of three ports, and the impedance of each: e_i = Z_i f_i + weight_i effort."""
+    from .._analyse.power_ports import RATES, series
+
+    flows, efforts = [("f", i) for i in ports], [("e", i) for i in ports]
+    found = local.relations(flows)
+    if len(found) != 1 or np.min(np.abs(found[0])) < SAME * np.max(np.abs(found[0])):
+        return None
+    weights = found[0] / found[0][np.argmin(np.abs(found[0]))]
+    basis = np.linalg.svd(weights[None])[2][1:]
+    away = np.eye(3) - np.outer(weights, weights) / (weights @ weights)
+    values = []
+    for which in range(len(RATES)):
+        rows = local.relations([*efforts, *flows], which)
+        lines, targets = [], []
+        for motion in basis:
+            pushed = np.linalg.lstsq(rows[:, :3], -rows[:, 3:] @ motion, rcond=1e-10)[0]
+            if np.max(np.abs(rows[:, :3] @ pushed + rows[:, 3:] @ motion)) > SAME * np.max(np.abs(rows)):
+                return None
+            lines.append(away * motion)
+            targets.append(away @ pushed)
+        left, right = np.concatenate(lines), np.concatenate(targets)
+        solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
+        size = np.max(np.abs(right), initial=0.0)
+        if np.max(np.abs(left @ solution - right), initial=0.0) > SAME * size:
+            return None
+        values.append(np.where(np.abs(solution) < SAME * size, 0.0, solution))
+    laws = [series(column) for column in np.array(values).T]
+    return None if any(law is None for law in laws) else (weights, [law for law in laws if law is not None])

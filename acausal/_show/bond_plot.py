@@ -1,0 +1,84 @@
+"""The picture of a bond graph, laid out as that of a diagram; needs matplotlib."""
+
+from typing import Any
+
+import numpy as np
+
+from .bond_graph import BondGraph
+from .diagram import COLOURS
+from .diagram_plot import apart, placed
+from .plot import _pyplot
+
+SPREAD = np.array([1.3, 1.0])  # inches between neighbours
+SIZE = {"0": (0.3, 0.3), "1": (0.3, 0.3)}  # inches, of junctions
+HEIGHT, PER_LETTER, LEAST = 0.46, 0.068, 0.45  # inches, of all others
+TIED = "#b00020"  # colour of the name of a store whose energy variable is not free
+STROKE, HALF = 0.09, 0.12  # inches: half a causal stroke, and a half arrow
+
+
+def plot_bond_graph(graph: BondGraph, ax: Any) -> Any:
+    """See `BondGraph.plot`."""
+    sizes = np.array([_size(graph, i) for i in range(len(graph.places))]).reshape(-1, 2)
+    edges = np.array([(bond.tail, bond.head) for bond in graph.bonds], dtype=int).reshape(-1, 2)
+    points = apart(placed(edges, len(sizes)) * SPREAD, sizes + 0.12)
+    if ax is None:
+        extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.4
+        _, ax = _pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
+    domains = dict.fromkeys(bond.domain for bond in graph.bonds)
+    colours = {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
+    for bond, stroke in zip(graph.bonds, graph.strokes, strict=True):
+        _draw_bond(ax, points, sizes, bond, stroke, colours[bond.domain])
+    for i, (x, y) in enumerate(points):
+        _draw_place(ax, graph, i, x, y)
+    for domain, colour in colours.items():
+        ax.plot([], [], color=colour, linewidth=1.6, label=domain)
+    if graph.derivative:
+        ax.plot([], [], color=TIED, linestyle="none", marker="s", label="derivative causality")
+    ax.legend(loc="best", fontsize="small", frameon=False)
+    ax.set_aspect("equal")
+    ax.set_xlim(np.min(points[:, 0] - sizes[:, 0]), np.max(points[:, 0] + sizes[:, 0]))
+    ax.set_ylim(np.min(points[:, 1] - 0.5), np.max(points[:, 1] + 0.5))
+    ax.axis("off")
+    ax.set_title(f"{graph.name}, bond graph", fontsize="medium")
+    return ax
+
+
+def _size(graph: BondGraph, i: int) -> tuple[float, float]:
+    place = graph.places[i]
+    return SIZE.get(place.kind, (max(LEAST, PER_LETTER * max(len(place.name), len(_value(graph, i)))), HEIGHT))
+
+
+def _value(graph: BondGraph, i: int) -> str:
+    value = graph.places[i].value
+    return "" if value is None else f"{value:.4g}"
+
+
+def _draw_place(ax: Any, graph: BondGraph, i: int, x: float, y: float) -> None:
+    place = graph.places[i]
+    tied = place.kind in ("I", "C") and place.name in graph.derivative
+    if place.kind in SIZE:
+        ax.text(x, y, place.kind, ha="center", va="center", fontsize=11, fontweight="bold")
+        return
+    ax.text(x, y + 0.14, place.kind, ha="center", va="center", fontsize=9, fontweight="bold")
+    ax.text(x, y, place.name, ha="center", va="center", fontsize=7, color=TIED if tied else "0.2")
+    ax.text(x, y - 0.13, _value(graph, i), ha="center", va="center", fontsize=7, color="0.4")
+
+
+def _draw_bond(ax: Any, points: np.ndarray, sizes: np.ndarray, bond: Any, stroke: int, colour: str) -> None:
+    """A line between the edges of two places, with its half arrow at the head and its stroke at one end."""
+    tail, head = points[bond.tail], points[bond.head]
+    way = head - tail
+    length = max(float(np.linalg.norm(way)), 1e-9)
+    along = way / length
+    aside = np.array([-along[1], along[0]])
+    start, end = tail + along * _reach(sizes[bond.tail], along), head - along * _reach(sizes[bond.head], along)
+    ax.plot(*np.transpose([start, end]), color=colour, linewidth=1.6)
+    ax.plot(*np.transpose([end, end - HALF * along + 0.7 * HALF * aside]), color=colour, linewidth=1.6)
+    place = end if stroke == bond.head else start
+    ax.plot(*np.transpose([place - STROKE * aside, place + STROKE * aside]), color="black", linewidth=1.8)
+
+
+def _reach(size: np.ndarray, along: np.ndarray) -> float:
+    """From the centre of a place to its edge in a direction."""
+    with np.errstate(divide="ignore"):
+        return float(np.min(size / 2.0 / np.abs(along)))
