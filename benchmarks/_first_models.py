@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from acausal import Component, Connections, connect, simulate
 from components.blocks import Sine
 from components.electrical import Ground, IdealDiode, Resistor, SignalVoltage
+from docs._execute import namespace
 from studies import opening_time
 from studies.actuators import ElectromechanicalActuator, ehs_sticking, ema_maxon
 
@@ -64,9 +66,20 @@ def mean_voltage(model: Rectifier) -> Any:
     return simulate(model, 0.02, integrals=lambda s: dict(v=s.load.v), save="end").integrals["v"][-1] / 0.02
 
 
+def servo() -> Any:
+    """The hydraulic servo of its page in the documentation: 29 states, and seals that stick."""
+    with namespace(Path(__file__).parents[1] / "docs" / "servo.md", blocks=1) as page:
+        return page.servo
+
+
+def reached(model: Any) -> Any:
+    return simulate(model, 1.5, save="end").final.load.a.s
+
+
 CASES: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "clutch opening": (ema_maxon, opening_time),
     "sticking clutch": (ehs_sticking, opening_time),
     "four clutches": (clutches, last_opening),
     "six-diode rectifier": (rectifier, mean_voltage),
+    "servo of 29 states": (servo, reached),
 }

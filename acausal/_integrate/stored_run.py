@@ -24,7 +24,6 @@ import lineax
 import numpy as np
 import optimistix
 from jax import monitoring
-from jax.experimental import serialize_executable
 
 from .._evaluate.system import System
 from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
@@ -188,7 +187,9 @@ def _loads() -> Any:
 
 
 def _store(file: Path, solution: bytes, call: Any) -> None:
-    """Written elsewhere first, so that no other process reads half of it."""
+    """Write a program: elsewhere first, so that no other process reads half of it."""
+    from jax.experimental import serialize_executable
+
     payload, _, outputs = serialize_executable.serialize(call)
     part = file.with_name(f"{file.name}.{os.getpid()}")
     part.write_bytes(zlib.compress(pickle.dumps((payload, outputs.num_leaves, solution)), 1))
@@ -197,6 +198,8 @@ def _store(file: Path, solution: bytes, call: Any) -> None:
 
 def _loaded(file: Path, settings: Settings, n: int) -> Program | None:
     """The program in a file; None where there is none, or none that can be read."""
+    from jax.experimental import serialize_executable
+
     try:
         payload, n_outputs, solution = pickle.loads(zlib.decompress(file.read_bytes()))
         takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))

@@ -6,12 +6,13 @@ it is more than one factor: `N.m.s/rad`, `m3/(s.Pa)`, `kg.m2`, `1/s`. Exponents 
 
 import dataclasses
 import functools as ft
+import math
 import re
 from fractions import Fraction
 from typing import Any
 
 from .._errors import suggestion
-from .dimension import BASE_UNITS, DERIVED, TIME, Dimension
+from .dimension import BASE_UNITS, DERIVED, NUMBER, TIME, Dimension, base
 
 _TOKEN = re.compile(r"(?P<symbol>[^\W\d](?:\w*[^\W\d])?)(?P<exponent>[+-]?\d+(?:\.\d+)?)?|1|[./()]")
 _GROUP = r"(?:f|\(f(?:\.f)*\))"  # f: a factor
@@ -26,7 +27,7 @@ class UnknownUnit(ValueError):
 
 @dataclasses.dataclass(frozen=True)
 class Unit:
-    """What pint makes of a unit. `is_si`: a value in it is that in SI base units, angles in rad.
+    """What is known of a unit. `is_si`: a value in it is that in SI base units, angles in rad.
 
     An angle is a number in a dimension, but turns are not radians: `has_angle` is true of rad/s and rpm, `counts` of Hz
     and 1/min.
@@ -49,32 +50,30 @@ def registry() -> Any:
     return made
 
 
-_SI = """
-kilogram = [mass] = kg	meter = [length] = m	second = [time] = s	ampere = [current] = A	kelvin = [temperature] = K
-mole = [substance] = mol	candela = [luminosity] = cd	radian = [] = rad	hertz = 1 / second = Hz
-newton = kilogram * meter / second**2 = N	pascal = newton / meter**2 = Pa	joule = newton * meter = J
-watt = joule / second = W	coulomb = ampere * second = C	volt = watt / ampere = V	ohm = volt / ampere = Ω = Ohm
-farad = coulomb / volt = F	weber = volt * second = Wb	henry = weber / ampere = H	tesla = weber / meter**2 = T
-"""
+def _coherent() -> dict[str, Dimension]:
+    """The units in which components are declared: values in a product of them are those in SI base units."""
+    named = {symbol: dimension for dimension, symbol in DERIVED.items() if symbol.isalpha()}
+    others = {"J": named["W"] * TIME, "Ohm": named["ohm"], "Ω": named["ohm"], "Hz": TIME**-1, "rad": NUMBER}
+    return {unit: base(unit) for unit in BASE_UNITS} | named | others
 
 
-@ft.cache
-def _si_registry() -> Any:
-    """The units in which components are declared, by themselves: they are there at once."""
-    import pint
-
-    definitions: Any = [line.strip() for line in re.split(r"[\t\n]", _SI.strip())]
-    return pint.UnitRegistry(definitions)
+_COHERENT = _coherent()
 
 
 @ft.cache
 def parsed(unit: str) -> Unit:
     """The unit that a string stands for; raises `UnknownUnit`."""
-    expression = _expression(unit)
-    try:
-        return unit_of(_si_registry().parse_units(expression), _si_registry())
-    except AttributeError:  # pint's UndefinedUnitError
-        return unit_of(pint_unit(unit), registry())
+    _expression(unit)
+    powers: dict[str, Fraction] = {}
+    for sign, part in zip((1, -1), unit.partition("/")[::2], strict=True):
+        for token in _TOKEN.finditer(part):
+            if token["symbol"]:
+                power = powers.get(token["symbol"], Fraction(0))
+                powers[token["symbol"]] = power + sign * Fraction(token["exponent"] or 1)
+    if not powers.keys() <= _COHERENT.keys():
+        return unit_of(pint_unit(unit), registry())  # pint knows many more, but takes long to import
+    dimension = math.prod((_COHERENT[symbol] ** power for symbol, power in powers.items()), start=NUMBER)
+    return Unit(dimension, is_si=True, has_angle=powers.get("rad", 0) != 0, counts=powers.get("Hz", 0) != 0)
 
 
 @ft.cache

@@ -15,9 +15,18 @@ from hypothesis import strategies as st
 from acausal._unit_check.interpret import Interpreter
 from acausal._unit_check.values import Value
 from acausal._units.dimension import NUMBER, Dimension, base, described
-from acausal._units.parsing import UnknownUnit, parsed
+from acausal._units.parsing import UnknownUnit, parsed, pint_unit, registry, unit_of
 
 N, M, S, KG = parsed("N").dimension, base("m"), base("s"), base("kg")
+
+
+COHERENT = """1 A C F H Hz J K N Ohm Pa T V W Wb cd kg m mol ohm rad s N.m/A 1/s rad/s N.m.s/rad rad/rad s.Hz Hz/Hz
+rad.Hz kg.m2 m3/(s.Pa0.5) W/(m2.K) (N.m)/(A.s) m-1""".split()
+
+
+@pytest.mark.parametrize("unit", COHERENT)
+def test_coherent_units_are_what_pint_says(unit: str) -> None:
+    assert parsed(unit) == unit_of(pint_unit(unit), registry())
 
 
 def test_units_as_modelica_writes_them() -> None:
