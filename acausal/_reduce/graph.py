@@ -6,11 +6,17 @@ from typing import Any
 import numpy as np
 import scipy  # whose parts are imported when they are first used: they take longer than the library itself
 
+from . import small_graph
+
+SMALL = 2000  # rows and columns, of what is done without scipy, with the same outcome
+
 
 def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> np.ndarray:
     """A matching of largest size: the column of each row, -1 for a row left over."""
     if n_rows == 0 or n_columns == 0 or len(rows) == 0:
         return np.full(n_rows, -1)
+    if n_rows + n_columns <= SMALL:
+        return np.array(small_graph.matching(_edges(rows, columns, n_rows), n_columns))
     graph = _incidence(rows, columns, n_rows, n_columns)
     return scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column").astype(int)
 
@@ -24,12 +30,16 @@ def inverted(mate: np.ndarray, n_columns: int) -> np.ndarray:
 
 def strong_components(users: np.ndarray, providers: np.ndarray, n_rows: int) -> tuple[int, np.ndarray]:
     """How many strongly connected sets the rows form, of which some use what others provide, and that of each row."""
+    if n_rows <= SMALL:
+        return _counted(small_graph.strongly_connected(_edges(users, providers, n_rows)))
     graph = _incidence(users, providers, n_rows, n_rows)
     return scipy.sparse.csgraph.connected_components(graph, directed=True, connection="strong")
 
 
 def connected(edges: np.ndarray, n_nodes: int) -> tuple[int, np.ndarray]:
     """How many connected sets the nodes form, of which pairs are joined by edges, and that of each node."""
+    if n_nodes <= SMALL:
+        return _counted(small_graph.connected(_edges(edges[:, 0], edges[:, 1], n_nodes)))
     graph = _incidence(edges[:, 0], edges[:, 1], n_nodes, n_nodes)
     return scipy.sparse.csgraph.connected_components(graph, directed=False)
 
@@ -48,6 +58,14 @@ def sharing(rows: list[int], users: np.ndarray, variables: np.ndarray) -> tuple[
 
 def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> Any:
     return scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(n_rows, n_columns))
+
+
+def _edges(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[int]]:
+    return [sorted(set(others)) for others in neighbours(rows, columns, n_rows)]
+
+
+def _counted(label: list[int]) -> tuple[int, np.ndarray]:
+    return max(label, default=-1) + 1, np.array(label, dtype=int)
 
 
 def neighbours(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[int]]:
