@@ -57,6 +57,7 @@ EXAMPLES: tuple[Component, ...] = (
     blocks.SlewRateLimiter(rising=1.3, falling=0.7, Td=0.4),
     blocks.SmoothSwitch(width=0.3),
     blocks.StateSpace(A=-jnp.eye(2), B=jnp.ones((2, 1)), C=jnp.ones((1, 2))),
+    blocks.Staircase(times=jnp.array([0.0, 1.0, 3.0]), values=jnp.array([2.0, 1.0])),
     blocks.Step(height=1.3),
     blocks.Sum(k2=-1.0),
     blocks.Switch(),
