@@ -91,11 +91,15 @@ def rows_of(name: str, found: dict[str, Course[Any]], rtol: float = 1e-8) -> lis
         spent = design.objective if problem == COOLEST else float(lost)
         rows.append(
             Row(
-                f"{title}: {problem}", course.duration, float(course["piston.v"][-1]), float(np.max(current)), time,
+                f"{title}: {problem}", course.duration, float(course["piston.v"][-1]), _peak(course), time,
                 spent, design.status, design.kkt_residual,
             )
         )  # fmt: skip
     return rows
+
+
+def _peak(course: Course[Any]) -> float:
+    return max(result.value for result in course.design.results if result.limit.name.startswith("current"))
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-8) -> list[Row]:
@@ -143,6 +147,7 @@ def picture(name: str, course: Course[Any]) -> Any:
         panel.plot(full.ts, other, "--", color="0.5", label="at full voltage")
         panel.set_ylabel(label)
         panel.get_lines()[0].set_label("found")
+    figure.axes[1].axhline(allowed, color="C3", linewidth=1.0, label="limit")
+    for panel in figure.axes:
         panel.legend(frameon=False, fontsize="small")
-    figure.axes[1].axhline(allowed, color="C3", linewidth=1.0)
     return figure

@@ -35,7 +35,7 @@ class Course(Generic[M]):
 
     @property
     def times(self) -> np.ndarray:
-        """The times in s of the steps of all runs."""
+        """The times in s of the trajectories."""
         return np.concatenate([np.asarray(solution.ts) for solution in self.solutions])
 
     def __getitem__(self, name: str) -> np.ndarray:

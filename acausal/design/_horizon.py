@@ -26,6 +26,7 @@ from .._integrate.solution import Solution
 from ._free import Free, free_parameters
 
 Run = Callable[..., Solution]  # of a model and the times at which it begins and ends
+SHOWN = 400  # times at which trajectories are kept
 SMALL = 1e-6  # of its nominal size, what a state is not measured by
 _MEMBER = re.compile(r"\[\d+\]\.")
 
@@ -102,13 +103,15 @@ class Shooting:
         """The runs of the pieces one by one."""
         times, model = self.times(horizon), self.model(horizon)
         if self.nodes is None:
-            yield self.run(model, times[0], times[-1], save="steps")
+            yield self.run(model, times[0], times[-1], save=jnp.linspace(times[0], times[-1], SHOWN))
             return
+        shown = max(SHOWN // (self.segments * self.pieces), 2)
         piece = self._piece(model)
         tables = self._tables(model, times)
         for i, begin in enumerate(self._begins(model, horizon)):
             for j in range(self.pieces):
-                found = piece(begin, *jax.tree_util.tree_map(lambda x, i=i, j=j: x[i, j], tables), save="steps")
+                table = jax.tree_util.tree_map(lambda x, i=i, j=j: x[i, j], tables)
+                found = piece(begin, *table, save=jnp.linspace(table[0][0], table[0][-1], shown))
                 begin = ends(found)
                 yield found
 

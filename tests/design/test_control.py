@@ -6,12 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Connections, ModelError, ParameterError, connect
-from acausal.design import control
+from acausal import Component, Connections, ModelError, ParameterError, connect, simulate
+from acausal.design import control, optimise
 from components.blocks import Staircase, TimeSeries
 from components.electrical import EMF, Ground, Resistor, SignalVoltage
 from components.rotational import Bearing, Inertia
-from components.translational import Mass, SignalForce
+from components.translational import Fixed, Mass, SignalForce, SpringDamper
 
 FORCE, MASS, WAY, FASTEST = 10.0, 2.5, 0.8, 1.2  # N, kg, m, m/s
 BOUNDS = {"command": ("-10 N", "10 N")}
@@ -179,3 +179,34 @@ def test_wrong_problems_are_told(change: dict[str, Any], error: type[Exception],
     given: dict[str, Any] = {"signals": BOUNDS, "duration": (0.1, 5.0), "end": THERE} | change
     with pytest.raises(error, match=said):
         control(cart(steps(5.0, -3.0)), given.pop("signals"), given.pop("duration"), **given)
+
+
+class Feedback(Component):
+    """m dv/dt = -k_s s - k_v v."""
+
+    mass: Mass
+    spring: SpringDamper
+    wall: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return connect(self.wall.flange, self.spring.a), connect(self.spring.b, self.mass.a)
+
+
+def test_gains_are_those_of_riccati() -> None:
+    # The least of the integral of q s^2 + r u^2: u = -k_s s - k_v v with k_s = sqrt(q/r), k_v = sqrt(2 m k_s).
+    q, r, m, s0, v0 = 4.0, 0.01, 2.0, 0.5, 1.0
+    model = Feedback(mass=Mass(m=m, v=v0), spring=SpringDamper(c=10.0, d=5.0, s_rel=s0))
+    design = optimise(
+        model, {"spring.c": (1.0, 100.0), "spring.d": (1.0, 100.0)}, lambda s: s.integrals["cost"][-1],
+        run=lambda m: simulate(
+            m, 15.0, save="end", rtol=1e-10, integrals=lambda s: {"cost": q * s.spring.s_rel**2 + r * s.spring.f**2}
+        ),
+        sensitivities=False,
+    )  # fmt: skip
+    k_s = np.sqrt(q / r)
+    k_v = np.sqrt(2.0 * m * k_s)
+    assert design.values == pytest.approx({"spring.c": k_s, "spring.d": k_v}, rel=1e-6)
+    # P of [[0, 1], [0, 0]], [0, 1/m]
+    P = np.array([[r * k_s * k_v, r * m * k_s], [r * m * k_s, r * m * k_v]])
+    assert design.objective == pytest.approx(float(np.array([s0, v0]) @ P @ np.array([s0, v0])), rel=1e-8)
+    assert design.status == "optimal"
