@@ -18,6 +18,7 @@ from .._evaluate.building import check_structure
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.invariants import missed_invariants
 from .._evaluate.observe import observe
+from .._evaluate.packing import Parameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.options import instant
@@ -34,23 +35,23 @@ class Point(eqx.Module):
 
     t: Any
     y: Float[Array, " n"]
-    params: list[Any]  # the leaves of the model, None where they are variables
+    params: Parameters
     starts: Any
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
     is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
 
-    def inputs(self, params: Sequence[Any] | None = None) -> Inputs:
+    def inputs(self, params: Parameters | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
         return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
 
-    def read(self, leaves: Sequence[int], y: Any, params: Sequence[Any] | None = None) -> list[Any]:
+    def read(self, leaves: Sequence[int], y: Any, params: Parameters | None = None) -> list[Any]:
         """The values of leaves by number, in the state `y`."""
         params = self.params if params is None else params
         variables = [leaf for leaf in leaves if self.system.flat.is_variable(leaf)]
         observed = observe(self.system, self.t, y, self.inputs(params), variables)
         values = dict(zip(variables, observed, strict=True))
-        return [values[leaf] if leaf in values else params[leaf] for leaf in leaves]
+        return [values[leaf] if leaf in values else params.leaves[leaf] for leaf in leaves]
 
 
 def invariants_at(point: Point) -> Callable[[Any], Any] | None:
@@ -69,7 +70,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"))
     if at is None:
         system.entry.check(leaves)
-    params = [None if leaf is None else jnp.asarray(leaf, float) for leaf in system.entry.parameters(leaves)]
+    params = jax.tree.map(lambda value: jnp.asarray(value, float), system.entry.parameters(leaves))
     params = system.entry.enforced(params)
     starts = jnp.asarray(system.entry.starts.pack(leaves))
     if isinstance(at, Component):
@@ -77,8 +78,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
         seen = jax.tree_util.tree_leaves(at)
-        is_held = system.carried.discrete_places
-        params = [jnp.asarray(seen[i], float) if i in is_held else p for i, p in enumerate(params)]
+        params = params.changed({i: jnp.asarray(seen[i], float) for i in system.carried.discrete_places})
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.entry.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None)
     y = _state(point, at)
@@ -97,13 +97,12 @@ def _after_events(point: Point, at: Any) -> Point:
 
 
 @jax.jit
-def _started(point: Point) -> tuple[Any, list[Any], Any, Any]:
+def _started(point: Point) -> tuple[Any, Parameters, Any, Any]:
     """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
     system, inputs = point.system, point.inputs()
-    start = start_of(system, point.t, point.y, inputs, point.params, is_started=point.is_started)
+    start = start_of(system, point.t, point.y, inputs, is_started=point.is_started)
     held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
-    params = [held.get(i, leaf) for i, leaf in enumerate(point.params)]
-    return start.states, params, start.outcome, start.holds
+    return start.states, point.params.changed(held), start.outcome, start.holds
 
 
 def _state(point: Point, at: Any) -> Any:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, suggestion
+from .._evaluate.packing import Parameters
 from .._evaluate.system import System
 from .._integrate.options import names_of
 from .._reduce.flatten import FlatLeaf
@@ -80,17 +81,17 @@ def _parameters_with_rate(system: System) -> dict[Place, str]:
     return found
 
 
-def with_inputs(params: Sequence[Any], places: Sequence[Place], u: Any) -> list[Any]:
-    """The leaves of a model with the numbers `u` as inputs."""
-    leaves = list(params)
+def with_inputs(params: Parameters, places: Sequence[Place], u: Any) -> Parameters:
+    """Parameters with the numbers `u` as inputs."""
+    leaves = dict(params.leaves)
     for i, (leaf, index) in enumerate(places):
         whole = jnp.asarray(leaves[leaf], float)
         leaves[leaf] = whole.reshape(-1).at[index].set(u[i]).reshape(whole.shape)
-    return leaves
+    return params.changed(leaves)
 
 
-def input_values(params: Sequence[Any], places: Sequence[Place]) -> Any:
-    values = [jnp.reshape(params[leaf], (-1,))[index] for leaf, index in places]
+def input_values(params: Parameters, places: Sequence[Place]) -> Any:
+    values = [jnp.reshape(params.leaves[leaf], (-1,))[index] for leaf, index in places]
     return jnp.stack(values) if values else jnp.zeros(0)
 
 

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from .._reduce.flatten import FlatModel
-from .packing import packed
+from .packing import Parameters, column
 from .plan import Guess, Pair, Plan
 from .starts import Inputs
 
@@ -82,9 +82,10 @@ class Carried:
         values = self.discrete_values(y, inputs)
         if not values:
             return inputs
-        leaves = [values.get(i) for i in range(len(self.flat.leaves))]
-        changed = {key: packed(self.flat, leaves, *key) for key in inputs.params if self._is_discrete(key)}
-        return dataclasses.replace(inputs, params=inputs.params | changed)
+        params = inputs.params
+        columns = {key: column(self.flat, values, *key) for key in params.columns if self._is_discrete(key)}
+        leaves = {i: value for i, value in values.items() if i in params.leaves}
+        return dataclasses.replace(inputs, params=Parameters(params.columns | columns, params.leaves | leaves))
 
     def _is_discrete(self, key: tuple[int, int]) -> bool:
         kind, slot = key

@@ -1,7 +1,7 @@
 """How the numbers of a model enter what is compiled for it."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jax.numpy as jnp
@@ -12,10 +12,11 @@ from .._declare.layout import complete_leaves
 from .._errors import ParameterError
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import known
-from .packing import discrete_start, packed
-from .plan import Packed
+from .packing import Parameters, column, discrete_start
 from .requirements import ModelRequirements
 from .starts import Inputs, Starts
+
+LARGE = 300  # leaves: from here on parameters are packed before they are handed to a compiled run
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,27 +39,38 @@ class Entry:
         """The same from the leaves of a model, None where a start value is not given."""
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
-    def parameters(self, leaves: Sequence[Any]) -> list[Any]:
-        """The leaves of a model, None where they are variables; discrete ones as they are at the start."""
-        return [
-            None if leaf.declaration.is_variable else discrete_start(leaf, value)
-            for leaf, value in zip(self.flat.leaves, leaves, strict=True)
-        ]
+    def parameters(self, leaves: Sequence[Any]) -> Parameters:
+        """Those among the leaves of a model, one by one; discrete variables as they are at the start."""
+        numbered = enumerate(zip(self.flat.leaves, leaves, strict=True))
+        found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
+        return Parameters(leaves={i: _strong(value) for i, value in found.items()})
 
-    def packed(self, parameters: Sequence[Any]) -> Packed:
-        """Parameters, as `parameters` lists them, by component kind and slot."""
-        return {key: packed(self.flat, parameters, *key) for key in self.used}
+    def packed(self, params: Parameters) -> Parameters:
+        """With their columns, for the equations."""
+        if params.columns:
+            return params
+        return Parameters({key: column(self.flat, params.leaves, *key) for key in self.used}, params.leaves)
+
+    def handed(self, params: Parameters, read: Iterable[int]) -> Parameters:
+        """What a compiled run is called with. Of a large model these are columns, and only those leaves that functions
+        `read` by themselves: thousands of arguments would take XLA long. Of a small one they are its leaves, so that
+        derivatives are along those alone that vary.
+        """
+        if len(self.flat.leaves) <= LARGE:
+            return params
+        leaves = {i: params.leaves[i] for i in sorted(set(read)) if i in params.leaves}
+        return Parameters(self.packed(params).columns, leaves)
 
     def given(self, leaves: Sequence[Any]) -> frozenset[int]:
         """The variable leaves that have a start value in the model."""
         return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
 
-    def enforced(self, parameters: list[Any]) -> list[Any]:
+    def enforced(self, params: Parameters) -> Parameters:
         """Parameters that meet all requirements.
 
         Raises `ParameterError` where they do not; where they are not known, they become NaN.
         """
-        return self.requirements.enforced(parameters, self.packed(parameters))
+        return self.requirements.enforced(self.packed(params))
 
     def check(self, leaves: Sequence[Any]) -> None:
         """Raise `ParameterError` where parameters or given start values of a model are known and bad."""
@@ -87,6 +99,11 @@ class Entry:
             return self.requirements.told(index, inputs.params)
         leaf = sorted(inputs.given)[index - count]
         return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
+
+
+def _strong(value: Any) -> Any:
+    """A python float, which jax would compile for separately, as an array."""
+    return np.asarray(value) if isinstance(value, float) else value
 
 
 def _is_admitted(leaf: FlatLeaf, start: Any) -> Any:

@@ -79,12 +79,12 @@ class InitialEquations:
                     if self.flat.leaves[leaf].declaration.is_variable and not self.flat.leaves[leaf].in_port
                 )
 
-    def residuals(self, params: Sequence[Any], values: Mapping[int, Any], rates: Mapping[int, Any]) -> Any:
+    def residuals(self, params: Mapping[int, Any], values: Mapping[int, Any], rates: Mapping[int, Any]) -> Any:
         """What is to vanish, from parameters and from the values and derivatives of variables, by number."""
         parts = [jnp.zeros(0)]
         for entry in self._entries:
             read = [
-                rates[leaf] if item.order else values.get(leaf, params[leaf])
+                rates[leaf] if item.order else values[leaf] if leaf in values else params[leaf]
                 for item, leaf in zip(entry.template.inputs, entry.leaves, strict=True)
             ]
             parts.append(jnp.ravel(_mapped(entry, read)))

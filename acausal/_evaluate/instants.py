@@ -12,7 +12,7 @@ from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flatten import FlatModel
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.template import Input
-from .plan import Packed, picked
+from .packing import Parameters
 
 _OTHER = -9  # a node that is none of those that are known
 
@@ -21,7 +21,7 @@ _OTHER = -9  # a node that is none of those that are known
 class _Rows:
     """Equations of one family whose inputs are known to the same extent.
 
-    `params` has the packed parameters that they read, by kind and slot, and `members` which of them each row does;
+    `reads` has the parameters that they read, by kind and slot, and `members` which of them each row does;
     other known inputs are zero.
     """
 
@@ -30,19 +30,19 @@ class _Rows:
     members: np.ndarray
     shapes: tuple[tuple[int, ...], ...]
 
-    def mapped(self, function: Any, packed: Packed) -> Any:
+    def mapped(self, function: Any, params: Parameters) -> Any:
         """`function(known)` for each row."""
 
-        def one(params: list[Any]) -> Any:
-            remaining = iter(params)
+        def one(own: list[Any]) -> Any:
+            remaining = iter(own)
             known = [
                 jnp.zeros(shape) if key is None else next(remaining)
                 for key, shape in zip(self.reads, self.shapes, strict=True)
             ]
             return function(known)
 
-        params = [picked(packed[key], self.members) for key in self.reads if key is not None]
-        return jax.vmap(one, axis_size=len(self.members))(params)
+        own = [params.columns[key].picked(self.members) for key in self.reads if key is not None]
+        return jax.vmap(one, axis_size=len(self.members))(own)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -60,25 +60,25 @@ class EquationInstants:
         """How many zeros have to be searched for."""
         return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
 
-    def following(self, t: Any, packed: Packed, direction: Any) -> Any:
+    def following(self, t: Any, params: Parameters, direction: Any) -> Any:
         """The next instant of each equation that has one; infinite where there is none."""
         parts = [
-            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), packed)
+            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), params)
             for rows in self.rows
             if rows.found.n_scheduled
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
-    def curved(self, t: Any, packed: Packed) -> Any:
+    def curved(self, t: Any, params: Parameters) -> Any:
         """Margins whose zeros have to be searched for."""
         parts = [
-            jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), packed)) for rows in self.rows
+            jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), params)) for rows in self.rows
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
     @property
     def keys(self) -> set[tuple[int, int]]:
-        """The packed parameters that are read."""
+        """The parameters that are read, by kind and slot."""
         return {key for rows in self.rows for key in rows.reads if key is not None}
 
 

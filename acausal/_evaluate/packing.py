@@ -1,8 +1,10 @@
-"""Parameters of a model, by component kind and slot."""
+"""Parameters of a model as compiled functions read them."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -10,6 +12,49 @@ from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import is_traced
 
 SEPARATE = 8  # up to so many members of a kind have parameters that are apart, more have arrays of them
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Column:
+    """One parameter of all components of a kind, `members` apart where they are few, else as one array of them."""
+
+    members: Any
+
+    def of(self, member: int) -> Any:
+        """The value of one member."""
+        return self.members[member]
+
+    @property
+    def stacked(self) -> Any:
+        """The values of all members as one array."""
+        if isinstance(self.members, tuple):
+            return jnp.stack([jnp.asarray(value) for value in self.members])
+        return self.members
+
+    def picked(self, members: np.ndarray) -> Any:
+        """The values of some members as one array."""
+        array = self.stacked
+        if np.array_equal(members, np.arange(len(array))):
+            return array
+        if np.all(np.diff(members) == 1):
+            return jax.lax.slice_in_dim(array, int(members[0]), int(members[-1]) + 1)
+        return array[members]
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Parameters:
+    """Parameters of a model, discrete variables among them: `columns` by component kind and slot, for the equations;
+    and `leaves` by number, for functions of the whole model.
+    """
+
+    columns: dict[tuple[int, int], Column] = dataclasses.field(default_factory=dict)
+    leaves: dict[int, Any] = dataclasses.field(default_factory=dict)
+
+    def changed(self, values: Mapping[int, Any]) -> "Parameters":
+        """With other values of some leaves; the columns are to be made anew."""
+        return Parameters(leaves=self.leaves | dict(values))
 
 
 def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
@@ -20,15 +65,16 @@ def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
     return jnp.broadcast_to(value, shape) if shape else value
 
 
-def packed(flat: FlatModel, leaves: Sequence[Any], kind: int, slot: int) -> Any:
+def column(flat: FlatModel, leaves: Mapping[int, Any], kind: int, slot: int) -> Column:
+    """One parameter of a component kind, from leaves by number."""
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
     values = [leaves[first + slot] for first in instances.first_leaf]
     if instances.total > SEPARATE:
         # Thousands of separate numbers are collected fastest on the host.
         xp = jnp if any(is_traced(value) for value in values) else np
-        return xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values])
+        return Column(xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values]))
     members: list[Any] = []
     for value, stack in zip(values, instances.stacks, strict=True):
         members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
-    return tuple(members)
+    return Column(tuple(members))

@@ -12,10 +12,10 @@ import numpy as np
 from .._reduce.ranges import Ranges, within
 from .affine import Minus, computed
 from .blocks import Known, residuals, run
+from .packing import Parameters
 from .program import Program, Use
 
 Pair = tuple[int, int]  # a variable and the order of its derivative
-Packed = dict[tuple[int, int], Any]  # by (component kind, slot): one value for each member, stacked where they are many
 Guess = Callable[[Sequence[Pair]], Any]
 MANY_RUNS = 64  # more pieces than this are gathered by index
 UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
@@ -190,15 +190,15 @@ class Plan:
         return set(segments).union(*(group.depends for group in groups)) - several
 
     def evaluate(
-        self, y: Any, time: Any, packed: Packed, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
+        self, y: Any, time: Any, params: Parameters, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
     ) -> Store:
-        """Compute the wanted pairs, and further segments, from states `y`, time and packed parameters.
+        """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
         store = Store(self._within(y), time)
         for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
-            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, packed, guess)
+            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, guess)
             for i, value in enumerate(outputs):
                 store.add(group.first_segment + i, value)
         return store
@@ -242,40 +242,31 @@ def _guesses(group: Group, guess: Guess) -> list[Any]:
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
 
 
-def _run_single(group: Group, store: Store, packed: Packed, guess: Guess) -> list[Any]:
-    params = [packed[key][int(m[0])] for key, m in zip(group.program.params, group.members, strict=True)]
+def _run_single(group: Group, store: Store, params: Parameters, guess: Guess) -> list[Any]:
+    own = [params.columns[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.single(read) for read in group.reads]
     guesses = [stacked[0] for stacked in _guesses(group, guess)]
-    return run(group.program, Known(params, values, store.time), guesses)
+    return run(group.program, Known(own, values, store.time), guesses)
 
 
-def _run_mapped(group: Group, store: Store, packed: Packed, guess: Guess) -> list[Any]:
+def _run_mapped(group: Group, store: Store, params: Parameters, guess: Guess) -> list[Any]:
     def one(known: Known, guesses: list[Any]) -> list[Any]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
-    return over_members(group, store, packed, one, _guesses(group, guess))
+    return over_members(group, store, params, one, _guesses(group, guess))
 
 
-def group_residuals(group: Group, store: Store, packed: Packed) -> list[Any]:
+def group_residuals(group: Group, store: Store, params: Parameters) -> list[Any]:
     """The residuals of a group without unknowns, stacked over its members."""
-    return over_members(group, store, packed, lambda known, _: residuals(group.program, known), [])
+    return over_members(group, store, params, lambda known, _: residuals(group.program, known), [])
 
 
-def over_members(group: Group, store: Store, packed: Packed, function: Any, extra: list[Any]) -> list[Any]:
+def over_members(group: Group, store: Store, params: Parameters, function: Any, extra: list[Any]) -> list[Any]:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
-    params = [picked(packed[key], m) for key, m in zip(group.program.params, group.members, strict=True)]
+    own = [params.columns[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
     def one(params: list[Any], values: list[Any], extra: list[Any]) -> list[Any]:
         return function(Known(params, values, store.time), extra)
 
-    return jax.vmap(one, axis_size=len(group.uses))(params, values, extra)
-
-
-def picked(stacked: Any, members: np.ndarray) -> Any:
-    array = jnp.stack(stacked) if isinstance(stacked, tuple) else stacked
-    if np.array_equal(members, np.arange(len(array))):
-        return array
-    if np.all(np.diff(members) == 1):
-        return jax.lax.slice_in_dim(array, int(members[0]), int(members[-1]) + 1)
-    return array[members]
+    return jax.vmap(one, axis_size=len(group.uses))(own, values, extra)

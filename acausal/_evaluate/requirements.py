@@ -14,7 +14,7 @@ from .._errors import ParameterError
 from .._reduce.flatten import FlatModel
 from .._reduce.required import required
 from .._tracing import known
-from .plan import Packed
+from .packing import Column, Parameters
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,29 +33,27 @@ class ModelRequirements:
         """The parameters that are read, by kind and slot."""
         return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
 
-    def broken(self, params: Packed) -> Any:
+    def broken(self, params: Parameters) -> Any:
         """For each requirement, whether it is not met."""
         parts = [jnp.zeros(0, bool)]
         for number, needed in self._groups:
-            values = [_stacked(params[number, slot]) for slot in needed.slots]
+            values = [params.columns[number, slot].stacked for slot in needed.slots]
             parts.append(~jnp.ravel(jax.vmap(needed, axis_size=self.flat.holders[number].total)(*values)))
         return jnp.concatenate(parts)
 
-    def enforced(self, params: list[Any], packed: Packed) -> list[Any]:
-        """The parameters, or NaN in their place where some requirement is not met and they are not known.
+    def enforced(self, params: Parameters) -> Parameters:
+        """The leaves of packed parameters, NaN where some requirement is not met and they are not known.
 
         Raises `ParameterError` where they are known.
         """
-        mask = _broken(self, packed)
+        mask = _broken(self, params.columns)
         numbers = known(mask)
         if numbers is None:
             spoilt = jnp.any(mask)
-            return [None if value is None else jnp.where(spoilt, jnp.nan, value) for value in params]
+            return params.changed({i: jnp.where(spoilt, jnp.nan, value) for i, value in params.leaves.items()})
         if numbers.any():
-            raise ParameterError(
-                self.told(int(np.argmax(numbers)), jax.tree_util.tree_map(jax.lax.stop_gradient, packed))
-            )
-        return params
+            raise ParameterError(self.told(int(np.argmax(numbers)), jax.tree.map(jax.lax.stop_gradient, params)))
+        return params.changed({})
 
     @ft.cached_property
     def sentences(self) -> list[str]:
@@ -68,7 +66,7 @@ class ModelRequirements:
             for text in needed.texts
         ]
 
-    def told(self, index: int, params: Packed) -> str:
+    def told(self, index: int, params: Parameters) -> str:
         """What a requirement that is not met says, with the values of the parameters that it is about."""
         sentence = self.sentences[index]
         for number, needed in self._groups:
@@ -77,9 +75,9 @@ class ModelRequirements:
                 member, which = divmod(index, len(needed.texts))
                 names, units = holder.kind.names, [declaration.unit for declaration in holder.kind.declarations]
                 values = [
-                    (names[slot], np.asarray(_stacked(params[number, slot]))[member], units[slot])
+                    (names[slot], np.asarray(params.columns[number, slot].stacked)[member], units[slot])
                     for slot in needed.told[which]
-                    if (number, slot) in params
+                    if (number, slot) in params.columns
                 ]
                 return told(sentence, values)
             index -= holder.total * len(needed.texts)
@@ -87,9 +85,5 @@ class ModelRequirements:
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _broken(requirements: ModelRequirements, packed: Packed) -> Any:
-    return requirements.broken(packed)
-
-
-def _stacked(values: Any) -> Any:
-    return jnp.stack([jnp.asarray(value) for value in values]) if isinstance(values, tuple) else values
+def _broken(requirements: ModelRequirements, columns: dict[tuple[int, int], Column]) -> Any:
+    return requirements.broken(Parameters(columns))

@@ -14,19 +14,20 @@ from jaxtyping import Array, Float
 from .._reduce.aliases import Merged
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence
+from .packing import Parameters
 from .plan import Guess, Pair, Plan
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Inputs:
-    """Numbers of a model as its compiled system takes them: `params` by class and slot, `starts` of all variables.
+    """Numbers of a model as its compiled system takes them: parameters, and `starts` of all variables.
 
     `given` are the numbers of the leaves whose start values the model gives. `discrete` holds the discrete variables,
     where events have changed them.
     """
 
-    params: dict[tuple[int, int], Any]
+    params: Parameters
     starts: Float[Array, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
     discrete: Any = None

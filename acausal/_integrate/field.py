@@ -17,10 +17,15 @@ from .settings import Numbers, Settings
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Given:
-    """All numbers of a run."""
+    """All numbers of a run; `carried` is what is held while the core of the stepped vector moves."""
 
     inputs: Inputs
     numbers: Numbers
+    carried: Any = None
+
+    def carrying(self, carried: Any) -> "Given":
+        """With what is carried along behind the states."""
+        return dataclasses.replace(self, carried=carried)
 
     @property
     def direction(self) -> Any:
@@ -28,7 +33,7 @@ class Given:
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
 
 
-Field = Callable[[Any, Any, tuple[Given, Any]], Any]
+Field = Callable[[Any, Any, Given], Any]
 
 
 def vector_field(settings: Settings) -> Field:
@@ -36,9 +41,8 @@ def vector_field(settings: Settings) -> Field:
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
-    def field(t: Any, core: Any, args: tuple[Given, Any]) -> Any:
-        given, carried = args
-        point = jnp.concatenate([core[:n], carried])
+    def field(t: Any, core: Any, given: Given) -> Any:
+        point = jnp.concatenate([core[:n], given.carried])
         if integrand is None or settings.n_integrals == 0:
             rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
             return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
@@ -68,7 +72,7 @@ def values_of(
         if leaf in discrete:
             return discrete[leaf]
         if not system.flat.is_variable(leaf):
-            return given.numbers.params[leaf]
+            return given.inputs.params.leaves[leaf]
         assert store is not None
         return leaf_value(system, store, leaf, t)
 

@@ -14,6 +14,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.given_unknowns import given_unknowns, lack_of_given
 from .._evaluate.initial import given_pairs, pair_names
 from .._evaluate.observe import observe_with_rates
+from .._evaluate.packing import Parameters
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -25,12 +26,11 @@ Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
 
 class Values(NamedTuple):
-    """The numbers of a search: packed and by leaf, the time, those in the conditions, and the sizes of parameters that
+    """The numbers of a search: those of the model, the time, those in the conditions, and the sizes of parameters that
     are searched for.
     """
 
     inputs: Inputs
-    params: list[Any]
     t0: Any
     constants: list[Any]
     sizes: Any
@@ -40,14 +40,11 @@ class Values(NamedTuple):
         if not system.carried.discrete_places:
             return self
         inputs = dataclasses.replace(self.inputs, discrete=discrete)
-        held = system.carried.discrete_values(jnp.zeros(0), inputs)
-        params = [held.get(i, leaf) for i, leaf in enumerate(self.params)]
-        return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)), params=params)
+        return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)))
 
     def at(self, trim: Trim, x: Any) -> "Values":
         """With the parameters that are among the unknowns."""
-        inputs, params = trim.applied(x, self.sizes, self.inputs, self.params)
-        return self._replace(inputs=inputs, params=params)
+        return self._replace(inputs=trim.applied(x, self.sizes, self.inputs))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,7 +72,7 @@ class Problem:
     @property
     def held(self) -> np.ndarray:
         """For each element of the constrained pairs, whether its start value is given and must not move."""
-        return given_pairs(self.system, Inputs({}, jnp.zeros(0), self.fixed))
+        return given_pairs(self.system, Inputs(Parameters(), jnp.zeros(0), self.fixed))
 
     @property
     def foreign(self) -> np.ndarray:
@@ -93,7 +90,8 @@ class Problem:
         return jnp.concatenate([constraints.residuals(x, values.t0, values.inputs.params), self._lack(x, values)])
 
     def _lack(self, x: Any, values: Values) -> Any:
-        system, (inputs, params, t0, constants, _) = self.system, values
+        system, (inputs, t0, constants, _) = self.system, values
+        params = inputs.params.leaves
         y, initial = x[system.constraints.states], system.initial_equations
         seen, rates = {}, {}
         parts = [jnp.zeros(0)]
@@ -108,7 +106,7 @@ class Problem:
             parts.append(lack_of_given(system, t0, y, inputs, self.given_unknowns))
         if self.conditions is not None and self.names:
             n = len(system.flat.leaves)
-            read = [rates[i - n] if i >= n else seen.get(i, params[i]) for i in self.conditions.leaves]
+            read = [rates[i - n] if i >= n else seen[i] if i in seen else params[i] for i in self.conditions.leaves]
             parts.append(jnp.stack(self.conditions(constants, read)))
         return jnp.concatenate(parts)
 

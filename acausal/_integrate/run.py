@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._evaluate.initial import initial_state
+from .._evaluate.packing import Parameters
 from .._evaluate.singular import singular_blocks
-from .._evaluate.starts import Inputs
 from .adjoint import BothModes
 from .derivative import differentiable
 from .field import Given
@@ -29,20 +29,22 @@ from .unresolved import are_unresolved
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def run(settings: Settings, numbers: Numbers) -> Solution:
-    """Integrate; compiled once for each `settings`."""
+def run(settings: Settings, given: Given) -> Solution:
+    """Integrate; compiled once for each `settings`. The parameters of the model are left to whoever has them."""
+    numbers = given.numbers
     wrong, sentences = unmet(settings.system, numbers), demanded(settings.system, numbers)
-    solution = _run(settings, harmless(numbers, jnp.any(wrong)))
+    safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
+    solution = _run(settings, safe)
     result = Result.where(jnp.any(wrong), Result.bad_option, solution.result)
     culprit = jnp.where(jnp.any(wrong), jnp.argmax(wrong), solution._culprit)
     t1 = solution.t1 if settings.stop is None else jnp.where(jnp.any(wrong), jnp.inf, solution.t1)
     return dataclasses.replace(solution, t1=t1, result=result, _culprit=culprit, _demands=sentences)
 
 
-def _run(settings: Settings, numbers: Numbers) -> Solution:
+def _run(settings: Settings, given: Given) -> Solution:
     if settings.adjoint is not None:
-        return _solution(settings, numbers, _integrated(settings, settings.adjoint, numbers))
-    leaves, structure = jax.tree.flatten(numbers)
+        return _solution(settings, given, _integrated(settings, settings.adjoint, given))
+    leaves, structure = jax.tree.flatten(given)
     others: list[Any] = []  # what is the same for all numbers
 
     def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Any]], Any]:
@@ -54,10 +56,10 @@ def _run(settings: Settings, numbers: Numbers) -> Solution:
         return arrays
 
     integrated = differentiable(
-        with_adjoint(diffrax.ForwardMode()), with_adjoint(BothModes()), _saved(settings, numbers)
+        with_adjoint(diffrax.ForwardMode()), with_adjoint(BothModes()), _saved(settings, given.numbers)
     )
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
-    return _solution(settings, numbers, eqx.combine(found, *others))
+    return _solution(settings, given, eqx.combine(found, *others))
 
 
 class _Integrated(NamedTuple):
@@ -68,13 +70,14 @@ class _Integrated(NamedTuple):
     raw: diffrax.Solution
 
 
-def _given(settings: Settings, numbers: Numbers) -> Given:
-    packed = settings.system.entry.packed(numbers.params) if numbers.packed is None else numbers.packed
-    return Given(Inputs(packed, jnp.asarray(numbers.starts), settings.given), numbers)
+def _packed(settings: Settings, given: Given) -> Given:
+    """The numbers of a run as its functions read them."""
+    params, starts = settings.system.entry.packed(given.inputs.params), jnp.asarray(given.inputs.starts)
+    return dataclasses.replace(given, inputs=dataclasses.replace(given.inputs, params=params, starts=starts))
 
 
-def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, numbers: Numbers) -> _Integrated:
-    given = _given(settings, numbers)
+def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Given) -> _Integrated:
+    given, numbers = _packed(settings, given), given.numbers
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
     y0, events, memory = begin_run(settings, given, y0, is_reversible=not isinstance(adjoint, diffrax.ForwardMode))
     raw = diffrax.diffeqsolve(
@@ -112,8 +115,8 @@ def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
     )
 
 
-def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> Solution:
-    system, layout, given = settings.system, settings.layout, _given(settings, numbers)
+def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solution:
+    system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
     y0, bad_starts, raw = integrated
     assert raw.ts is not None
     assert raw.ys is not None
@@ -132,8 +135,8 @@ def _solution(settings: Settings, numbers: Numbers, integrated: _Integrated) -> 
         _end_integrals=y_end[layout.integrals][: settings.n_integrals],
         _path_integrals=raw.ys[path][:, layout.integrals][:, : settings.n_integrals],
         _culprit=culprit,
-        _params=numbers.params,
-        _inputs=given.inputs,
+        _params={},
+        _inputs=dataclasses.replace(given.inputs, params=Parameters(given.inputs.params.columns)),
         _dense=raw.interpolation,
         _losses=y_end[layout.losses],
         _peaks=_peaks(settings, given, y_end),

@@ -42,7 +42,7 @@ class RunEvents(EventNumbers):
         n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
         core = jnp.concatenate([y[:n], y[layout.integrals]])
-        rates = field(t, core, (given, self._ordinary(y)[n:]))
+        rates = field(t, core, given.carrying(self._ordinary(y)[n:]))
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
 
     def margin(self, number: Any, t: Any, y: Any, due: Any, given: Given) -> Any:

@@ -27,7 +27,6 @@ class Settings:
     adjoint: diffrax.AbstractAdjoint | None  # None for both modes
     max_steps: int
     max_events: int
-    given: frozenset[int]  # the leaves whose start values are given
     progress: diffrax.AbstractProgressMeter
     is_started: bool = False  # whether what happens at the start has happened already
 
@@ -75,11 +74,8 @@ class Settings:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Numbers:
-    """What a compiled run is called with. `params` has the leaves of the model, None where they are variables."""
+    """The options of a run that are numbers, and the numbers in its functions."""
 
-    params: list[Any]
-    packed: Any  # the same by class, for a model of many parts, of which `params` then has only what is read singly
-    starts: Any
     t0: Any
     t1: Any
     dt0: Any

@@ -15,11 +15,13 @@ from .._declare.layout import Layout, layout_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
+from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._progress import compiling
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import is_trial, report_failure
+from .field import Given
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
 from .settings import Numbers, Settings
 from .solution import Solution
@@ -31,7 +33,6 @@ from .unresolved import warn_of_unresolved
 from .user_function import UserFunction, as_function, trace
 
 MAX_STEPS = 4096
-LARGE = 300  # leaves: from here on parameters are packed before they are handed to the compiled run
 MAX_EVENTS = 32
 M = TypeVar("M", bound=Component)
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
@@ -123,16 +124,13 @@ def simulate(
         adjoint=adjoint and kind_of(adjoint, "adjoint", diffrax.AbstractAdjoint, "one of diffrax, or None"),
         max_steps=count(max_steps, "max_steps"),
         max_events=count(max_events, "max_events"),
-        given=system.entry.given(leaves),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
         is_started=unmet is not None,
     )
-    params = [_strong(leaf) for leaf in system.entry.parameters(leaves)]
-    is_large = len(params) > LARGE
+    params = system.entry.parameters(leaves)
+    handed = system.entry.handed(params, _read(settings))
+    inputs = Inputs(handed, system.entry.starts.pack(leaves), system.entry.given(leaves))
     numbers = Numbers(
-        params=_read_singly(settings, params) if is_large else params,
-        packed=system.entry.packed(params) if is_large else None,
-        starts=system.entry.starts.pack(leaves),
         t0=t0,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
@@ -147,9 +145,8 @@ def simulate(
     )
     check_known(system, numbers)
     with compiling("a run", model, run, progress):
-        solution = run(settings, numbers)
-    if is_large:
-        solution = dataclasses.replace(solution, _params=params)
+        solution = run(settings, Given(inputs, numbers))
+    solution = dataclasses.replace(solution, _params=params.leaves)
     solution = report_failure(solution) if throw else solution
     warn_of_unresolved(solution)
     return solution
@@ -168,11 +165,6 @@ def _as_number(value: Any) -> Any:
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
 
 
-def _strong(value: Any) -> Any:
-    """A python float, which jax would compile for separately, as an array."""
-    return np.asarray(value) if isinstance(value, float) else value
-
-
 def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[UserFunction | None, list[Any]]:
     return (None, []) if function is None else trace(as_function(function, what), system.flat, what)
 
@@ -186,15 +178,15 @@ def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[An
     return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
 
 
-def _read_singly(settings: Settings, params: list[Any]) -> list[Any]:
-    """The parameters that a run reads by themselves; thousands of arguments would take XLA long."""
+def _read(settings: Settings) -> set[int]:
+    """The leaves that functions of the whole model read in a run."""
     system = settings.system
     wanted = {*system.carried.discrete_places}
     for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
         wanted.update(quantity.leaves if quantity else ())
     if system.events:
         wanted.update(system.events.leaves)
-    return [value if i in wanted else None for i, value in enumerate(params)]
+    return wanted
 
 
 def _total_stored(s: Any) -> Any:

@@ -52,7 +52,7 @@ class Solution(eqx.Module, Generic[M]):
     _end_integrals: Any
     _path_integrals: Any
     _culprit: Any  # the bad parameter or start value, if there is one
-    _params: list[Any]  # the leaves of the model, None where they are variables
+    _params: dict[int, Any]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
     _losses: Any  # energies lost at events
@@ -146,7 +146,7 @@ class Solution(eqx.Module, Generic[M]):
     def _view(self, ts: Any, ys: Any) -> Any:
         batch = jnp.ndim(self.t1)
         numbers = _trajectories(self.system, batch, ts, ys, self._inputs)
-        leaves = [numbers.get(i, leaf) for i, leaf in enumerate(self._params)]
+        leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
         # Indexing an array of components must find the time axis in all of its leaves.
         for i, flat_leaf in enumerate(self.system.flat.leaves):
             if i not in numbers and flat_leaf.stack and not self.is_batched:

@@ -10,6 +10,7 @@ import numpy as np
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
+from .._evaluate.packing import Parameters
 from .._evaluate.starts import Inputs
 from .field import Given
 from .modes import Solver, modes_at
@@ -71,16 +72,16 @@ class _Searches:
 
 @ft.partial(jax.jit, static_argnums=0)
 def search_start(
-    problem: Problem, params: list[Any], easy: list[Any] | None, starts: Any, t0: Any, constants: list[Any]
+    problem: Problem, params: Parameters, easy: Parameters | None, starts: Any, t0: Any, constants: list[Any]
 ) -> tuple[Outcome, dict[int, Any]]:
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
     inputs = Inputs(system.entry.packed(params), jnp.asarray(starts), problem.given)
-    values = easier = Values(inputs, params, t0, constants, sizes)
+    values = easier = Values(inputs, t0, constants, sizes)
     if easy is not None:
         easy_inputs = Inputs(system.entry.packed(easy), inputs.starts, problem.given)
-        easier = Values(easy_inputs, easy, t0, constants, sizes)
+        easier = Values(easy_inputs, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
     def root(discrete: Any) -> tuple[Any, Any]:
@@ -96,7 +97,7 @@ def search_start(
     if system.events is None:
         best, discrete, happen, refused = root(None), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
     else:
-        start = start_of(system, t0, x0[states], inputs, params)
+        start = start_of(system, t0, x0[states], inputs)
         best, discrete, happen, refused = modes_at(
             start, t0, (x0, jnp.append(x0, unknowns)), Solver(root, followed, at)
         )

@@ -42,18 +42,14 @@ class Start(NamedTuple):
         return self.y[self.events.layout.outcome]
 
 
-def start_of(
-    system: System, t0: Any, states: Any, inputs: Inputs, params: list[Any], *, is_started: bool = False
-) -> Start:
+def start_of(system: System, t0: Any, states: Any, inputs: Inputs, *, is_started: bool = False) -> Start:
     """What happens at the start of a run from these states, in a model with events; past events happen unless they
     have already.
     """
     none = diffrax.NoProgressMeter()
-    settings = Settings(
-        system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, inputs.given, none, is_started
-    )
+    settings = Settings(system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started)
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
-    given = Given(inputs, Numbers(params, None, inputs.starts, t0, end, None, None, one, None, [], [], [], []))
+    given = Given(inputs, Numbers(t0, end, None, None, one, None, [], [], [], []))
     y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None

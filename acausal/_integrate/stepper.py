@@ -112,12 +112,12 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return self.solver.error_order(terms)
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> Memory:
-        inner = self.solver.init(terms, t0, t1, self.layout.core(y0), (args, y0[self.layout.carried]))
+        inner = self.solver.init(terms, t0, t1, self.layout.core(y0), args.carrying(y0[self.layout.carried]))
         return Memory(inner, self.begin)
 
     def func(self, terms: Any, t0: Any, y0: Vector, args: Given) -> Vector:
         carried = y0[self.layout.carried]
-        rates = self.solver.func(terms, t0, self.layout.core(y0), (args, carried))
+        rates = self.solver.func(terms, t0, self.layout.core(y0), args.carrying(carried))
         return self.layout.joined(rates, jnp.zeros_like(carried))
 
     @eqx.filter_jit  # diffrax traces a step several times
@@ -129,7 +129,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         end = t1 if state is None else _short_of(t1, y0[layout.next_instant], args)
         jumped = made_jump if state is None else made_jump | state.jumped
         core, error, info, inner, result = self.solver.step(
-            terms, t0, end, layout.core(y0), (args, carried), solver_state.inner, jumped
+            terms, t0, end, layout.core(y0), args.carrying(carried), solver_state.inner, jumped
         )
         error = layout.joined(error, jnp.zeros_like(carried))
         inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)

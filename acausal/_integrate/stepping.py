@@ -23,16 +23,14 @@ from .stepper import EventMemory, Stepper
 
 
 def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
-    """The vector field for a solver: of the core, whose arguments are the numbers of the run and what is carried along,
-    or of the whole vector, whose arguments are the numbers alone.
-    """
+    """The vector field for a solver: of the core where it is told what is carried along, else of the whole vector."""
     field, layout = vector_field(settings), settings.layout
 
-    def rates(t: Any, y: Any, args: Any) -> Any:
-        if isinstance(args, tuple):
-            return field(t, y, args)
+    def rates(t: Any, y: Any, given: Given) -> Any:
+        if given.carried is not None:
+            return field(t, y, given)
         carried = y[layout.carried]
-        return layout.joined(field(t, layout.core(y), (args, carried)), jnp.zeros_like(carried))
+        return layout.joined(field(t, layout.core(y), given.carrying(carried)), jnp.zeros_like(carried))
 
     return rates
 
@@ -69,7 +67,8 @@ def begin_run(
     carried from step to step.
     """
     system, layout, numbers = settings.system, settings.layout, given.numbers
-    discrete = [jnp.ravel(jnp.asarray(numbers.params[leaf], float)) for leaf in system.carried.discrete_places]
+    values = given.inputs.params.leaves
+    discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
     guess = system.starts.values(given.inputs, system.carried.memory)
     rest = jnp.zeros(layout.size - layout.discrete.stop)
     y = jnp.concatenate([y0, guess, *discrete, rest])

@@ -12,6 +12,7 @@ import numpy as np
 from .._declare.component import Component
 from .._declare.node import Leaf, leaves_of
 from .._errors import ModelError, suggestion
+from .._evaluate.packing import Parameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._reduce.nominal import nominal_size
@@ -45,17 +46,17 @@ class Trim:
         flat_leaf = self.system.flat.leaves[leaf]
         return flat_leaf.stack + flat_leaf.sizes
 
-    def sizes(self, params: Sequence[Any]) -> Any:
+    def sizes(self, params: Parameters) -> Any:
         """The largest element of each parameter, or its nominal size where it is zero; constants."""
         parts = [jnp.zeros(0)]
         for leaf, count in zip(self.leaves, self._counts, strict=True):
-            largest = jnp.max(jnp.abs(jnp.asarray(params[leaf], float)))
+            largest = jnp.max(jnp.abs(jnp.asarray(params.leaves[leaf], float)))
             parts.append(jnp.full(count, jnp.where(largest > 0, largest, nominal_size(self.system.flat.leaves[leaf]))))
         return jax.lax.stop_gradient(jnp.concatenate(parts))
 
-    def unknowns(self, params: Sequence[Any], sizes: Any) -> Any:
+    def unknowns(self, params: Parameters, sizes: Any) -> Any:
         """The unknowns from the values of the parameters."""
-        parts = [jnp.ravel(jnp.asarray(params[leaf], float)) for leaf in self.leaves]
+        parts = [jnp.ravel(jnp.asarray(params.leaves[leaf], float)) for leaf in self.leaves]
         return jnp.concatenate([jnp.zeros(0), *parts]) / sizes
 
     def own(self, x: Any) -> Any:
@@ -69,18 +70,16 @@ class Trim:
         pieces = jnp.split(x[len(x) - self.count :] * sizes, np.cumsum(self._counts)[:-1])
         return {leaf: piece.reshape(self._shape(leaf)) for leaf, piece in zip(self.leaves, pieces, strict=True)}
 
-    def applied(self, x: Any, sizes: Any, inputs: Inputs, params: list[Any]) -> tuple[Inputs, list[Any]]:
+    def applied(self, x: Any, sizes: Any, inputs: Inputs) -> Inputs:
         """The numbers of a model with the parameters that the unknowns stand for."""
-        new = self.values(x, sizes)
-        if not new:
-            return inputs, params
-        params = [new.get(i, value) for i, value in enumerate(params)]
-        return dataclasses.replace(inputs, params=self.system.entry.packed(params)), params
+        if not self.leaves:
+            return inputs
+        params = self.system.entry.packed(inputs.params.changed(self.values(x, sizes)))
+        return dataclasses.replace(inputs, params=params)
 
     def given(self, x: Any, sizes: Any, given: Given) -> Given:
         """The numbers of a run with these parameters."""
-        inputs, params = self.applied(x, sizes, given.inputs, given.numbers.params)
-        return Given(inputs, dataclasses.replace(given.numbers, params=params))
+        return dataclasses.replace(given, inputs=self.applied(x, sizes, given.inputs))
 
 
 def trimmed_leaves(model: Component, names: Sequence[str]) -> tuple[int, ...]:
