@@ -63,6 +63,7 @@ from ._integrate.initialise import initialise as initialise
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate
 from ._integrate.solution import Solution as Solution
+from ._integrate.solution_plot import compare as compare
 from ._integrate.solvers import Rodas3P as Rodas3P
 from ._integrate.solvers import Rodas5P as Rodas5P
 from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
@@ -81,7 +82,6 @@ from ._show.diagram import Diagram as Diagram
 from ._show.diagram import diagram as diagram
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
-from ._show.trajectories import compare as compare
 from ._units.quantity import magnitude as magnitude
 from ._units.quantity import quantity as quantity
 

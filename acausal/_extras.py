@@ -6,6 +6,11 @@ from typing import Any
 from ._errors import ModelError
 
 
+def pyplot() -> Any:
+    """matplotlib's pyplot."""
+    return needed("matplotlib.pyplot", "plots", "A picture")
+
+
 def needed(module: str, extra: str, what: str) -> Any:
     """The module that something needs, or an error that says how to install it."""
     try:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import ModelError
-from .._show.plot import _pyplot
+from .._extras import pyplot
 
 PANEL = (4.6, 2.1)  # inches, width and height of a panel
 POINTS = 600
@@ -56,7 +56,7 @@ def plot_poles(system: Any, ax: Any) -> Any:
     poles: Any = np.asarray(system.poles)
     zeros: Any = system.zeros if system.inputs and system.outputs else np.zeros(0, complex)
     if ax is None:
-        _, ax = _pyplot().subplots(figsize=(5.6, 4.2), layout="constrained")
+        _, ax = pyplot().subplots(figsize=(5.6, 4.2), layout="constrained")
     ax.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
     ax.axvline(0.0, color="0.6", linewidth=0.8, zorder=0)
     ax.plot(poles.real, poles.imag, "x", color="tab:blue", markersize=8, markeredgewidth=1.8, label="poles")
@@ -117,7 +117,7 @@ def _check_channels(system: Any) -> None:
 def _panels(axes: Any, rows: int, columns: int, **options: Any) -> np.ndarray:
     if axes is None:
         size = (PANEL[0] * columns + 1.0, PANEL[1] * rows + 0.6)
-        _, axes = _pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", **options)
+        _, axes = pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", **options)
     return np.reshape(axes, (rows, columns))
 
 

@@ -18,7 +18,7 @@ from .._evaluate.building import check_structure
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.invariants import missed_invariants
 from .._evaluate.observe import observe
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.options import instant
@@ -35,17 +35,17 @@ class Point(eqx.Module):
 
     t: Any
     y: Float[Array, " n"]
-    params: Parameters
+    params: ModelParameters
     starts: Any
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
     is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
 
-    def inputs(self, params: Parameters | None = None) -> Inputs:
+    def inputs(self, params: ModelParameters | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
         return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
 
-    def read(self, leaves: Sequence[int], y: Any, params: Parameters | None = None) -> list[Any]:
+    def read(self, leaves: Sequence[int], y: Any, params: ModelParameters | None = None) -> list[Any]:
         """The values of leaves by number, in the state `y`."""
         params = self.params if params is None else params
         variables = [leaf for leaf in leaves if self.system.flat.is_variable(leaf)]
@@ -97,7 +97,7 @@ def _after_events(point: Point, at: Any) -> Point:
 
 
 @jax.jit
-def _started(point: Point) -> tuple[Any, Parameters, Any, Any]:
+def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
     system, inputs = point.system, point.inputs()
     start = start_of(system, point.t, point.y, inputs, is_started=point.is_started)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, suggestion
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.system import System
 from .._integrate.options import names_of
 from .._reduce.flatten import FlatLeaf
@@ -81,7 +81,7 @@ def _parameters_with_rate(system: System) -> dict[Place, str]:
     return found
 
 
-def with_inputs(params: Parameters, places: Sequence[Place], u: Any) -> Parameters:
+def with_inputs(params: ModelParameters, places: Sequence[Place], u: Any) -> ModelParameters:
     """Parameters with the numbers `u` as inputs."""
     leaves = dict(params.leaves)
     for i, (leaf, index) in enumerate(places):
@@ -90,7 +90,7 @@ def with_inputs(params: Parameters, places: Sequence[Place], u: Any) -> Paramete
     return params.changed(leaves)
 
 
-def input_values(params: Parameters, places: Sequence[Place]) -> Any:
+def input_values(params: ModelParameters, places: Sequence[Place]) -> Any:
     values = [jnp.reshape(params.leaves[leaf], (-1,))[index] for leaf, index in places]
     return jnp.stack(values) if values else jnp.zeros(0)
 

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from .._reduce.flatten import FlatModel
-from .packing import Parameters, column
+from .packing import ModelParameters, slot_values
 from .plan import Guess, Pair, Plan
 from .starts import Inputs
 
@@ -83,9 +83,9 @@ class Carried:
         if not values:
             return inputs
         params = inputs.params
-        columns = {key: column(self.flat, values, *key) for key in params.columns if self._is_discrete(key)}
+        slots = {key: slot_values(self.flat, values, *key) for key in params.slots if self._is_discrete(key)}
         leaves = {i: value for i, value in values.items() if i in params.leaves}
-        return dataclasses.replace(inputs, params=Parameters(params.columns | columns, params.leaves | leaves))
+        return dataclasses.replace(inputs, params=ModelParameters(params.slots | slots, params.leaves | leaves))
 
     def _is_discrete(self, key: tuple[int, int]) -> bool:
         kind, slot = key

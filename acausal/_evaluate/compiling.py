@@ -16,7 +16,7 @@ from .._reduce.jaxpr import as_function
 from .._reduce.template import Template
 from .._tracing import is_traced
 from .building import build, mass_matrix_form
-from .packing import Parameters
+from .packing import ModelParameters
 from .starts import Inputs, Starts
 from .system import System
 
@@ -47,7 +47,7 @@ def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.nda
     table = reduced.incidence
     starts = Starts(table.flat, merged)
     given = frozenset(i for i in table.flat.variable_leaves if leaves[i] is not None)
-    inputs = Inputs(Parameters(), starts.pack(leaves), given)
+    inputs = Inputs(ModelParameters(), starts.pack(leaves), given)
     keys = (table.row * table.n_variables + table.variable) * 16 + table.order
     result = np.zeros(len(keys))
     for index, family in enumerate(table.families):

@@ -17,7 +17,7 @@ from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals, row_scale
 from .implicit import Function, Inverse, nearest, settled
-from .packing import Parameters
+from .packing import ModelParameters
 from .plan import Group, Pair, Plan, Store, over_members
 from .program import residual_programme
 
@@ -55,7 +55,7 @@ class Constraints:
         """How easily elements of x move: dependent variables freely, states little, and those that are `held` least."""
         return np.where(held, of_held, np.where(self.is_state, STATE, 1.0))
 
-    def residuals(self, x: Float[Array, " elements"], t: Any, params: Parameters) -> Any:
+    def residuals(self, x: Float[Array, " elements"], t: Any, params: ModelParameters) -> Any:
         """All g(x), in the order of `names`."""
         store = Store(x, t)
         parts = [
@@ -65,7 +65,7 @@ class Constraints:
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def projected(
-        self, x: Float[Array, " elements"], weight: Any, t: Any, params: Parameters, *, far: bool = False
+        self, x: Float[Array, " elements"], weight: Any, t: Any, params: ModelParameters, *, far: bool = False
     ) -> Any:
         """The nearest x with g(x) = 0; elements of small `weight` yield less.
 
@@ -78,7 +78,9 @@ class Constraints:
             x = self._moved(group, Store(x, t), weight, params, find if far else back)
         return x
 
-    def _moved(self, group: Group, store: Store, weight: Any, params: Parameters, solve: Callable[..., Any]) -> Any:
+    def _moved(
+        self, group: Group, store: Store, weight: Any, params: ModelParameters, solve: Callable[..., Any]
+    ) -> Any:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
         def one(g: Function, values: Any, args: Any, weight: Any, sizes: Any) -> Any:
@@ -173,7 +175,7 @@ def find(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[
     return jnp.where(violated <= CLOSE, z, jnp.nan), rows
 
 
-def _of_members(group: Group, store: Store, params: Parameters, function: Callable[..., Any], *extra: Any) -> Any:
+def _of_members(group: Group, store: Store, params: ModelParameters, function: Callable[..., Any], *extra: Any) -> Any:
     """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) is what a set
     wants to be zero; values are flat.
     """

@@ -12,7 +12,7 @@ from .._declare.layout import complete_leaves
 from .._errors import ParameterError
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import known
-from .packing import Parameters, column, discrete_start
+from .packing import ModelParameters, discrete_start, slot_values
 from .requirements import ModelRequirements
 from .starts import Inputs, Starts
 
@@ -39,33 +39,33 @@ class Entry:
         """The same from the leaves of a model, None where a start value is not given."""
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
-    def parameters(self, leaves: Sequence[Any]) -> Parameters:
+    def parameters(self, leaves: Sequence[Any]) -> ModelParameters:
         """Those among the leaves of a model, one by one; discrete variables as they are at the start."""
         numbered = enumerate(zip(self.flat.leaves, leaves, strict=True))
         found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
-        return Parameters(leaves={i: _strong(value) for i, value in found.items()})
+        return ModelParameters(leaves={i: _strong(value) for i, value in found.items()})
 
-    def packed(self, params: Parameters) -> Parameters:
-        """With their columns, for the equations."""
-        if params.columns:
+    def packed(self, params: ModelParameters) -> ModelParameters:
+        """With the slots filled, for the equations."""
+        if params.slots:
             return params
-        return Parameters({key: column(self.flat, params.leaves, *key) for key in self.used}, params.leaves)
+        return ModelParameters({key: slot_values(self.flat, params.leaves, *key) for key in self.used}, params.leaves)
 
-    def handed(self, params: Parameters, read: Iterable[int]) -> Parameters:
-        """What a compiled run is called with. Of a large model these are columns, and only those leaves that functions
+    def handed(self, params: ModelParameters, read: Iterable[int]) -> ModelParameters:
+        """What a compiled run is called with. Of a large model these are slots, and only those leaves that functions
         `read` by themselves: thousands of arguments would take XLA long. Of a small one they are its leaves, so that
         derivatives are along those alone that vary.
         """
         if len(self.flat.leaves) <= LARGE:
             return params
         leaves = {i: params.leaves[i] for i in sorted(set(read)) if i in params.leaves}
-        return Parameters(self.packed(params).columns, leaves)
+        return ModelParameters(self.packed(params).slots, leaves)
 
     def given(self, leaves: Sequence[Any]) -> frozenset[int]:
         """The variable leaves that have a start value in the model."""
         return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
 
-    def enforced(self, params: Parameters) -> Parameters:
+    def enforced(self, params: ModelParameters) -> ModelParameters:
         """Parameters that meet all requirements.
 
         Raises `ParameterError` where they do not; where they are not known, they become NaN.

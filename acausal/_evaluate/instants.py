@@ -12,7 +12,7 @@ from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flatten import FlatModel
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.template import Input
-from .packing import Parameters
+from .packing import ModelParameters
 
 _OTHER = -9  # a node that is none of those that are known
 
@@ -30,7 +30,7 @@ class _Rows:
     members: np.ndarray
     shapes: tuple[tuple[int, ...], ...]
 
-    def mapped(self, function: Any, params: Parameters) -> Any:
+    def mapped(self, function: Any, params: ModelParameters) -> Any:
         """`function(known)` for each row."""
 
         def one(own: list[Any]) -> Any:
@@ -41,7 +41,7 @@ class _Rows:
             ]
             return function(known)
 
-        own = [params.columns[key].picked(self.members) for key in self.reads if key is not None]
+        own = [params.slots[key].picked(self.members) for key in self.reads if key is not None]
         return jax.vmap(one, axis_size=len(self.members))(own)
 
 
@@ -60,7 +60,7 @@ class EquationInstants:
         """How many zeros have to be searched for."""
         return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
 
-    def following(self, t: Any, params: Parameters, direction: Any) -> Any:
+    def following(self, t: Any, params: ModelParameters, direction: Any) -> Any:
         """The next instant of each equation that has one; infinite where there is none."""
         parts = [
             rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), params)
@@ -69,7 +69,7 @@ class EquationInstants:
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
-    def curved(self, t: Any, params: Parameters) -> Any:
+    def curved(self, t: Any, params: ModelParameters) -> Any:
         """Margins whose zeros have to be searched for."""
         parts = [
             jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), params)) for rows in self.rows

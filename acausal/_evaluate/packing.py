@@ -16,7 +16,7 @@ SEPARATE = 8  # up to so many members of a kind have parameters that are apart, 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
-class Column:
+class SlotValues:
     """One parameter of all components of a kind, `members` apart where they are few, else as one array of them."""
 
     members: Any
@@ -44,17 +44,17 @@ class Column:
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
-class Parameters:
-    """Parameters of a model, discrete variables among them: `columns` by component kind and slot, for the equations;
+class ModelParameters:
+    """Parameters of a model, discrete variables among them: `slots` by component kind and slot, for the equations;
     and `leaves` by number, for functions of the whole model.
     """
 
-    columns: dict[tuple[int, int], Column] = dataclasses.field(default_factory=dict)
+    slots: dict[tuple[int, int], SlotValues] = dataclasses.field(default_factory=dict)
     leaves: dict[int, Any] = dataclasses.field(default_factory=dict)
 
-    def changed(self, values: Mapping[int, Any]) -> "Parameters":
-        """With other values of some leaves; the columns are to be made anew."""
-        return Parameters(leaves=self.leaves | dict(values))
+    def changed(self, values: Mapping[int, Any]) -> "ModelParameters":
+        """With other values of some leaves; the slots are to be filled anew."""
+        return ModelParameters(leaves=self.leaves | dict(values))
 
 
 def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
@@ -65,7 +65,7 @@ def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
     return jnp.broadcast_to(value, shape) if shape else value
 
 
-def column(flat: FlatModel, leaves: Mapping[int, Any], kind: int, slot: int) -> Column:
+def slot_values(flat: FlatModel, leaves: Mapping[int, Any], kind: int, slot: int) -> SlotValues:
     """One parameter of a component kind, from leaves by number."""
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
@@ -73,8 +73,8 @@ def column(flat: FlatModel, leaves: Mapping[int, Any], kind: int, slot: int) -> 
     if instances.total > SEPARATE:
         # Thousands of separate numbers are collected fastest on the host.
         xp = jnp if any(is_traced(value) for value in values) else np
-        return Column(xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values]))
+        return SlotValues(xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values]))
     members: list[Any] = []
     for value, stack in zip(values, instances.stacks, strict=True):
         members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
-    return Column(tuple(members))
+    return SlotValues(tuple(members))

@@ -12,7 +12,7 @@ import numpy as np
 from .._reduce.ranges import Ranges, within
 from .affine import Minus, computed
 from .blocks import Known, residuals, run
-from .packing import Parameters
+from .packing import ModelParameters
 from .program import Program, Use
 
 Pair = tuple[int, int]  # a variable and the order of its derivative
@@ -190,7 +190,7 @@ class Plan:
         return set(segments).union(*(group.depends for group in groups)) - several
 
     def evaluate(
-        self, y: Any, time: Any, params: Parameters, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
+        self, y: Any, time: Any, params: ModelParameters, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
     ) -> Store:
         """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
@@ -242,28 +242,28 @@ def _guesses(group: Group, guess: Guess) -> list[Any]:
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
 
 
-def _run_single(group: Group, store: Store, params: Parameters, guess: Guess) -> list[Any]:
-    own = [params.columns[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
+def _run_single(group: Group, store: Store, params: ModelParameters, guess: Guess) -> list[Any]:
+    own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.single(read) for read in group.reads]
     guesses = [stacked[0] for stacked in _guesses(group, guess)]
     return run(group.program, Known(own, values, store.time), guesses)
 
 
-def _run_mapped(group: Group, store: Store, params: Parameters, guess: Guess) -> list[Any]:
+def _run_mapped(group: Group, store: Store, params: ModelParameters, guess: Guess) -> list[Any]:
     def one(known: Known, guesses: list[Any]) -> list[Any]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
     return over_members(group, store, params, one, _guesses(group, guess))
 
 
-def group_residuals(group: Group, store: Store, params: Parameters) -> list[Any]:
+def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Any]:
     """The residuals of a group without unknowns, stacked over its members."""
     return over_members(group, store, params, lambda known, _: residuals(group.program, known), [])
 
 
-def over_members(group: Group, store: Store, params: Parameters, function: Any, extra: list[Any]) -> list[Any]:
+def over_members(group: Group, store: Store, params: ModelParameters, function: Any, extra: list[Any]) -> list[Any]:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
-    own = [params.columns[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
+    own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
     def one(params: list[Any], values: list[Any], extra: list[Any]) -> list[Any]:

@@ -14,7 +14,7 @@ from .._errors import ParameterError
 from .._reduce.flatten import FlatModel
 from .._reduce.required import required
 from .._tracing import known
-from .packing import Column, Parameters
+from .packing import ModelParameters, SlotValues
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,20 +33,20 @@ class ModelRequirements:
         """The parameters that are read, by kind and slot."""
         return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
 
-    def broken(self, params: Parameters) -> Any:
+    def broken(self, params: ModelParameters) -> Any:
         """For each requirement, whether it is not met."""
         parts = [jnp.zeros(0, bool)]
         for number, needed in self._groups:
-            values = [params.columns[number, slot].stacked for slot in needed.slots]
+            values = [params.slots[number, slot].stacked for slot in needed.slots]
             parts.append(~jnp.ravel(jax.vmap(needed, axis_size=self.flat.holders[number].total)(*values)))
         return jnp.concatenate(parts)
 
-    def enforced(self, params: Parameters) -> Parameters:
+    def enforced(self, params: ModelParameters) -> ModelParameters:
         """The leaves of packed parameters, NaN where some requirement is not met and they are not known.
 
         Raises `ParameterError` where they are known.
         """
-        mask = _broken(self, params.columns)
+        mask = _broken(self, params.slots)
         numbers = known(mask)
         if numbers is None:
             spoilt = jnp.any(mask)
@@ -66,7 +66,7 @@ class ModelRequirements:
             for text in needed.texts
         ]
 
-    def told(self, index: int, params: Parameters) -> str:
+    def told(self, index: int, params: ModelParameters) -> str:
         """What a requirement that is not met says, with the values of the parameters that it is about."""
         sentence = self.sentences[index]
         for number, needed in self._groups:
@@ -75,9 +75,9 @@ class ModelRequirements:
                 member, which = divmod(index, len(needed.texts))
                 names, units = holder.kind.names, [declaration.unit for declaration in holder.kind.declarations]
                 values = [
-                    (names[slot], np.asarray(params.columns[number, slot].stacked)[member], units[slot])
+                    (names[slot], np.asarray(params.slots[number, slot].stacked)[member], units[slot])
                     for slot in needed.told[which]
-                    if (number, slot) in params.columns
+                    if (number, slot) in params.slots
                 ]
                 return told(sentence, values)
             index -= holder.total * len(needed.texts)
@@ -85,5 +85,5 @@ class ModelRequirements:
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _broken(requirements: ModelRequirements, columns: dict[tuple[int, int], Column]) -> Any:
-    return requirements.broken(Parameters(columns))
+def _broken(requirements: ModelRequirements, slots: dict[tuple[int, int], SlotValues]) -> Any:
+    return requirements.broken(ModelParameters(slots))

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from .._reduce.aliases import Merged
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence
-from .packing import Parameters
+from .packing import ModelParameters
 from .plan import Guess, Pair, Plan
 
 
@@ -27,7 +27,7 @@ class Inputs:
     where events have changed them.
     """
 
-    params: Parameters
+    params: ModelParameters
     starts: Float[Array, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
     discrete: Any = None

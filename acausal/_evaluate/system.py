@@ -123,7 +123,7 @@ class System:
     # Numbers
 
     def pack(self, model: Component) -> Inputs:
-        """Parameters stacked per component class, and start values: what the compiled functions take."""
+        """Parameters by component class, and start values: what the compiled functions take."""
         return self.entry.inputs(model)
 
     @ft.cached_property

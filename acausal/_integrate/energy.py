@@ -73,7 +73,7 @@ class EnergyAccount:
 
     def plot(self, ax: Any = None) -> Any:
         """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
-        from .._show.sankey import plot_energy
+        from .energy_plot import plot_energy
 
         return plot_energy(self, ax)
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, suggestion
+from .._extras import pyplot
 from .._tracing import known
 from .record import Record
 
@@ -61,9 +62,18 @@ class EventLog(eqx.Module):
 
     def plot(self, ax: Any = None) -> Any:
         """Mark the events of a single run on a time axis, a row for each; returns the matplotlib axes."""
-        from .._show.plot import plot_events
-
-        return plot_events(np.asarray(self.times), self.names, ax)
+        times, names = np.asarray(self.times), self.names
+        rows = list(dict.fromkeys(names))
+        if ax is None:
+            _, ax = pyplot().subplots(figsize=(7.0, 1.0 + 0.3 * len(rows)), layout="constrained")
+        for i, row in enumerate(rows):
+            marks = times[np.array(names) == row]
+            ax.plot(marks, np.full(len(marks), i), "|", markersize=12, color="black")
+        ax.set_yticks(range(len(rows)), rows)
+        ax.set_ylim(max(len(rows), 1) - 0.5, -0.5)
+        ax.set_xlabel("time [s]")
+        ax.grid(alpha=0.3)
+        return ax
 
     def __len__(self) -> int:
         return int(np.sum(self._known_numbers >= 0))

@@ -14,7 +14,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.given_unknowns import given_unknowns, lack_of_given
 from .._evaluate.initial import given_pairs, pair_names
 from .._evaluate.observe import observe_with_rates
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -72,7 +72,7 @@ class Problem:
     @property
     def held(self) -> np.ndarray:
         """For each element of the constrained pairs, whether its start value is given and must not move."""
-        return given_pairs(self.system, Inputs(Parameters(), jnp.zeros(0), self.fixed))
+        return given_pairs(self.system, Inputs(ModelParameters(), jnp.zeros(0), self.fixed))
 
     @property
     def foreign(self) -> np.ndarray:

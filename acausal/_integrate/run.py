@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._evaluate.initial import initial_state
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
 from .adjoint import BothModes
 from .derivative import differentiable
@@ -136,7 +136,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
         _path_integrals=raw.ys[path][:, layout.integrals][:, : settings.n_integrals],
         _culprit=culprit,
         _params={},
-        _inputs=dataclasses.replace(given.inputs, params=Parameters(given.inputs.params.columns)),
+        _inputs=dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots)),
         _dense=raw.interpolation,
         _losses=y_end[layout.losses],
         _peaks=_peaks(settings, given, y_end),

@@ -316,7 +316,7 @@ class Solution(eqx.Module, Generic[M]):
         - `units`: units to draw in wherever they fit, as in `["rpm", "bar"]`; the others are in SI.
         - `events`: whether dotted lines mark their times.
         """
-        from .._show.trajectories import plot_solution
+        from .solution_plot import plot_solution
 
         return plot_solution(self, items, units, events, axes)
 

@@ -10,7 +10,7 @@ import numpy as np
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .field import Given
 from .modes import Solver, modes_at
@@ -72,7 +72,7 @@ class _Searches:
 
 @ft.partial(jax.jit, static_argnums=0)
 def search_start(
-    problem: Problem, params: Parameters, easy: Parameters | None, starts: Any, t0: Any, constants: list[Any]
+    problem: Problem, params: ModelParameters, easy: ModelParameters | None, starts: Any, t0: Any, constants: list[Any]
 ) -> tuple[Outcome, dict[int, Any]]:
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states

@@ -12,7 +12,7 @@ import numpy as np
 from .._declare.component import Component
 from .._declare.node import Leaf, leaves_of
 from .._errors import ModelError, suggestion
-from .._evaluate.packing import Parameters
+from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._reduce.nominal import nominal_size
@@ -46,7 +46,7 @@ class Trim:
         flat_leaf = self.system.flat.leaves[leaf]
         return flat_leaf.stack + flat_leaf.sizes
 
-    def sizes(self, params: Parameters) -> Any:
+    def sizes(self, params: ModelParameters) -> Any:
         """The largest element of each parameter, or its nominal size where it is zero; constants."""
         parts = [jnp.zeros(0)]
         for leaf, count in zip(self.leaves, self._counts, strict=True):
@@ -54,7 +54,7 @@ class Trim:
             parts.append(jnp.full(count, jnp.where(largest > 0, largest, nominal_size(self.system.flat.leaves[leaf]))))
         return jax.lax.stop_gradient(jnp.concatenate(parts))
 
-    def unknowns(self, params: Parameters, sizes: Any) -> Any:
+    def unknowns(self, params: ModelParameters, sizes: Any) -> Any:
         """The unknowns from the values of the parameters."""
         parts = [jnp.ravel(jnp.asarray(params.leaves[leaf], float)) for leaf in self.leaves]
         return jnp.concatenate([jnp.zeros(0), *parts]) / sizes

@@ -76,11 +76,11 @@ class Diagram:
 
     def _repr_png_(self) -> bytes:
         """For a notebook."""
-        from .plot import _pyplot
+        from .._extras import pyplot
 
         picture, figure = io.BytesIO(), self.plot().figure
         figure.savefig(picture, format="png", dpi=100)
-        _pyplot().close(figure)
+        pyplot().close(figure)
         return picture.getvalue()
 
 

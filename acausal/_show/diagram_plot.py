@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import scipy
 
+from .._extras import pyplot
 from .diagram import Diagram
-from .plot import _pyplot
 
 SPREAD = np.array([2.1, 1.25])  # inches between neighbours
 HEIGHT, PER_LETTER, MARGIN = 0.46, 0.078, 0.24  # inches, of boxes
@@ -22,7 +22,7 @@ def plot_diagram(diagram: Diagram, ax: Any) -> Any:
     points = apart(placed(edges, len(sizes)) * SPREAD, sizes)
     if ax is None:
         extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.3
-        _, ax = _pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
+        _, ax = pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
     _draw_lines(ax, diagram, points)
     for name, point, size in zip(names, points, sizes, strict=False):
         _draw_box(ax, diagram, name, point, size)

@@ -9,7 +9,7 @@ from .._evaluate.system import System
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
 from .._unit_check.check import unchecked_equations
-from .plot import equation_name
+from .structure_plot import equation_name
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Structure:
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the block-triangular incidence: equations down, unknowns across; returns the matplotlib axes."""
-        from .plot import plot_structure
+        from .structure_plot import plot_structure
 
         return plot_structure(self.system, ax)
 

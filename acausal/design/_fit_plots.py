@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._show.plot import _pyplot
+from .._extras import pyplot
 
 if TYPE_CHECKING:
     from ._fit import Channel, Fit
@@ -59,7 +59,7 @@ def plot_correlation(fit: "Fit", ax: Any) -> Any:
     """A square for each pair, blue for negative and red for positive correlation, with its number."""
     n = len(fit.names)
     if ax is None:
-        _, ax = _pyplot().subplots(figsize=(2.6 + 0.6 * n, 1.8 + 0.6 * n), layout="constrained")
+        _, ax = pyplot().subplots(figsize=(2.6 + 0.6 * n, 1.8 + 0.6 * n), layout="constrained")
     correlation = fit.correlation
     ax.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     for i, j in np.ndindex(n, n):
@@ -76,7 +76,7 @@ def plot_correlation(fit: "Fit", ax: Any) -> Any:
 def plot_profile(profile: "Profile", ax: Any) -> Any:
     """chi2 over the parameter, the threshold, and the interval in colour."""
     if ax is None:
-        _, ax = _pyplot().subplots(figsize=(5.5, 3.5), layout="constrained")
+        _, ax = pyplot().subplots(figsize=(5.5, 3.5), layout="constrained")
     ax.plot(profile.values, profile.chi2, ".-", color="tab:blue")
     ax.axhline(profile.threshold, color="0.4", linewidth=0.8, linestyle="--")
     low, high = max(profile.low, profile.values[0]), min(profile.high, profile.values[-1])
@@ -92,5 +92,5 @@ def plot_profile(profile: "Profile", ax: Any) -> Any:
 def _panels(axes: Any, rows: int, columns: int) -> np.ndarray:
     if axes is None:
         size = (4.4 * columns + 1.6, 2.2 * rows + 0.4)
-        _, axes = _pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained")
+        _, axes = pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained")
     return np.reshape(axes, (rows, columns))

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._errors import ModelError
-from .._integrate.energy import EnergyAccount
-from .plot import _pyplot
+from .._extras import pyplot
+from .energy import EnergyAccount
 
 COLOURS = {
     "supplied": "#0072b2",
@@ -77,7 +77,7 @@ def plot_energy(account: EnergyAccount, ax: Any) -> Any:
     heights = [[max(flow.amount / total, LINE) for flow in side] for side in (came, went)]
     tall = max(sum(side) + GAP * (len(side) - 1) for side in heights)
     if ax is None:
-        _, ax = _pyplot().subplots(figsize=(7.5, 0.6 + INCHES * tall), layout="constrained")
+        _, ax = pyplot().subplots(figsize=(7.5, 0.6 + INCHES * tall), layout="constrained")
     for side, place in ((came, LEFT), (went, RIGHT)):
         _draw_side(ax, side, place, total)
     ax.fill_between([MIDDLE - BAR, MIDDLE + BAR], -0.5, 0.5, color="0.3", linewidth=0.0)

@@ -1,33 +1,14 @@
-"""Pictures of events and structures; needs matplotlib."""
+"""A picture of the structure of a system; needs matplotlib."""
 
 from typing import Any
 
 import numpy as np
 
 from .._evaluate.system import System
-from .._extras import needed
+from .._extras import pyplot
 from .._reduce.sort import Sorted
 
 _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
-
-
-def _pyplot() -> Any:
-    return needed("matplotlib.pyplot", "plots", "A picture")
-
-
-def plot_events(times: np.ndarray, names: list[str], ax: Any) -> Any:
-    """A row for each event, the first one to occur on top, with a mark at each of its times."""
-    rows = list(dict.fromkeys(names))
-    if ax is None:
-        _, ax = _pyplot().subplots(figsize=(7.0, 1.0 + 0.3 * len(rows)), layout="constrained")
-    for i, row in enumerate(rows):
-        marks = times[np.array(names) == row]
-        ax.plot(marks, np.full(len(marks), i), "|", markersize=12, color="black")
-    ax.set_yticks(range(len(rows)), rows)
-    ax.set_ylim(max(len(rows), 1) - 0.5, -0.5)
-    ax.set_xlabel("time [s]")
-    ax.grid(alpha=0.3)
-    return ax
 
 
 def plot_structure(system: System, ax: Any) -> Any:
@@ -38,7 +19,7 @@ def plot_structure(system: System, ax: Any) -> Any:
     column_of = {unknown: i for i, unknown in enumerate(unknowns)}
     if ax is None:
         side = min(4.0 + 0.14 * len(rows), 12.0)
-        _, ax = _pyplot().subplots(figsize=(side + 1.5, side), layout="constrained")
+        _, ax = pyplot().subplots(figsize=(side + 1.5, side), layout="constrained")
     points = [
         (column_of[int(ordered.column[entry])], i)
         for i, row in enumerate(rows)

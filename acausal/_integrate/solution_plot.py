@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from .._errors import ModelError
-from .._integrate.columns import Column, Item, columns
-from .._integrate.solution import Solution
-from .plot import _pyplot
+from .._extras import pyplot
+from .columns import Column, Item, columns
+from .solution import Solution
 
 
 def plot_solution(solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Any) -> Any:
@@ -71,7 +71,7 @@ def _common_states(solutions: Sequence[Solution]) -> list[str]:
 def _panels(axes: Any, count: int) -> np.ndarray:
     if axes is None:
         size = (7.0, 1.0 + 1.7 * count)
-        _, axes = _pyplot().subplots(count, sharex=True, figsize=size, squeeze=False, layout="constrained")
+        _, axes = pyplot().subplots(count, sharex=True, figsize=size, squeeze=False, layout="constrained")
     axes = np.ravel(axes)
     if len(axes) != count:
         raise ModelError(f"There are {count} panels to draw, but {len(axes)} axes were given.")
