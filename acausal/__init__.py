@@ -51,7 +51,7 @@ from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
 from ._errors import UnitError as UnitError
 from ._errors import UnknownNameError as UnknownNameError
-from ._evaluate.compiling import compile as compile
+from ._evaluate.choose_states import choose_states as choose_states
 from ._evaluate.system import System as System
 from ._files import VersionWarning as VersionWarning
 from ._files import about as about

@@ -9,8 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Array, Component, Connections, connect, repeat
-from acausal import compile as compiled
+from acausal import Array, Component, Connections, choose_states, connect, repeat
 from components.rotational import Inertia, Spring
 
 from ._effort import Effort
@@ -84,7 +83,7 @@ def _of_singles(n: int) -> Component:
 
 def _measured(make: Callable[[int], Component], n: int, effort: Effort) -> dict[str, float]:
     model = make(n)
-    structure, system = _timed(lambda: compiled(model))
+    structure, system = _timed(lambda: choose_states(model))
     packing = fastest({"pack": lambda: jax.tree_util.tree_map(jnp.asarray, system.pack(model))}, 3)["pack"]
     inputs = jax.tree_util.tree_map(jnp.asarray, system.pack(model))
     t, y = jnp.asarray(0.0), jnp.asarray(np.random.default_rng(0).normal(size=len(system.nominals)))

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import compile as compiled
+from acausal import choose_states
 from studies import opening_time
 from studies.actuators import ElectromechanicalActuator, ema_maxon
 
@@ -28,7 +28,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
 
 def _alone(effort: Effort) -> list[Row]:
     model = ema_maxon()
-    system = compiled(model)
+    system = choose_states(model)
     inputs = jax.tree_util.tree_map(jnp.asarray, system.pack(model))
     p = handwritten.device_parameters(model)
     fields = {"generated": (system.vector_field, inputs), "hand-written": (handwritten.vector_field, p)}

@@ -32,7 +32,7 @@ from .starts import Inputs, PairStarts, Starts
 
 @dataclasses.dataclass(eq=False, repr=False)
 class System:
-    """A model's equations, reduced and sorted; made by `compile` or, behind the scenes, by `simulate`.
+    """A model's equations, reduced and sorted; made by `choose_states` or, behind the scenes, by `simulate`.
 
     The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair. In mass-matrix
     form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are

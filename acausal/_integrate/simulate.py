@@ -85,7 +85,7 @@ def simulate(
     - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
     - `progress`: print how far the run is; None: say only that a compilation takes long; False: not that, either.
-    - `system`: the outcome of `compile`, whose choice of states is then used; None: chosen from the classes.
+    - `system`: the outcome of `choose_states`, whose choice of states is then used; None: chosen from the classes.
 
     Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
     what goes wrong in the run. Outside of `jit` and `vmap`, warns with `UnresolvedWarning` of variables that are so
@@ -100,7 +100,7 @@ def simulate(
     given = [_as_number(leaf) for leaf in given]
     if system is None:
         system = system_of_leaves(structure, given)
-    kind_of(system, "system", System, "compile(model)")
+    kind_of(system, "system", System, "choose_states(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
@@ -208,5 +208,5 @@ def _check_same_structure(model: Component, layout: Layout, system: System) -> N
     if layout.structure != system.flat.structure:
         raise ModelError(
             f"The {type(model).__name__} to simulate has another structure or other nominal sizes than the model that "
-            "`system` was compiled from: compile it again, with its sizes: compile(sized(model, {...}))."
+            "`system` was made from: make it again, with its sizes: choose_states(sized(model, {...}))."
         )

@@ -62,7 +62,7 @@ class Structure:
 
 
 def structure(model: Component | System) -> Structure:
-    """Report the structure of a model, or of what `compile` made of it."""
+    """Report the structure of a model, or of what `choose_states` made of it."""
     system = model if isinstance(model, System) else system_of(model)
     flat, table = system.flat, system.reduced.incidence
     counts = system.reduced.differentiations

@@ -20,7 +20,7 @@ from acausal import (
     Scalar,
     SimulationError,
     Var,
-    compile,
+    choose_states,
     connect,
     eq,
     initialise,
@@ -65,7 +65,7 @@ ENTRIES: dict[str, Callable[[Any], Any]] = {
     "simulate": lambda model: simulate(model, 1.0),
     "initialise": initialise,
     "linearise": linearise,
-    "compile": compile,
+    "choose_states": choose_states,
 }
 
 
@@ -101,8 +101,8 @@ def test_flags_of_a_run() -> None:
         with pytest.raises(ModelError, match=r"(throw|energy|progress) must be True or False"):
             simulate(MODEL, 1.0, **how)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"algebraic='integrated' is not known: use \"solve\" or \"integrate\""):
-        compile(MODEL, algebraic="integrated")  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ModelError, match=r"system='c' is not known: give compile\(model\)"):
+        choose_states(MODEL, algebraic="integrated")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ModelError, match=r"system='c' is not known: give choose_states\(model\)"):
         linearise(MODEL, system="c")  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"The easier model has another structure"):
         initialise(MODEL, steady=True, easier=HeatCapacitor(C=1.0))  # pyright: ignore[reportArgumentType]

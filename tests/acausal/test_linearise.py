@@ -26,7 +26,7 @@ from acausal import (
     Var,
     Vector,
     avoid,
-    compile,
+    choose_states,
     eq,
     linearise,
     prefer,
@@ -153,7 +153,7 @@ def test_other_choice_of_states() -> None:
     """A view serves any choice of states, and the poles do not depend on it."""
     model = gear_train(3.0, torque=1.0, w1=0.5)
     sol = simulate(model, 1.0)
-    system = compile(model, algebraic="integrate")
+    system = choose_states(model, algebraic="integrate")
     a = linearise(model, at=sol.final, inputs=["drive.torque"], outputs=["second.w"])
     b = linearise(model, at=sol.final, inputs=["drive.torque"], outputs=["second.w"], system=system)
     gain = 1.0 / (3.0 * (1.5 + 4.0 / 9.0))
@@ -340,7 +340,7 @@ def test_wrong_operating_points() -> None:
     with pytest.raises(ModelError, match="at=Solution"):
         linearise(rc(), at=sol)
     with pytest.raises(ModelError, match="to linearise has another structure"):
-        linearise(rc(), system=compile(motor_rig()))
+        linearise(rc(), system=choose_states(motor_rig()))
     with pytest.raises(ParameterError, match=r"r\.R must be nonnegative"):
         linearise(eqx.tree_at(lambda m: m.r.R, rc(), -1.0))
     with pytest.raises(SimulationError, match="contradict"):

@@ -56,7 +56,7 @@ UNFIT: list[tuple[dict[str, Any], str]] = [
     (dict(integrals=0.5), "integrals must be a function of the variables, got 0.5"),
     (dict(solver="Tsit5"), "solver='Tsit5' is not known: give a solver of diffrax"),
     (dict(adjoint="direct"), "adjoint='direct' is not known: give one of diffrax"),
-    (dict(system="rc"), r"system='rc' is not known: give compile\(model\)"),
+    (dict(system="rc"), r"system='rc' is not known: give choose_states\(model\)"),
     (dict(nominal=1e-3), "nominal=0.001 is not a dictionary of sizes"),
 ]
 ids: Callable[[Any], str] = lambda case: str(case)[:30]  # noqa: E731

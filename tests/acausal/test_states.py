@@ -17,7 +17,7 @@ from acausal import (
     StructureError,
     Var,
     avoid,
-    compile,
+    choose_states,
     connect,
     eq,
     prefer,
@@ -102,27 +102,27 @@ def test_the_choice_is_the_same_under_jit() -> None:
 )
 def test_compile_pivots_on_the_numbers(ratio: float, states: set[str]) -> None:
     """The side of a gear on which the other one depends strongly is integrated; the classes do not tell which."""
-    assert set(compile(gear_train(ratio)).state_names) == states
+    assert set(choose_states(gear_train(ratio)).state_names) == states
 
 
 @pytest.mark.parametrize("start", [{"x": 1.0}, {"y": -1.0}])
 def test_compile_keeps_all_candidates_where_no_pivot_is_safe(start: dict[str, float]) -> None:
     """A pivot that is good at the start may vanish in a run."""
-    assert set(compile(Pendulum(**start)).state_names) == {"x", "y", "u", "v"}
+    assert set(choose_states(Pendulum(**start)).state_names) == {"x", "y", "u", "v"}
 
 
 def test_compile_in_a_singular_position() -> None:
     """At the joint of the rod its constraint has no slope, so that no point on it is found."""
     model = Pendulum(x=0.0, y=0.0)
     with pytest.raises(SimulationError, match=r"The start values contradict the equations\. [xy] "):
-        simulate(model, 1.0, system=compile(model))
+        simulate(model, 1.0, system=choose_states(model))
 
 
 def test_a_forced_choice_in_a_singular_position() -> None:
     with pytest.raises(StructureError, match=r"No states can be chosen.*rod.*change the start values"):
-        compile(Swing(x=0.0, y=0.0))
+        choose_states(Swing(x=0.0, y=0.0))
 
 
 def test_compile_needs_numbers() -> None:
-    with pytest.raises(Exception, match=r"compile\(model\) needs concrete numbers"):
-        eqx.filter_jit(compile)(rc())
+    with pytest.raises(Exception, match=r"choose_states\(model\) needs concrete numbers"):
+        eqx.filter_jit(choose_states)(rc())

@@ -5,7 +5,7 @@ import pytest
 from _mechanisms import Pendulum
 from _models import gear_train, rc, rectifier
 
-from acausal import Structure, compile, structure
+from acausal import Structure, choose_states, structure
 
 mpl.use("Agg")
 
@@ -71,7 +71,7 @@ def test_simultaneous_equations() -> None:
 
 
 def test_what_compile_chose() -> None:
-    report = structure(compile(Pendulum(x=1.0)))
+    report = structure(choose_states(Pendulum(x=1.0)))
     assert report.differentiated["rod"] == 2
     assert "d2/dt2 rod" in {equation for block in report.blocks for equation in block.equations}
 

@@ -18,7 +18,7 @@ from acausal import (
     UnitError,
     Var,
     Vector,
-    compile,
+    choose_states,
     connect,
     eq,
     repeat,
@@ -61,7 +61,7 @@ class Pair(Component):
 def test_all_mistakes_are_listed_with_their_place() -> None:
     wrong = Wrong(J=1.0, k=1.0)
     with pytest.raises(UnitError) as caught:
-        compile(Pair(first=wrong, second=wrong))
+        choose_states(Pair(first=wrong, second=wrong))
     assert str(caught.value).splitlines()[:-1] == [
         "The units of the model do not agree.",
         "  Wrong (first and 1 more), equation newton: subtracts self.w in rad/s (1/s) from self.k * self.i in N.m "

@@ -19,7 +19,7 @@ from acausal import (
     ModelError,
     Solution,
     System,
-    compile,
+    choose_states,
     connect,
     linearise,
     repeat,
@@ -156,7 +156,7 @@ def test_copies_of_solutions(model: Component, save: str, again: str) -> None:
 @pytest.mark.parametrize("algebraic", ["solve", "integrate"])
 def test_systems_are_built_again_from_what_is_stored(algebraic: Any) -> None:
     """As in another process, in which nothing is built yet."""
-    system = compile(rc(), algebraic=algebraic)
+    system = choose_states(rc(), algebraic=algebraic)
     other: System = pickle.loads(pickle.dumps(system))
     assert other is not system
     assert other.state_names == system.state_names

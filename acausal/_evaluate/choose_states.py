@@ -1,4 +1,4 @@
-"""`compile`: the structural passes on a model with concrete numbers."""
+"""`choose_states`: the structural passes on a model with concrete numbers."""
 
 import functools as ft
 from typing import Any, Literal
@@ -21,11 +21,11 @@ from .starts import Inputs, Starts
 from .system import System
 
 
-def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:
+def choose_states(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:
     """Choose states and sort the equations of a model, pivoting on its numbers at the start values.
 
-    The result fixes the choice: `simulate(model, ..., system=compile(model))`. Without it, `simulate` chooses from the
-    classes alone, which is the same for every set of numbers and works under `jit`.
+    The result fixes the choice: `simulate(model, ..., system=choose_states(model))`. Without it, `simulate` chooses
+    from the classes alone, which is the same for every set of numbers and works under `jit`.
 
     Raises `ModelError` or `ParameterError` for what is wrong with the model.
 
@@ -34,7 +34,7 @@ def compile(model: Component, *, algebraic: Literal["solve", "integrate"] = "sol
     """
     leaves, _ = complete_leaves(model)
     if any(is_traced(leaf) for leaf in leaves):
-        raise ModelError("compile(model) needs concrete numbers: call it outside jit, grad and vmap.")
+        raise ModelError("choose_states(model) needs concrete numbers: call it outside jit, grad and vmap.")
     if algebraic not in ("solve", "integrate"):
         raise ModelError(f'algebraic={algebraic!r} is not known: use "solve" or "integrate".')
     system = build(model, ft.partial(_coefficients, leaves))
