@@ -32,20 +32,21 @@ from .._reduce.required import required
 from .._reduce.stated import initial_templates, templates
 from .._tracing import is_traced
 from . import run as traced
-from .settings import Numbers, Settings
+from .field import Given
+from .settings import Settings
 from .solution import Solution
 
 Program = Callable[[list[Any]], Solution]
 
 
-def run(settings: Settings, numbers: Numbers) -> Solution:
+def run(settings: Settings, given: Given) -> Solution:
     """As `run.run`, where possible by a stored program; else what is compiled is stored, where that is possible."""
-    leaves, structure = jax.tree.flatten(numbers)
+    leaves, structure = jax.tree.flatten(given)
     if programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
-        return traced.run(settings, numbers)
+        return traced.run(settings, given)
     kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
     program = _program(settings, structure, kinds)
-    return traced.run(settings, numbers) if program is None else program(leaves)
+    return traced.run(settings, given) if program is None else program(leaves)
 
 
 def _is_plain(leaf: Any) -> bool:
@@ -67,7 +68,9 @@ def _program(settings: Settings, structure: Any, kinds: tuple[tuple[tuple[int, .
     """The program for numbers of these shapes; None where what it is made from cannot be told."""
     assert programs.folder is not None
     try:
-        key = fingerprint((_versions(), str(structure), [str(kind) for kind in kinds], _made_from(settings)))
+        given = structure.unflatten(kinds).inputs.given  # the leaves whose start values are given
+        shapes = [str(kind) for kind in kinds]
+        key = fingerprint((_versions(), str(structure), shapes, given, _made_from(settings)))
     except NoFingerprintError:
         return None
     file = programs.folder / f"run-{key}-program"
@@ -108,7 +111,7 @@ def _made_from(settings: Settings) -> list[Any]:
         *_system(settings.system),
         *(None if f is None else (f.closed, f.leaves) for f in functions),
         *(settings.direction, settings.save, settings.solver, settings.max_steps, settings.max_events),
-        *(settings.given, settings.is_started),
+        settings.is_started,
     ]
 
 
