@@ -60,6 +60,7 @@ from ._files import save as save
 from ._integrate.energy import EnergyAccount as EnergyAccount
 from ._integrate.event_log import EventLog as EventLog
 from ._integrate.initialise import initialise as initialise
+from ._integrate.peaks import Peak as Peak
 from ._integrate.result import Result as Result
 from ._integrate.simulate import simulate as simulate
 from ._integrate.solution import Solution as Solution

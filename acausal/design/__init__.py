@@ -1,5 +1,7 @@
 """Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
 
+from ._batches import Outcomes as Outcomes
+from ._bounds import Scale as Scale
 from ._certificate import Curvature as Curvature
 from ._choose import Choice as Choice
 from ._choose import choose as choose
@@ -9,18 +11,24 @@ from ._design import Active as Active
 from ._design import Design as Design
 from ._design import Result as Result
 from ._design import Sensitivity as Sensitivity
+from ._design import Tried as Tried
 from ._distributions import Normal as Normal
 from ._distributions import Samples as Samples
 from ._distributions import Triangular as Triangular
 from ._distributions import Uniform as Uniform
 from ._experiment import Experiment as Experiment
+from ._experiment import Run as Run
 from ._fit import Channel as Channel
 from ._fit import Combination as Combination
 from ._fit import Fit as Fit
 from ._free import Free as Free
+from ._free import Place as Place
+from ._free import Variable as Variable
 from ._free import free_parameters as free_parameters
 from ._identify import identify as identify
 from ._indices import Indices as Indices
+from ._limits import Limit as Limit
+from ._limits import Objective as Objective
 from ._optimise import optimise as optimise
 from ._pareto import Front as Front
 from ._pareto import pareto as pareto

@@ -53,7 +53,7 @@ def test_functions_read_parameters_that_are_collected(monkeypatch: pytest.Monkey
     monkeypatch.setattr(entry, "LARGE", 10)
     model = Tanks(parts=tuple(Tank(T=2.0 + 0.1 * i) for i in range(9)))
     assert _run(model) == pytest.approx((2.0 * math.log(4.0), 2.25, 2.0, 3.0), rel=1e-7)
-    found = eqx.filter_jacrev(lambda model: jnp.stack(_run(model)))(model)
+    found: Any = eqx.filter_jacrev(lambda model: jnp.stack(_run(model)))(model)
     derivatives = {"limit": found.limit, "scale": found.scale, "T": found.parts[0].T, "of another": found.parts[1].T}
     expected = {
         "limit": [-8.0, -3.0, 0.0, 0.0],

@@ -9,19 +9,30 @@ import pytest
 from _models import RC, rc
 
 import acausal
+import acausal.design
 from acausal import AcausalError, Solution, simulate
 
 PUBLIC = {name: item for name, item in vars(acausal).items() if not name.startswith("_")}
+OF_DESIGN = {name: item for name, item in vars(acausal.design).items() if not name.startswith("_")}
 CLASSES = [item for item in PUBLIC.values() if inspect.isclass(item) and item.__module__.startswith("acausal")]
 FUNCTIONS = [item for item in PUBLIC.values() if inspect.isfunction(item) and item.__module__.startswith("acausal")]
 
 
+def hints(item: Any) -> dict[str, Any]:
+    """The annotations of a function or of the fields of a class."""
+    try:
+        return typing.get_type_hints(item)
+    except NameError:  # an import for type checkers alone
+        return {}
+
+
 def returned(function: Any) -> Iterator[type]:
     """The classes of the library in the annotation of what a function returns."""
-    try:
-        hint = typing.get_type_hints(function).get("return")
-    except NameError:  # an import for type checkers alone
-        return
+    return named(hints(function).get("return"))
+
+
+def named(hint: Any) -> Iterator[type]:
+    """The classes of the library in an annotation."""
     todo = [hint]
     while todo:
         item = todo.pop()
@@ -54,6 +65,16 @@ def test_what_functions_return_has_a_public_name(function: Any) -> None:
 def test_what_methods_return_has_a_public_name(cls: type) -> None:
     missing = {found.__name__ for member in members(cls) for found in returned(member)} - PUBLIC.keys() - TERMS
     assert not missing
+
+
+def test_what_results_of_designs_hold_has_a_public_name() -> None:
+    classes = [item for item in OF_DESIGN.values() if inspect.isclass(item)]
+    functions = [item for item in OF_DESIGN.values() if inspect.isfunction(item)]
+    functions += [member for cls in classes for member in members(cls)]
+    held = [hint for cls in classes for name, hint in hints(cls).items() if not name.startswith("_")]
+    found = [cls for hint in held for cls in named(hint)] + [cls for f in functions for cls in returned(f)]
+    assert len(found) > 50
+    assert not {cls.__name__ for cls in found} - PUBLIC.keys() - OF_DESIGN.keys()
 
 
 def test_errors_have_one_base() -> None:
