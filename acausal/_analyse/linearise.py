@@ -55,14 +55,10 @@ def linearise(
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
       mapping gives them names.
-<<<<<<< HEAD
     - `open`: ports at which loops are broken, such as "controller.y". Each is an input, from which on what it drives is
       driven, and an output, what arrives there, both of its name: with G from the one to the other, the loop transfer
       function of negative feedback is -G, see `margins`. The operating point is that of the closed loops.
-    - `system`: the outcome of `compile`, whose choice of states is then used.
-=======
     - `system`: the outcome of `choose_states`, whose choice of states is then used.
->>>>>>> b338dfb (choose_states(model) is the name of what chooses states by the numbers of a model)
 
     Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from .._extras import pyplot
 from .bond_graph import BondGraph
 from .diagram import COLOURS
 from .diagram_plot import apart, placed
-from .plot import _pyplot
 
 SPREAD = np.array([1.3, 1.0])  # inches between neighbours
 SIZE = {"0": (0.3, 0.3), "1": (0.3, 0.3)}  # inches, of junctions
@@ -23,7 +23,7 @@ def plot_bond_graph(graph: BondGraph, ax: Any) -> Any:
     points = apart(placed(edges, len(sizes)) * SPREAD, sizes + 0.12)
     if ax is None:
         extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.4
-        _, ax = _pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
+        _, ax = pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
     domains = dict.fromkeys(bond.domain for bond in graph.bonds)
     colours = {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
     for bond, stroke in zip(graph.bonds, graph.strokes, strict=True):
