@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import architectures, control, design, hold, identify, optimise, tolerance, validate
+from . import architectures, control, design, hold, identify, optimise, prototypes, tolerance, validate
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -26,6 +26,7 @@ def _parser() -> argparse.ArgumentParser:
         ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
         ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
         ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
+        ("prototypes", prototypes, "tell what the measurements on the three prototypes say, and what they leave open"),
         ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
         ("control", control, "find the course of the voltage that opens softly within a current, soonest or coolest"),
         ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),

@@ -1,9 +1,9 @@
 """The actuators as assemblies of components."""
 
 from acausal import Component, Connections, connect
-from components.blocks import Constant, Ramp
+from components.blocks import Constant, Ramp, Step
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
-from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, Tank
+from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, SpringAccumulator, Tank
 from components.rotational import Cam, Fixed, PlanetaryGearbox, SmoothStribeckFriction, StribeckFriction, WormGear
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
@@ -39,9 +39,12 @@ class CamActuator(ClutchActuator, partial=True):
     cam: Cam
     master: MasterCylinder
     housing: Fixed = Fixed()
+    friction: SmoothStribeckFriction | None = None  # dry friction on the motor's shaft
 
     def connections(self) -> Connections:
+        friction = () if self.friction is None else (connect(self.friction.flange, self.motor.shaft),)
         return (
+            *friction,
             *super().connections(),
             connect(self.motor.shaft, self.gearbox.sun),
             connect(self.gearbox.ring, self.housing.flange),
@@ -99,19 +102,24 @@ class ElectrohydraulicActuator(PumpActuator):
 
 
 class StickingActuator(PumpActuator):
-    """The electrohydraulic actuator with dry friction on its shaft, and a supply that may take time to rise.
+    """The electrohydraulic actuator with what can keep it from moving at once.
 
-    The bearing sticks (`StribeckFriction`, by events) or creeps (`SmoothStribeckFriction`, smoothed).
+    That is a supply that takes time to rise or comes late, dry friction on the shaft, which sticks (`StribeckFriction`,
+    by events) or creeps (`SmoothStribeckFriction`, smoothed), and a pocket in the line that has to be filled first.
     """
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
-    command: Constant | Ramp
-    bearing: StribeckFriction | SmoothStribeckFriction
+    command: Constant | Ramp | Step
+    bearing: StribeckFriction | SmoothStribeckFriction | None = None
+    pocket: SpringAccumulator | None = None
 
     def connections(self) -> Connections:
+        friction = () if self.bearing is None else (connect(self.bearing.flange, self.pump.shaft),)
+        filling = () if self.pocket is None else (connect(self.pocket.port, self.line.a),)
         return (
             *super().connections(),
             connect(self.pump.b, self.line.a),
             connect(self.command.y, self.supply.u),
-            connect(self.bearing.flange, self.pump.shaft),
+            *friction,
+            *filling,
         )

@@ -9,7 +9,7 @@ import pytest
 from studies.__main__ import main
 from studies._output import print_table
 
-STUDIES = ("validate", "optimise", "design", "identify", "tolerance", "control", "hold", "architectures")
+STUDIES = ("validate", "optimise", "design", "identify", "tolerance", "control", "hold", "architectures", "prototypes")
 
 
 def test_help(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,121 @@
+"""The fits: which parameters are free, which measurements they are to meet, and what is known beforehand."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import equinox as eqx
+
+from acausal import Scalar
+from acausal.design import Experiment, Fit, Normal, identify
+from components.rotational import EqualMeshLoss, SmoothStribeckFriction
+
+from .._opening import STROKE, opening
+from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon
+from ..validate import hold
+from ._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS
+
+RESISTANCE, FRICTION = "motor.resistor.R", "motor.bearing.C"
+LIQUID, SEAL = "line.damping", "seal.C"
+CONSTANT, DRY, MESH = "motor.emf.k", "friction.Tc", "gearbox.loss.efficiency"
+FREE: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        RESISTANCE: (0.03, 1.0), FRICTION: (1e-5, 0.1), LIQUID: (1e10, 1e14), SEAL: (1e-5, 10.0),
+        CONSTANT: (0.005, 0.1), DRY: (1e-3, 1.0), MESH: (0.3, 1.0),
+    }
+)  # fmt: skip
+# Fluid and piston friction are known to a factor or so before anything is measured.
+VAGUE = {LIQUID: Normal(std="100 %"), SEAL: Normal(std="100 %")}
+LONGEST = 0.6  # s
+DESIGNS: Mapping[str, Callable[..., ClutchActuator]] = MappingProxyType(
+    {"ema_fise": ema_fise, "ema_maxon": ema_maxon, "ehs_maxon": ehs_maxon}
+)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Case:
+    """One way to explain the measurements on a prototype."""
+
+    name: str
+    actuator: str
+    free: tuple[str, ...]
+    priors: Mapping[str, Normal] = dataclasses.field(default_factory=dict)
+    without: tuple[str, ...] = ()  # measurements that are left out
+
+
+CASES = (
+    Case("all data", "ema_fise", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
+    Case(
+        "multimeter in place of the peak", "ema_fise", (RESISTANCE, FRICTION),
+        {RESISTANCE: Normal(*MULTIMETER)}, ("peak current",),
+    ),
+    Case("times and peaks", "ema_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE, ("holding current",)),
+    Case("all data, viscous friction alone", "ema_maxon", (RESISTANCE, FRICTION)),
+    Case("all data, another torque constant", "ema_maxon", (RESISTANCE, FRICTION, CONSTANT)),
+    Case("all data, dry friction", "ema_maxon", (RESISTANCE, FRICTION, DRY)),
+    Case("all data, losses in the gear", "ema_maxon", (RESISTANCE, FRICTION, MESH)),
+    Case("all data", "ehs_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
+    Case("all data and the no-load test", "ehs_maxon", (RESISTANCE, FRICTION), {FRICTION: Normal(*NO_LOAD_TEST)}),
+)  # fmt: skip
+
+
+def model_of(case: Case) -> ClutchActuator:
+    """Where a fit starts."""
+    model = DESIGNS[case.actuator](**({"resistance": 0.15, "friction": 3e-3} if case.actuator == "ema_maxon" else {}))
+    if DRY in case.free:
+        # Wide enough to be cheap, and far below the speeds at which the motor runs.
+        rubbing = SmoothStribeckFriction(Tc=0.1, Ts=0.1, ws=10.0, w0=1.0)
+        return eqx.tree_at(lambda m: m.friction, model, rubbing, is_leaf=lambda x: x is None)
+    if MESH in case.free:
+        loss = EqualMeshLoss(efficiency=0.9)
+        return eqx.tree_at(lambda m: m.gearbox.loss, model, loss, is_leaf=lambda x: x is None)
+    return model
+
+
+def predict(model: Any) -> dict[str, Scalar]:
+    """What the measurements on an actuator should have been."""
+    run = opening(model, t_max=LONGEST, save="end", rtol=1e-7)
+    near = run.final.motor.shaft.phi
+    stall = model.supply.V / model.motor.resistor.R
+    return {
+        "opening time": run.t1,
+        "moving time": run.t1,
+        "peak current": stall,  # at rest; nothing delays the current
+        "holding current": held_after_opening(model, near),
+    }
+
+
+def held_after_opening(model: ClutchActuator, near: Scalar, direction: float = 1.0) -> Scalar:
+    """The current in A at the full stroke when the motor is on the point of opening further, -1: of giving way."""
+    rest = hold(model, STROKE, near)
+    current = rest.current
+    if isinstance(model, ElectromechanicalActuator):
+        loss, ratio = model.gearbox.loss, model.gearbox.ratio
+        if loss is not None:
+            # With the ring held a part 1 / ratio of the torque does not pass the meshes (Mueller).
+            share = loss.efficiency ** (direction)
+            current = current * ratio / (1.0 + (ratio - 1.0) * share)
+        if model.friction is not None:
+            current = current + direction * model.friction.Tc / model.motor.emf.k
+    return current
+
+
+def fit(case: Case) -> Fit[Any]:
+    """The parameters of a case with what is known of them."""
+    experiments = []
+    for voltage, data in MEASURED[case.actuator].items():
+        chosen = {name: datum for name, datum in data.items() if name not in case.without}
+        experiments.append(
+            Experiment(
+                predict,
+                {name: datum.value for name, datum in chosen.items()},
+                {name: datum.sigma for name, datum in chosen.items()},
+                changes={"supply.V": voltage},
+                units={name: UNITS[name] for name in chosen},
+                name=f"{voltage:g} V",
+            )
+        )
+    shared = {name: (DRY, "friction.Ts") if name == DRY else name for name in case.free}
+    free = {shared[name]: FREE[name] for name in case.free}
+    return identify(model_of(case), free, experiments, priors={shared[name]: case.priors[name] for name in case.priors})

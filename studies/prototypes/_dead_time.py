@@ -1,0 +1,149 @@
+"""Four explanations of the 30 ms in which the electrohydraulic actuator did not move, each fitted to its measurements.
+
+The thesis measured them and has no model for them. The ramp and the empty volume are not in the thesis.
+"""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from acausal import Scalar, Solution, replace, simulate
+from acausal.design import Experiment, Fit, Normal, identify
+from components.blocks import Constant, Ramp, Step
+from components.electrical import SignalVoltage
+from components.hydraulic import SpringAccumulator
+from components.rotational import SmoothStribeckFriction
+
+from .._opening import STROKE, opening
+from ..actuators import StickingActuator, ehs_maxon
+from ._measured import DEAD_TIME, FULL, UNITS
+
+MOVED = 0.01  # of the stroke: what counts as motion
+SHEET = Normal(0.317, "10 %")  # ohm, winding of the RE40 by its data sheet, and leads
+LONGEST = 0.4  # s
+GRID = np.linspace(0.0, 0.15, 301)  # s, on which the largest current is sought
+FRICTION, RESISTANCE = "motor.bearing.C", "motor.resistor.R"
+POCKET = 1e-6  # m3, where the fit starts
+EMPTY = 5e3  # Pa, pressure of the pocket as it is full: nothing beside the spring's
+
+
+def late() -> StickingActuator:
+    """The voltage comes late, at once."""
+    return _actuator(Step(height=FULL, start_time=0.03))
+
+
+def stuck() -> StickingActuator:
+    """The shaft breaks away at almost the stall torque, and passes slowly through the peak of its friction."""
+    rubbing = SmoothStribeckFriction(Ts=1.2745, Tc=0.05, ws=30.0, w0=0.1)
+    return _actuator(Constant(k=FULL), bearing=rubbing)
+
+
+def rising() -> StickingActuator:
+    """The voltage rises, as by a limited duty cycle, until the shaft breaks away."""
+    rubbing = SmoothStribeckFriction(Ts=0.18342, Tc=0.05, ws=30.0, w0=0.1)
+    return _actuator(Ramp(height=FULL, duration=0.09997), bearing=rubbing, resistance=0.4, friction=8e-4)
+
+
+def empty() -> StickingActuator:
+    """The pump first fills a volume without pressure: air, or the way to the seal of the slave."""
+    pocket = SpringAccumulator(capacity=POCKET, preload=0.0, stiffness=EMPTY / POCKET, resistance=6e7)
+    return _actuator(Constant(k=FULL), pocket=pocket, friction=2.6e-3)
+
+
+def _actuator(command: Constant | Ramp | Step, resistance: float = 0.317, friction: float = 4e-3, **parts: Any) -> Any:
+    base = ehs_maxon(resistance=resistance, friction=friction)
+    return StickingActuator(
+        supply=SignalVoltage(),
+        command=command,
+        motor=base.motor,
+        pump=base.pump,
+        line=base.line,
+        slave=base.slave,
+        piston=base.piston,
+        seal=base.seal,
+        clutch=base.clutch,
+        **parts,
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Explanation:
+    """A model of the dead time, what is free in it, and the parameter that says how large the voltage is."""
+
+    model: Callable[[], StickingActuator]
+    free: Mapping[str, tuple[float, float]]
+    priors: Mapping[str, Normal] = dataclasses.field(default_factory=dict)
+    voltage: str = "command.k"
+
+
+EXPLANATIONS: Mapping[str, Explanation] = MappingProxyType(
+    {
+        "late voltage": Explanation(
+            late, {"command.start_time": (0.0, 0.1), FRICTION: (1e-4, 2e-2), RESISTANCE: (0.2, 0.6)},
+            {RESISTANCE: SHEET}, "command.height",
+        ),
+        "stuck near stall": Explanation(stuck, {"bearing.Ts": (1.2, 1.285), FRICTION: (1e-3, 1e-2)}),
+        "rising voltage": Explanation(
+            rising, {"command.duration": (0.02, 0.3), "bearing.Ts": (0.02, 1.2), RESISTANCE: (0.2, 0.6)},
+            {RESISTANCE: SHEET}, "command.height",
+        ),
+        "empty volume": Explanation(
+            empty, {"pocket.capacity": (1e-7, 3e-6), FRICTION: (1e-4, 2e-2), RESISTANCE: (0.2, 0.6)},
+            {RESISTANCE: SHEET},
+        ),
+    }
+)  # fmt: skip
+
+
+def predict(model: StickingActuator) -> dict[str, Scalar]:
+    """Opening time, time without motion, and largest current."""
+    run = opening(model, t_max=LONGEST, save=GRID, rtol=1e-7)
+    return {
+        "opening time": run.t1,
+        "dead time": opening(model, stroke=MOVED * STROKE, t_max=LONGEST, save="end", rtol=1e-7).t1,
+        "peak current": _peak(model, run),
+    }
+
+
+def _peak(model: StickingActuator, run: Solution) -> Scalar:
+    if isinstance(model.command, Ramp):
+        return jnp.max(jnp.where(jax.lax.stop_gradient(run.t1) >= GRID, run.motor.p.i, -jnp.inf))
+    # The voltage jumps while the shaft is at rest.
+    voltage = model.command.height if isinstance(model.command, Step) else model.command.k
+    return voltage / model.motor.resistor.R
+
+
+def fit(name: str) -> Fit[StickingActuator]:
+    """An explanation with its parameters fitted to opening time, dead time and peak current."""
+    explanation = EXPLANATIONS[name]
+    experiment = Experiment(
+        predict,
+        {key: datum.value for key, datum in DEAD_TIME.items()},
+        {key: datum.sigma for key, datum in DEAD_TIME.items()},
+        units={key: UNITS[key] for key in DEAD_TIME},
+        name=name,
+    )
+    return identify(explanation.model(), explanation.free, experiment, priors=explanation.priors)
+
+
+def at_voltage(name: str, model: StickingActuator, voltage: float) -> StickingActuator:
+    """The fitted model with another supply voltage in V."""
+    return replace(model, {EXPLANATIONS[name].voltage: voltage})
+
+
+def record(model: StickingActuator, times: Float[np.ndarray, " t"]) -> Solution:
+    """What would be seen at the times in s."""
+    return simulate(model, float(times[-1]), save=times, rtol=1e-7, throw=False)
+
+
+@eqx.filter_jit
+def times(model: StickingActuator) -> dict[str, Scalar]:
+    """As `predict`, compiled."""
+    return predict(model)
