@@ -62,19 +62,19 @@ def _broken(model: Component, path: str, field: str) -> tuple[Component, Break]:
     else:
         raise ModelError(f"{path} is not connected, so that there is no loop to break.")
     prefix = "".join(f"{part}." for part in parts[:depth])
-    made: Any = _with_field(
-        owners[depth], _opened_class(type(owners[depth]), ".".join(parts[depth:]), field, type(port)), field, port
-    )
+    kind: Any = type(port)
+    cls = _opened_class(type(owners[depth]), ".".join(parts[depth:]), field, kind)
+    made: Any = _with_field(owners[depth], cls, field, kind)
     for owner, part in zip(reversed(owners[:depth]), reversed(parts[:depth]), strict=True):
         made = _changed(owner, part, made)
     return made, Break(path, f"{path}.{leaves[0].path}", f"{prefix}{field}.k")
 
 
-def _with_field(owner: Component, cls: Any, field: str, port: Any) -> Any:
+def _with_field(owner: Component, cls: Any, field: str, kind: Any) -> Any:
     made = object.__new__(cls)
     for name in type(owner).__dataclass_fields__:
         object.__setattr__(made, name, getattr(owner, name))
-    object.__setattr__(made, field, _source_class(type(port))())
+    object.__setattr__(made, field, _source_class(kind)())
     return made
 
 
