@@ -3,15 +3,19 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ._architecture import Architecture, at_the_master
-from ._electromechanical import eccentric
-from ._valve_controlled import constant_pressure
+from ._architecture import Architecture, at_the_accumulator, at_the_master
+from ._electromechanical import crank, eccentric, worm
+from ._hydrostatic import across_the_piston, across_the_pump, servo_motor
+from ._stored import automated_gearbox, holding_valve
+from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
 
 # In kg, as the thesis states them (tables 6.2 to 6.4, conclusions).
 _PUMP: Mapping[str, float] = MappingProxyType({"motor RE40": 0.48, "pump": 0.9})
 _RELIEVED: Mapping[str, float] = MappingProxyType({**_PUMP, "relief valve": 0.05})
+_HELD: Mapping[str, float] = MappingProxyType({**_PUMP, "holding valve with coil": 0.29})
 _GEARED: Mapping[str, float] = MappingProxyType({"motor RE50": 1.1, "gearbox GP52": 0.46})
 _OF_METERING = ("pump.displacement", "valve.rated_flow", "motor.resistor.R")
+_OF_PUMPS = ("pump.displacement", "slave.bore", "motor.resistor.R")
 
 ARCHITECTURES = (
     Architecture(
@@ -19,8 +23,45 @@ ARCHITECTURES = (
         (*_OF_METERING, "slave.bore"), _RELIEVED, "proportional valve, block, cylinder",
     ),
     Architecture(
+        "load sensing", "(2) fixed pump, load sensing", load_sensing,
+        (*_OF_METERING, "compensator.margin"), _RELIEVED, "proportional valve, compensator, block, cylinder",
+    ),
+    Architecture(
+        "pressure compensated", "(3) variable pump, pressure compensated", pressure_compensated,
+        (*_OF_METERING, "slave.bore"), {"motor RE40": 0.48}, "variable pump, proportional valve, block, cylinder",
+    ),
+    Architecture(
+        "power matched", "(4) variable pump, power matched", power_matched,
+        (*_OF_METERING, "pump.margin"), {"motor RE40": 0.48}, "variable pump, proportional valve, block, cylinder",
+    ),
+    Architecture(
+        "bleed-off", "(5) fixed pump, bleed-off", bleed_off, _OF_PUMPS, _PUMP, "proportional valve, block, cylinder",
+    ),
+    Architecture(
+        "EHA, servo motor", "EHA, servo motor and fixed pump", servo_motor, _OF_PUMPS, _PUMP,
+        "accumulator, check and relief valves, cylinder", across_the_pump, across_the_piston,
+    ),
+    Architecture(
+        "holding valve", "prototype, normally open holding valve", holding_valve,
+        (*_OF_PUMPS, "valve.area"), _HELD, "block, cylinder",
+    ),
+    Architecture(
+        "automated gearbox", "accumulator, three-way and on/off valves", automated_gearbox,
+        ("valve.rated_flow", "inlet.area", "slave.bore", "accumulator.volume"), _PUMP,
+        "accumulator, all valves, block, cylinder", at_the_accumulator,
+    ),
+    Architecture(
         "eccentric", "electromechanical, eccentric", eccentric,
         ("gearbox.ratio", "cam.profile.eccentricity", "master.bore", "motor.resistor.R"), _GEARED, "cam, cylinders",
         at_the_master,
+    ),
+    Architecture(
+        "crank", "electromechanical, crank", crank,
+        ("gearbox.ratio", "crank.crank", "master.bore", "motor.resistor.R"), _GEARED, "crank, cylinders", at_the_master,
+    ),
+    Architecture(
+        "worm", "electromechanical, worm (present)", worm,
+        ("cam.profile.rate", "master.bore", "motor.resistor.R"), {"motor FISE with worm gear": 1.2},
+        "cam, cylinders", at_the_master,
     ),
 )  # fmt: skip

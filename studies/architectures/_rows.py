@@ -47,8 +47,8 @@ class Row:
     limit: str
 
 
-def row_of(architecture: Architecture, rtol: float) -> Row:
-    """Simulate and differentiate an architecture."""
+def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = True) -> Row:
+    """Simulate an architecture and, unless told otherwise, differentiate its opening time."""
     model = architecture.build()
     opening = open_clutch(model, rtol=rtol)
     opened = float(opening.t1)
@@ -56,7 +56,7 @@ def row_of(architecture: Architecture, rtol: float) -> Row:
         raise ValueError(f"{architecture.name} does not open the clutch: {opening.result}")
     duty = whole_duty(model, opened, rtol=rtol)
     energies = _energies(duty, opened)
-    gradients, modes = gradients_of(architecture, model, rtol)
+    gradients, modes = gradients_of(architecture, model, rtol) if differentiated else ({}, 0.0)
     losses = {path: float(lost) for path, lost in duty.energy.dissipated.items() if lost != 0.0}
     supplied, stored, _ = (float(total) for total in duty.energy.totals)
     held = _between(duty, opened + 1.0, opened + HOLD)
@@ -144,10 +144,12 @@ def _flows(architecture: Architecture, solution: Solution, time: float | None) -
 
 
 def _limit(row: Row, model: Any) -> str:
-    """What the opening time hangs on most, and where most of the energy goes."""
+    """Where most of the energy goes and, if it is differentiated, what the opening time hangs on most."""
+    lost = max(row.losses, key=lambda path: row.losses[path])
+    text = f"energy by {lost} ({100.0 * row.losses[lost] / sum(row.losses.values()):.0f} %)"
     values = parameters(model)
     elasticities = {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}
+    if not elasticities:
+        return text
     path = max(elasticities, key=lambda path: abs(elasticities[path]))
-    lost = max(row.losses, key=lambda path: row.losses[path])
-    share = row.losses[lost] / sum(row.losses.values())
-    return f"opening by {path} ({elasticities[path]:+.2f} % per %), energy by {lost} ({100.0 * share:.0f} %)"
+    return f"{text}, opening by {path} ({elasticities[path]:+.2f} % per %)"

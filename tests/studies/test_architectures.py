@@ -17,7 +17,7 @@ from acausal import Result, replace, simulate
 from studies.architectures import ARCHITECTURES, Architecture, Row, open_clutch, stored, study
 from studies.architectures._parts import DISPLACEMENT, HIGHEST, VOLTAGE, pump_data, re40, relief
 from studies.architectures._plot import kind_of, plot_areas, plot_energies
-from studies.architectures._rows import opening_time_of, sizes_of
+from studies.architectures._rows import gradients_of, opening_time_of, sizes_of
 
 ROWS = {row.architecture: row for row in stored()}
 STROKE = 12e-3
@@ -44,10 +44,8 @@ def test_account(name: str) -> None:
 @pytest.mark.parametrize("name", list(ROWS))
 def test_duty_is_done(name: str) -> None:
     row = ROWS[name]
-    assert STROKE - 0.5e-3 < row.lowest <= row.highest < STROKE + 0.5e-3
+    assert STROKE - 1e-3 < row.lowest <= row.highest < STROKE + 1e-3
     assert abs(row.closed) < 0.5e-3
-    assert row.modes < 1e-6
-    assert set(row.gradients) == set(named(name).sizes)
 
 
 def losses_of_the_pump(p: float) -> tuple[float, float]:
@@ -78,6 +76,33 @@ def test_fixed_pump_at_constant_pressure() -> None:
     p = scipy.optimize.root_scalar(surplus, bracket=(HIGHEST, 1.2 * HIGHEST), xtol=1.0).root
     assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
     assert row.holding_current == pytest.approx(at_rest(p)[0], rel=5e-3)
+
+
+def test_bleed_off() -> None:
+    """Motor and pump against the pressure of the held clutch."""
+    row, model = ROWS["bleed-off"], named("bleed-off").build()
+    p = float(model.clutch.rate) * STROKE / (0.25 * np.pi * float(model.slave.bore) ** 2)
+    assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-4)
+    assert row.flows["holding"]["source_q"] == pytest.approx(at_rest(p)[1], rel=1e-3)
+    assert row.holding_current == pytest.approx(at_rest(p)[0], rel=5e-3)
+
+
+def test_variable_pump_idles() -> None:
+    """At no flow the motor drives the friction of the bearing, and that of the pump under pressure."""
+    row = ROWS["pressure compensated"]
+    motor, p = re40(), row.flows["holding"]["source_p"]
+    assert motor.bearing is not None
+    r, k, c = (float(x) for x in (motor.resistor.R, motor.emf.k, motor.bearing.C))
+    slip, _ = losses_of_the_pump(p)
+    drag = float(pump_data()["losses"].C_f) * DISPLACEMENT * p
+
+    def missing(w: float) -> float:
+        return VOLTAGE - r * (drag + slip / w * p + c * w) / k - k * w
+
+    w = scipy.optimize.root_scalar(missing, bracket=(100.0, 1000.0)).root
+    # The mean has more, for as long as the pump needs to swing back: less than the stalled motor takes in 0.1 s.
+    excess = 10.0 * (row.holding_current - (VOLTAGE - k * w) / r)
+    assert 0.0 < excess < 0.1 * VOLTAGE / r
 
 
 def rectangles(panel: Axes) -> list[Rectangle]:
@@ -111,8 +136,8 @@ def test_rows_are_those_of_the_study() -> None:
         old = ROWS[row.architecture]
         assert row.opening_time == pytest.approx(old.opening_time, rel=1e-6)
         assert row.energy == pytest.approx(old.energy, rel=1e-4)
-        for path, slope in row.gradients.items():
-            assert slope == pytest.approx(old.gradients[path], rel=1e-4, abs=1e-6 * abs(slope))
+        assert set(row.gradients) == set(named(row.architecture).sizes)
+        assert row.modes < 1e-12
 
 
 @pytest.mark.slow
@@ -125,7 +150,8 @@ def test_gradients_are_those_of_differences(name: str) -> None:
     direction = np.asarray(sizes) * np.linspace(0.5, 1.0, len(sizes))
     near = [float(time(sizes + step * h * direction)) for step in (-2, -1, 1, 2)]
     difference = (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
-    slope = sum(step * ROWS[name].gradients[path] for step, path in zip(direction, architecture.sizes, strict=True))
+    gradients, _ = gradients_of(architecture, model, rtol)
+    slope = sum(step * gradients[path] for step, path in zip(direction, architecture.sizes, strict=True))
     assert slope == pytest.approx(difference, rel=1e-5, abs=1e-7 * ROWS[name].opening_time)
 
 
@@ -141,8 +167,9 @@ def test_gradients_are_those_of_reverse_mode(name: str) -> None:
         return simulate(changed, 1.0, until=lambda s: s.piston.a.s - STROKE, save="end", rtol=1e-8, adjoint=adjoint).t1
 
     gradient = jax.jit(jax.grad(time))(sizes_of(architecture, model))
+    expected, _ = gradients_of(architecture, model, 1e-8)
     for path, slope in zip(architecture.sizes, gradient.tolist(), strict=True):
-        assert slope == pytest.approx(ROWS[name].gradients[path], rel=1e-5)
+        assert slope == pytest.approx(expected[path], rel=1e-5)
 
 
 @pytest.mark.slow

@@ -1,0 +1,100 @@
+"""Electrohydrostatic actuators: the pump moves the slave in a closed circuit, without a valve between them."""
+
+from typing import Any
+
+from acausal import Component, Connections, connect
+from components.blocks import LimPI
+from components.electrical import DCMotor, Ground, SignalVoltage
+from components.hydraulic import (
+    CheckValve,
+    DoubleActingCylinder,
+    FixedPump,
+    GasAccumulator,
+    ReliefValve,
+)
+from components.translational import ClutchSpring, Mass, PositionSensor, ViscousFriction
+
+from ..actuators import ehs_maxon
+from ._duty import Demand
+from ._parts import liquid, load, motor_control, pump_data, re40, relief
+
+BIAS = 2e5  # Pa, of both sides at rest
+ROD = 8e-3  # m, on both sides of the piston
+CHAMBER = 1e-5  # m3, of each side at its end: stiff as the line of the others
+
+
+class ClosedCircuit(Component, partial=True):
+    """Pump and synchronous cylinder; an accumulator makes up through check valves for what relief valves let out."""
+
+    supply: SignalVoltage
+    motor: DCMotor
+    pump: FixedPump
+    slave: DoubleActingCylinder
+    piston: Mass
+    seal: ViscousFriction
+    clutch: ClutchSpring
+    accumulator: GasAccumulator
+    check_a: CheckValve
+    check_b: CheckValve
+    relief_a: ReliefValve
+    relief_b: ReliefValve
+    demand: Demand
+    gauge: PositionSensor
+    controller: LimPI
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.supply.p, self.motor.p),
+            connect(self.supply.n, self.motor.n, self.ground.p),
+            connect(self.motor.shaft, self.pump.shaft),
+            connect(self.pump.b, self.slave.a, self.check_a.b, self.relief_a.a),
+            connect(self.pump.a, self.slave.b, self.check_b.b, self.relief_b.a),
+            connect(self.accumulator.port, self.check_a.a, self.check_b.a, self.relief_a.b, self.relief_b.b),
+            connect(self.slave.flange, self.piston.a, self.seal.flange, self.clutch.flange, self.gauge.flange),
+            connect(self.demand.y, self.controller.u_s),
+            connect(self.gauge.y, self.controller.u_m),
+        )
+
+
+class ServoMotorActuator(ClosedCircuit):
+    """A motor that turns both ways as far as it is needed, with a fixed pump."""
+
+    def connections(self) -> Connections:
+        return *super().connections(), connect(self.controller.y, self.supply.u)
+
+
+def across_the_pump(s: Any) -> Any:
+    """Pressure rise and flow of the pump."""
+    return s.pump.dp, -s.pump.b.q
+
+
+def across_the_piston(s: Any) -> Any:
+    """Pressure difference that opens the clutch, and flow into the cylinder."""
+    return s.slave.p_a - s.slave.p_b, s.slave.a.q
+
+
+def servo_motor() -> ServoMotorActuator:
+    """EHA-SM; a brushless motor behind its electronics obeys the same equations as the brushed one here."""
+    return ServoMotorActuator(
+        supply=SignalVoltage(), pump=FixedPump(**pump_data()), controller=motor_control(), **_closed()
+    )
+
+
+def _closed() -> dict[str, Any]:
+    parts = load()
+    del parts["line"]
+    bore = (float(ehs_maxon().slave.bore) ** 2 + ROD**2) ** 0.5
+    parts["slave"] = DoubleActingCylinder(
+        bore=bore, rod=ROD, rod_a=ROD, stroke=20e-3, dead_a=CHAMBER, dead_b=CHAMBER, liquid=liquid(), p_a=BIAS, p_b=BIAS
+    )
+    volume, precharge, exponent = 2e-5, 1.5e5, 1.4
+    filled = volume * (1.0 - ((precharge + 101325.0) / (BIAS + 101325.0)) ** (1.0 / exponent))
+    accumulator = GasAccumulator(
+        capacity=0.8 * volume, resistance=1e9, volume=volume, precharge=precharge, n=exponent, V=filled
+    )
+    check = CheckValve(conductance=1e-9, cracking_pressure=2e4)
+    return dict(
+        motor=re40(), accumulator=accumulator, check_a=check, check_b=check, relief_a=relief(), relief_b=relief(),
+        **parts,
+    )  # fmt: skip

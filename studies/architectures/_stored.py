@@ -1,0 +1,187 @@
+"""Actuators whose motor rests while the clutch is held: by a valve, by a check valve, or from an accumulator."""
+
+from typing import Any
+
+from acausal import Connections, connect
+from components.blocks import Constant, FirstOrder, Gain, Maximum, SecondOrder, Switch, TwoPointController
+from components.electrical import ConstantVoltage, IdealOpeningSwitch, Resistor, SignalVoltage
+from components.hydraulic import (
+    CheckValve,
+    FixedPump,
+    GasAccumulator,
+    LaminarResistance,
+    OnOffValve,
+    PressureSensor,
+    ReliefValve,
+    Tank,
+    ThreeWayValve,
+    Volume,
+)
+
+from ..actuators import LEAKAGE, valve_held
+from ._parts import (
+    VOLTAGE,
+    Controlled,
+    chamber,
+    load,
+    motor_control,
+    pump_data,
+    re40,
+    relief,
+    spool,
+    three_way_valve,
+    valve_control,
+)
+
+BAND = 0.5e-3  # m, between topping up and switching off
+CHARGED, CHARGING_BAND = 4.2e6, 2e5  # Pa, mean pressure of the accumulator and its band
+
+
+class Leaking(Controlled, partial=True):
+    """Motor and fixed pump from a tank; the seals of the slave leak, so that it has to be topped up."""
+
+    supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
+    pump: FixedPump
+    leak: LaminarResistance
+    drive: Gain
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.pump.shaft),
+            connect(self.tank.port, self.pump.a),
+            connect(self.line.b, self.leak.a),
+            connect(self.leak.b, self.tank.port),
+        )
+
+
+class HoldingValveActuator(Leaking):
+    """The thesis' prototype: a normally open valve shuts to hold.
+
+    To close it opens, and the motor follows the profile.
+    """
+
+    top_up: TwoPointController
+    mode: Switch
+    opens: Maximum
+    travel: FirstOrder
+    valve: OnOffValve
+    chamber: Volume
+    battery: ConstantVoltage
+    relay: IdealOpeningSwitch
+    coil: Resistor
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.demand.y, self.top_up.u_s),
+            connect(self.gauge.y, self.top_up.u_m),
+            connect(self.top_up.y, self.drive.u, self.opens.u1),
+            connect(self.demand.closes, self.opens.u2, self.mode.control),
+            connect(self.controller.y, self.mode.u1),
+            connect(self.drive.y, self.mode.u2),
+            connect(self.mode.y, self.supply.u),
+            connect(self.opens.y, self.travel.u, self.relay.u),
+            connect(self.travel.y, self.valve.u),
+            connect(self.pump.b, self.chamber.port, self.valve.a),
+            connect(self.valve.b, self.line.a),
+            connect(self.battery.p, self.relay.p),
+            connect(self.relay.n, self.coil.p),
+            connect(self.coil.n, self.battery.n, self.ground.p),
+        )
+
+
+class AccumulatorActuator(Leaking):
+    """As in automated gearboxes: an accumulator that a pump recharges feeds a three-way valve.
+
+    An on/off valve joins accumulator and three-way valve, another one this and the line; both are shut in the hold,
+    except for topping up.
+    """
+
+    wanted: Constant
+    sensor: PressureSensor
+    charger: TwoPointController
+    top_up: TwoPointController
+    opens: Maximum
+    travel: FirstOrder
+    check: CheckValve
+    chamber: Volume
+    accumulator: GasAccumulator
+    relief: ReliefValve
+    inlet: OnOffValve
+    spool: SecondOrder
+    gallery: Volume
+    valve: ThreeWayValve
+    passage: Volume
+    outlet: OnOffValve
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.wanted.y, self.charger.u_s),
+            connect(self.sensor.y, self.charger.u_m),
+            connect(self.charger.y, self.drive.u),
+            connect(self.drive.y, self.supply.u),
+            connect(self.demand.y, self.top_up.u_s),
+            connect(self.gauge.y, self.top_up.u_m),
+            connect(self.top_up.y, self.opens.u1),
+            connect(self.demand.closes, self.opens.u2),
+            connect(self.opens.y, self.travel.u),
+            connect(self.travel.y, self.inlet.u, self.outlet.u),
+            connect(self.pump.b, self.chamber.port, self.check.a),
+            connect(self.check.b, self.accumulator.port, self.sensor.port, self.relief.a, self.inlet.a),
+            connect(self.relief.b, self.valve.t, self.tank.port),
+            connect(self.controller.y, self.spool.u),
+            connect(self.spool.y, self.valve.u),
+            connect(self.inlet.b, self.gallery.port, self.valve.p),
+            connect(self.valve.a, self.passage.port, self.outlet.a),
+            connect(self.outlet.b, self.line.a),
+        )
+
+
+def holding_valve() -> HoldingValveActuator:
+    """The prototype of the thesis, with RE40 motor and pump of 1.25 cm3."""
+    held = valve_held()
+    return HoldingValveActuator(
+        valve=held.valve, travel=held.travel, coil=held.coil, relay=held.relay, battery=held.battery, mode=Switch(),
+        opens=Maximum(), controller=motor_control(), **_chambered(), **_leaking(),
+    )  # fmt: skip
+
+
+def automated_gearbox() -> AccumulatorActuator:
+    """Three-way proportional valve with on/off valves and accumulator."""
+    held = valve_held()
+    return AccumulatorActuator(
+        wanted=Constant(k=CHARGED), sensor=PressureSensor(), charger=TwoPointController(bandwidth=CHARGING_BAND),
+        opens=Maximum(), travel=held.travel, check=_check(), accumulator=_accumulator(), relief=relief(CHARGED + 5e5),
+        inlet=held.valve, outlet=held.valve, spool=spool(), valve=three_way_valve(), gallery=_passage(),
+        passage=_passage(), controller=valve_control(), **_chambered(), **_leaking(),
+    )  # fmt: skip
+
+
+def _leaking() -> dict[str, Any]:
+    return dict(
+        supply=SignalVoltage(), motor=re40(), pump=FixedPump(**pump_data()), leak=LaminarResistance(resistance=LEAKAGE),
+        drive=Gain(k=VOLTAGE), **load(),
+    )  # fmt: skip
+
+
+def _chambered() -> dict[str, Any]:
+    return dict(chamber=chamber(), top_up=TwoPointController(bandwidth=BAND))
+
+
+def _check() -> CheckValve:
+    return CheckValve(conductance=1e-9)
+
+
+def _passage() -> Volume:
+    return Volume(volume=1e-6, bulk_modulus=1.5e9)
+
+
+def _accumulator() -> GasAccumulator:
+    volume, precharge, exponent, start = 1e-4, 3.0e6, 1.4, CHARGED + 0.5 * CHARGING_BAND
+    filled = volume * (1.0 - ((precharge + 101325.0) / (start + 101325.0)) ** (1.0 / exponent))
+    return GasAccumulator(
+        capacity=0.8 * volume, resistance=1e9, volume=volume, precharge=precharge, n=exponent, V=filled
+    )
