@@ -20,6 +20,7 @@ from ._experiment import Experiment as Experiment
 from ._experiment import Run as Run
 from ._fit import Channel as Channel
 from ._fit import Combination as Combination
+from ._fit import End as End
 from ._fit import Fit as Fit
 from ._free import Free as Free
 from ._free import Place as Place

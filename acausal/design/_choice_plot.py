@@ -27,7 +27,7 @@ def plot_choice(choice: "Choice", ax: Any, beside: dict[str, np.ndarray]) -> Any
     if second is not None:
         front = choice.values[choice.front]
         places = first.scale.value(front[:, 0]), second.scale.value(front[:, 1])
-        ax.plot(*places, "o-", color="tab:blue", label="front")
+        ax.plot(*places, "o-", color="tab:blue", markerfacecolor="none", zorder=1, label="front")
     for (name, values), style in zip(beside.items(), ("-", "--", ":", "-.") * len(beside), strict=False):
         ax.axvline(first.scale.value(values[0]), color="tab:orange", ls=style, label=name)
     ax.set_xlabel(first.scale.headed(first.name))

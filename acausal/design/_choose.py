@@ -19,7 +19,7 @@ from ._choice_plot import plot_choice
 from ._design import Design
 from ._limits import Limit, Objective, limits_of, objectives_of
 from ._optimise import optimise
-from ._pieces import evaluated
+from ._pieces import compile_together, evaluated
 from ._store import store_of
 from ._sweep import chunk_of
 
@@ -143,7 +143,7 @@ class Choice:
         constraints = {key: (held(pair[0], figures), pair[1]) for key, pair in asked.constraints.items()}
         minimise = {name: (held(function, figures), *unit) if unit else held(function, figures)}
         free = {path: structure.span(path) for path in paths}
-        return optimise(model, free, minimise, run=asked.run, constraints=constraints, **options)
+        return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
 
     def plot(self, ax: Any = None, beside: Any = None) -> Any:
         """Feasible combinations by two objectives with the front, or in order by one.
@@ -217,13 +217,16 @@ def choose(
     structures = _structures(model, tables)
     functions = {o.name: on_pair(o.function) for o in objectives}
     functions |= {name: on_pair(function) for name, (function, _) in limits.items()}
+    tasks = [Task(one.model, one.part, functions, ft.partial(run_of_pair, run)) for one in structures]
+    columns = [task.columns() for task in tasks]
+    owners = columns[0][1]
+    for structure, (_, own) in zip(structures, columns, strict=True):
+        _check_owners(structure, own, owners, objectives)
+    if executor is None:
+        compile_together(tasks, [structure.x for structure in structures])
     found: list[Outcomes] = []
-    owners: tuple[str, ...] = ()
-    for structure in structures:
-        task = Task(structure.model, structure.part, functions, ft.partial(run_of_pair, run))
-        names, own = task.columns()
-        _check_owners(structure, own, owners or own, objectives)
-        owners, size = own, chunk_of(len(structure.x))
+    for structure, task, (names, _) in zip(structures, tasks, columns, strict=True):
+        size = chunk_of(len(structure.x))
         path = Path(store) / structure.name if store is not None and structure.name else store
         kept = store_of(path, task, names, structure.x, size)
         tell = bar(" of ".join(filter(None, ["combinations", structure.name])), progress)

@@ -5,8 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Int
 
 from .._declare.by_name import replace
 from .._declare.component import Component
@@ -17,6 +19,7 @@ from .._integrate.result import is_success, sentence
 from .._integrate.simulate import simulate
 from .._integrate.solution import leaf_names
 from .._units.quantity import has_unit, magnitude
+from ._free import Free, Place, Variable, free_parameters, with_numbers
 
 M = TypeVar("M", bound=Component)
 
@@ -64,6 +67,8 @@ class Experiment(Generic[M]):
     - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. What is not
       named has a noise that is estimated from the residuals, one number for all values of that name.
     - `changes`: parameters and start values of the model in this experiment, by path.
+    - `free`: parameters and start values that are free in this experiment alone, with bounds as in `identify`; each
+      starts from what the model has with its `changes`.
     - `units`: units of what is measured; a path of the model has that of its declaration.
     - `name`: what tables and messages call it.
     """
@@ -75,6 +80,7 @@ class Experiment(Generic[M]):
     units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     name: str = ""
     times: Any = None
+    free: Mapping[Any, Any] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of_run(
@@ -85,6 +91,7 @@ class Experiment(Generic[M]):
         sigma: Mapping[str, Any] | None = None,
         outputs: Mapping[str, Callable[[M], Any]] | None = None,
         changes: Mapping[str, Any] | None = None,
+        free: Mapping[Any, Any] | None = None,
         units: Mapping[str, str] | None = None,
         name: str = "",
         **options: Any,
@@ -108,22 +115,38 @@ class Experiment(Generic[M]):
             raise ArgumentError(f"{', '.join(sorted(refused))} cannot be chosen here: the run goes through all times.")
         paths = tuple(name for name in measured if name not in outputs)
         run = Run(paths, tuple(outputs.items()), tuple(options.items()))
-        return cls(run, measured, sigma or {}, changes or {}, units or {}, name, times)
+        return cls(run, measured, sigma or {}, changes or {}, units or {}, name, times, free or {})
 
 
 class Prepared(eqx.Module):
-    """An experiment as arrays in SI units. `estimated` names what has a noise that is estimated."""
+    """An experiment as arrays in SI units.
+
+    The numbers at the places `own` are those of all free parameters that have the numbers `indices`.
+    """
 
     predict: Run | Results = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True)
+    own: tuple[tuple[Place, ...], ...] = eqx.field(static=True)
+    indices: Int[Array, " k"]
     measured: dict[str, Any]
     sigma: dict[str, Any]
     changes: dict[str, Any]
     times: Any
 
+    def applied(self, model: M, x: Any) -> M:
+        """The model in this experiment, with the values `x` of all free parameters."""
+        changed = replace(model, self.changes)
+        return with_numbers(changed, self.own, x[self.indices]) if self.own else changed
+
     def predicted(self, model: Component) -> dict[str, Any]:
-        """What the model predicts, by name."""
-        found = self.predict(replace(model, self.changes), self.times)
+        """What the model predicts in this experiment, by name."""
+        try:
+            found = self.predict(model, self.times)
+        except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
+            raise ModelError(
+                f"What predicts {', '.join(self.names)} cannot be differentiated: it uses the value of what it "
+                "computes, as float(x), numpy or `if` do. Use jax.numpy, and jnp.where for a choice."
+            ) from error
         missing = [name for name in self.names if name not in found]
         if missing:
             raise ModelError(f"predict gives no {', '.join(missing)}; it gives {', '.join(found) or 'nothing'}.")
@@ -138,7 +161,6 @@ class Prepared(eqx.Module):
 
     def failure(self, model: Component) -> str:
         """What the run says that fails."""
-        model = replace(model, self.changes)
         return self.predict.failure(model, self.times) if isinstance(self.predict, Run) else ""
 
 
@@ -181,8 +203,34 @@ def _prepared(experiment: Experiment[Any], model: Component, name: str) -> tuple
     }
     changes = {key: jnp.asarray(value, float) for key, value in _changes(experiment.changes, model).items()}
     predict = experiment.predict if isinstance(experiment.predict, Run) else Results(experiment.predict)
-    ready = Prepared(predict, tuple(measured), measured, sigma, changes, times)
+    ready = Prepared(predict, tuple(measured), (), jnp.zeros(0, int), measured, sigma, changes, times)
     return ready, Labels(name, units, tuple(key for key in measured if key not in experiment.sigma))
+
+
+def with_own(
+    experiments: Sequence[Experiment[Any]],
+    ready: Sequence[Prepared],
+    labels: Sequence[Labels],
+    model: Any,
+    shared: Free,
+) -> tuple[Free, list[Prepared]]:
+    """All free parameters, the shared ones first, then those of each experiment; and the experiments that know theirs.
+
+    Raises what `free_parameters` raises, and `ModelError` for what is shared and an experiment's own at once.
+    """
+    variables, known = list(shared.variables), []
+    taken = {place for variable in shared.variables for place in variable.places}
+    for experiment, one, label in zip(experiments, ready, labels, strict=True):
+        own: tuple[Variable, ...] = ()
+        if experiment.free:
+            own = free_parameters(replace(model, experiment.changes), experiment.free).variables
+        for place in (place for variable in own for place in variable.places):
+            if place in taken:
+                raise ModelError(f"{label.name}: {place.name} is free in all experiments already. Name it once.")
+        indices = jnp.arange(len(variables), len(variables) + len(own))
+        known.append(dataclasses.replace(one, own=tuple(variable.places for variable in own), indices=indices))
+        variables += [variable._replace(name=f"{label.name}: {variable.name}") for variable in own]
+    return Free(tuple(variables)), known
 
 
 def _changes(changes: Mapping[str, Any], model: Component) -> dict[str, Any]:

@@ -5,6 +5,7 @@ import functools as ft
 from collections.abc import Mapping
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import jax
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -12,12 +13,13 @@ from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import UnknownNameError, suggestion
 from ._free import Free
-from ._least_squares import Minimum, Problem
+from ._least_squares import Ends, Minimum, Problem
 from ._profile import Profile, profile
 from ._residuals import ResidualTest, tests_of
 
 M = TypeVar("M", bound=Component)
 RANK = 1e-7  # singular values below this share of the largest are errors of the runs
+SAME = 1e-3  # relative difference of sums of squares, or absolute one below 1, that is taken for none
 WEAK = 1.0  # relative uncertainty from which on the data do not tell a combination
 
 
@@ -37,6 +39,14 @@ class Channel(NamedTuple):
     @property
     def label(self) -> str:
         return f"{self.experiment}: {self.name}"
+
+
+class End(NamedTuple):
+    """Where a start has led; chi2 is infinite where the model could not be run from there."""
+
+    start: Float[np.ndarray, " n"]
+    estimates: Float[np.ndarray, " n"]
+    chi2: float
 
 
 class Combination(NamedTuple):
@@ -66,6 +76,7 @@ class Fit(Generic[M]):
     noise_freedom: float  # degrees of freedom of the noise; infinite where it was given
     level: float
     _tolerance: float
+    _ends: Ends | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,8 +97,25 @@ class Fit(Generic[M]):
 
     @property
     def model(self) -> M:
-        """The model with the estimates."""
-        return self._free.with_values(self._problem.model, self.estimates)  # pyright: ignore[reportReturnType]
+        """The model with the estimates of what is free in all experiments."""
+        return self._problem.shared_model(self.estimates)  # pyright: ignore[reportReturnType]
+
+    def model_of(self, experiment: str) -> M:
+        """The model in an experiment: with its changes, and with the estimates of what is free in it alone."""
+        places = {channel.experiment: (channel.group, channel.place) for channel in self.channels}
+        if experiment not in places:
+            raise UnknownNameError(f"The fit has no experiment {experiment!r}.{suggestion(experiment, places)}")
+        group, place = places[experiment]
+        own = jax.tree_util.tree_map(lambda leaf: leaf[place], self._problem.groups[group])
+        return own.applied(self.model, self.estimates)
+
+    @property
+    def ends(self) -> tuple[End, ...]:
+        """Where each of several starts has led, the best first, with the first guess of noise that is estimated."""
+        if self._ends is None:
+            return ()
+        rows = zip(*(self._free.unscaled(z) for z in self._ends[:2]), self._ends.chi2.tolist(), strict=True)
+        return tuple(sorted((End(np.asarray(x), np.asarray(y), chi2) for x, y, chi2 in rows), key=lambda end: end.chi2))
 
     @property
     def at_bound(self) -> Bool[np.ndarray, " n"]:
@@ -257,6 +285,10 @@ class Fit(Generic[M]):
         ]
         rank = f"rank {self.rank} of {int(np.sum(~self.at_bound))}"
         lines = [aligned([head, *rows]), f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
+        if self.ends:
+            near = self.ends[0].chi2 + SAME * max(self.ends[0].chi2, 1.0)
+            same = sum(end.chi2 <= near for end in self.ends)
+            lines += [f"{same} of {len(self.ends)} starts lead to this sum of squares"]
         if len(self.names) > 1:
             lines += ["correlation", self._correlation_table]
         lines += [f"not told by the data: {combination}" for combination in self.indistinguishable]

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import jax.numpy as jnp
@@ -101,13 +101,7 @@ class Free:
 
     def with_values(self, model: M, x: Any) -> M:
         """The model with other numbers, which may be traced."""
-        leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
-        changed: dict[str, Any] = {}
-        for variable, value in zip(self.variables, x, strict=True):
-            for path, index in variable.places:
-                whole = changed.get(path, leaves[path])
-                changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
-        return replace(model, changed)
+        return with_numbers(model, [variable.places for variable in self.variables], x)
 
     def changed(self, x: Any, values: Mapping[str, Any]) -> Any:
         """The numbers with some of them changed, by the names of the variables."""
@@ -143,6 +137,17 @@ class Free:
     def _origin_and_width(self) -> tuple[np.ndarray, np.ndarray]:
         origins, widths = zip(*(variable.origin_and_width for variable in self.variables), strict=True)
         return np.array(origins), np.array(widths)
+
+
+def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Any) -> M:
+    """The model with other numbers, each of them at one place or at several ones."""
+    leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
+    changed: dict[str, Any] = {}
+    for own, value in zip(places, x, strict=True):
+        for path, index in own:
+            whole = changed.get(path, leaves[path])
+            changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
+    return replace(model, changed)
 
 
 def free_parameters(model: Component, free: Mapping[Any, Any]) -> Free:

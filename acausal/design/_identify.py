@@ -10,12 +10,13 @@ import numpy as np
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError, suggestion
+from .._integrate.options import count
 from .._progress import compiling
 from ._distributions import Normal
-from ._experiment import Experiment, Labels, Prepared, prepared
+from ._experiment import Experiment, Labels, Prepared, prepared, with_own
 from ._fit import RANK, Channel, Fit
 from ._free import Free, free_parameters
-from ._least_squares import Minimum, Problem, _solve, minimise, stacked
+from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, minimise, stacked, starts_between
 
 M = TypeVar("M", bound=Component)
 ROUNDS = 30  # of estimating the noise
@@ -29,6 +30,7 @@ def identify(
     experiments: Experiment[M] | Sequence[Experiment[M]],
     *,
     priors: Mapping[Any, Normal] | None = None,
+    starts: int = 1,
     level: float = 0.95,
     tolerance: float = 1e-9,
     max_steps: int = 200,
@@ -41,9 +43,13 @@ def identify(
     - `free`: bounds of the free parameters by path, in declared units or with units of their own, as in
       `{"motor.resistor.R": (0.1, 1.0), "line.stiffness": (None, None)}`. A tuple of paths shares one value. Parameters
       whose bounds are more than a decade apart are scaled by their logarithm.
-    - `experiments`: one or several; what is free has the same value in all of them. Those of the same kind, with as
-      many samples, run as one batch.
-    - `priors`: what is known of parameters beforehand, by the same keys as in `free`: `Normal(mean, std)`.
+    - `experiments`: one or several; what is free has the same value in all of them, but for what an experiment names as
+      free in itself, which is called "experiment: path". Those of the same kind, with as many samples, run as one
+      batch.
+    - `priors`: what is known of parameters beforehand, by the same keys as in `free`, or by the name of what is an
+      experiment's own: `Normal(mean, std)`.
+    - `starts`: how many starts, those beyond the model's own numbers being from Sobol's sequence between the bounds;
+      they run side by side, and the fit tells in `ends` where each has led.
     - `level`: of the confidence intervals. `tolerance`: of the parameters, in parts of their bounds' distance.
 
     The bounds are met by projection: a parameter that the data push against its bound stays there, and the covariance
@@ -58,32 +64,36 @@ def identify(
     Raises `ModelError` or `ParameterError` for what is wrong with the data, `SimulationError` where the model cannot be
     run from its own numbers on or the search does not converge.
     """
-    chosen = free_parameters(model, free)
     many = [experiments] if isinstance(experiments, Experiment) else list(experiments)
     ready, labels = prepared(many, model)
-    mean, std = _priors(priors or {}, free, chosen, model)
+    has_own = any(experiment.free for experiment in many)
+    shared = free_parameters(model, free) if free or not has_own else Free(())
+    chosen, ready = with_own(many, ready, labels, model, shared)
+    mean, std = _priors(priors or {}, chosen)
     _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
-    groups, places = stacked(ready)
+    groups, members = stacked(ready)
     # What a search starts from is no part of the program.
     still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
-    problem = Problem(still, model, groups, jnp.asarray(mean), jnp.asarray(std))
-    channels = _channels(problem, places, labels)
-    start = np.asarray(chosen.scaled(chosen.values(model)))
+    problem = Problem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
+    channels = _channels(problem, members, labels)
+    begin = np.array([variable.start for variable in chosen.variables])
+    places = starts_between(problem, np.asarray(chosen.scaled(begin)), count(starts, "starts"))
     with compiling("the fit", model, _solve):
-        problem, minimum, freedom = _weighted(problem, channels, start, tolerance, max_steps)
+        problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
     if not minimum.computed:
-        _raise_start(ready, labels, model)
+        _raise_start(problem, ready, labels, begin)
     if not minimum.converged:
         raise SimulationError(
             f"The fit has not converged after {minimum.evaluations} evaluations. Remedy: start closer, narrow the "
             "bounds, or hold parameters that the data cannot tell apart."
         )
-    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance)
+    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends)
 
 
-def _priors(priors: Mapping[Any, Any], free: Mapping[Any, Any], chosen: Free, model: Component) -> Any:
+def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:
     """Mean and standard deviation for each free parameter; an infinite one where nothing is known."""
-    mean, std = np.asarray(chosen.values(model), float).copy(), np.full(len(chosen.variables), np.inf)
+    mean = np.array([variable.start for variable in chosen.variables])
+    std = np.full(len(mean), np.inf)
     keys = {variable.name: i for i, variable in enumerate(chosen.variables)}
     for key, prior in priors.items():
         name = ", ".join(key) if isinstance(key, tuple) else key
@@ -151,16 +161,20 @@ def _with_noise(problem: Problem, channels: Sequence[Channel], sigmas: np.ndarra
 
 
 def _weighted(
-    problem: Problem, channels: Sequence[Channel], start: np.ndarray, tolerance: float, most: int
-) -> tuple[Problem, Minimum, float]:
-    """The fit with the noise estimated where it is not given, and the degrees of freedom of that noise."""
-    held = np.zeros(len(start), bool)
+    problem: Problem, channels: Sequence[Channel], starts: np.ndarray, tolerance: float, most: int
+) -> tuple[Problem, Minimum, float, Ends | None]:
+    """The fit with the noise estimated where it is not given, the degrees of freedom of that noise, and the ends of the
+    searches where there are several.
+    """
+    held = np.zeros(starts.shape[1], bool)
     unknown = [channel for channel in channels if channel.is_estimated]
     sizes = np.array([float(np.max(np.abs(channel.measured))) or 1.0 for channel in unknown])
     # Before anything is known of the noise, each channel counts by the spread of its values.
     sigmas = np.array([float(np.std(channel.measured)) for channel in unknown])
     sigmas = np.where(sigmas > 0.0, sigmas, sizes)
     problem = _with_noise(problem, unknown, sigmas)
+    ends = ends_of(problem, starts, tolerance, most) if len(starts) > 1 else None
+    start = starts[0] if ends is None else ends.z[np.argmin(ends.chi2)]
     minimum, freedom = minimise(problem, start, held, tolerance, most), np.inf
     for _ in range(ROUNDS if unknown else 0):
         left = np.array([channel.measured.size for channel in unknown]) - _taken_up(minimum, unknown)
@@ -172,7 +186,7 @@ def _weighted(
         sigmas, freedom, problem = new, float(np.sum(left)), _with_noise(problem, unknown, new)
         again = minimise(problem, minimum.z, held, tolerance, most)
         minimum = again._replace(evaluations=again.evaluations + minimum.evaluations)
-    return problem, minimum, freedom
+    return problem, minimum, freedom, ends
 
 
 def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
@@ -182,9 +196,10 @@ def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
     return np.array([np.sum(left[channel.rows] ** 2) for channel in channels])
 
 
-def _raise_start(ready: Sequence[Prepared], labels: Sequence[Labels], model: Component) -> None:
+def _raise_start(problem: Problem, ready: Sequence[Prepared], labels: Sequence[Labels], x: np.ndarray) -> None:
     """Say why the model cannot be run from its own numbers on."""
     for experiment, label in zip(ready, labels, strict=True):
+        model = experiment.applied(problem.shared_model(x), x)
         for name, found in eqx.filter_jit(experiment.predicted)(model).items():
             values = np.ravel(found)
             if np.all(np.isfinite(values)):

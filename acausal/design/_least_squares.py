@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Bool, Float
+from scipy.stats import qmc
 
 from .._declare.component import Component
 from ._experiment import Prepared
@@ -25,6 +26,7 @@ class Problem(eqx.Module):
     """
 
     free: Free = eqx.field(static=True)
+    shared: int = eqx.field(static=True)  # how many of the first ones are those of all experiments
     model: Component
     groups: tuple[Prepared, ...]
     prior_mean: Float[Array, " n"]
@@ -32,8 +34,18 @@ class Problem(eqx.Module):
 
     def predicted(self, z: Float[Array, " n"]) -> list[dict[str, Any]]:
         """What the model predicts for each group, by name, with an axis of experiments in front."""
-        model = self.free.with_values(self.model, self.free.unscaled(z))
-        return [_each(group, model) for group in self.groups]
+        x = self.free.unscaled(z)
+        model = self.shared_model(x)
+        return [_each(group, model, x) for group in self.groups]
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Of the scaled parameters; infinite where there are none."""
+        return jnp.asarray(self.free.scaled(self.free.low)), jnp.asarray(self.free.scaled(self.free.high))
+
+    def shared_model(self, x: Any) -> Component:
+        """The model with the values of what is free in all experiments."""
+        return Free(self.free.variables[: self.shared]).with_values(self.model, x[: self.shared])
 
     def residuals(self, z: Float[Array, " n"]) -> Float[Array, " m"]:
         """(predicted - measured) / sigma of all experiments, group by group, then those of the priors."""
@@ -56,12 +68,12 @@ class Problem(eqx.Module):
         return jnp.where(sound, residuals, REFUSED), jnp.where(sound, jacobian, 0.0)
 
 
-def _each(group: Prepared, model: Component) -> dict[str, Any]:
+def _each(group: Prepared, model: Component, x: Any) -> dict[str, Any]:
     if group.measured[group.names[0]].shape[0] == 1:
         # A batch of one costs more to compile than what it holds.
-        single = jax.tree_util.tree_map(lambda x: x[0], group)
-        return {name: value[None] for name, value in single.predicted(model).items()}
-    return jax.vmap(lambda one: one.predicted(model))(group)
+        single = jax.tree_util.tree_map(lambda leaf: leaf[0], group)
+        return {name: value[None] for name, value in single.predicted(single.applied(model, x)).items()}
+    return jax.vmap(lambda one: one.predicted(one.applied(model, x)))(group)
 
 
 def stacked(experiments: Sequence[Prepared]) -> tuple[tuple[Prepared, ...], list[tuple[int, int]]]:
@@ -155,17 +167,55 @@ def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: f
     without those parameters that the residuals push against their bounds, until nothing changes. What is returned meets
     the conditions of optimality: no slope along free parameters, and one outwards at each bound.
     """
-    low, high = jnp.asarray(problem.free.scaled(problem.free.low)), jnp.asarray(problem.free.scaled(problem.free.high))
+    low, high = problem.bounds
     none = np.zeros(len(start), bool)
     found = Minimum(start, np.zeros(0), np.zeros((0, 0)), 0, False, none)
     for _ in range(2 * len(start) + 2):
         fixed = jnp.asarray(held | found.at_bound)
         outcome = _solve(problem, jnp.asarray(found.z), fixed, low, high, tolerance, most)
         z, residuals, jacobian, steps, converged = (np.asarray(value) for value in outcome)
-        z, slope = np.clip(z, low, high), residuals @ jacobian
-        pushed = ~held & (((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))
+        z = np.clip(z, low, high)
+        pushed = ~held & _pushed(z, residuals @ jacobian, low, high)
         settled = np.array_equal(pushed, found.at_bound)
         found = Minimum(z, residuals, jacobian, found.evaluations + int(steps), bool(converged) and settled, pushed)
         if settled:
             break
     return found
+
+
+def _pushed(z: Any, slope: Any, low: Any, high: Any) -> np.ndarray:
+    """Which parameters the residuals push against their bounds."""
+    return np.asarray(((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))
+
+
+class Ends(NamedTuple):
+    """Where searches from several starts ended, row by row; the sum of squares is infinite where one found no way."""
+
+    starts: Float[np.ndarray, "s n"]
+    z: Float[np.ndarray, "s n"]
+    chi2: Float[np.ndarray, " s"]
+
+
+def ends_of(problem: Problem, starts: Float[np.ndarray, "s n"], tolerance: float, most: int) -> Ends:
+    """The ends of searches from several starts, which run side by side as one batch; as `minimise` does each."""
+    low, high = problem.bounds
+    solve = eqx.filter_vmap(_solve, in_axes=(None, 0, 0, None, None, None, None))
+    z, pushed = starts, np.zeros(starts.shape, bool)
+    chi2 = np.full(len(starts), np.inf)
+    for _ in range(2 * starts.shape[1] + 2):
+        found = solve(problem, jnp.asarray(z), jnp.asarray(pushed), low, high, tolerance, most)
+        z, residuals, jacobian = np.clip(found[0], low, high), np.asarray(found[1]), np.asarray(found[2])
+        computed = ~np.any(np.abs(residuals) >= REFUSED, axis=1)
+        chi2 = np.where(computed, np.sum(residuals**2, axis=1), np.inf)
+        before, pushed = pushed, _pushed(z, np.einsum("sm,smn->sn", residuals, jacobian), low, high)
+        if np.array_equal(before, pushed):
+            break
+    return Ends(starts, z, chi2)
+
+
+def starts_between(problem: Problem, first: np.ndarray, n: int) -> Float[np.ndarray, "s n"]:
+    """`first`, and further places between the bounds from Sobol's sequence; within one width where there are none."""
+    low, high = (np.asarray(bound) for bound in problem.bounds)
+    low, high = np.where(np.isfinite(low), low, first - 1.0), np.where(np.isfinite(high), high, first + 1.0)
+    points = qmc.Sobol(len(low), rng=0).random_base2(max(n - 2, 0).bit_length())[: n - 1]
+    return np.concatenate([first[None], low + points * (high - low)])

@@ -2,7 +2,7 @@
 
 import concurrent.futures
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ def evaluated(
     tell(done, total)
     work = {start: x[start : start + kept.chunk] for start in starts}
     try:
-        for start, piece in _done(executor, task, work, min(LOCKSTEP, kept.chunk, len(x))):
+        for start, piece in _done(executor, task, work, _side(kept.chunk, x)):
             kept.write(start, piece)
             done += 1
             tell(done, total)
@@ -44,6 +44,19 @@ def evaluated(
             f"A worker died after {done} of {total} pieces of the work; what was finished is {kept.where}."
         ) from error
     return Outcomes(*kept.read())
+
+
+def compile_together(tasks: Sequence[Task], x: Sequence[np.ndarray]) -> None:
+    """Compile the programs of several tasks side by side, with the pieces that `x` is cut into by default."""
+    if len(tasks) > 1:
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            for _ in pool.map(lambda task, rows: task(rows[:1], _side(CHUNK, rows)), tasks, x):
+                pass
+
+
+def _side(chunk: int, x: np.ndarray) -> int:
+    """How many members of a piece go side by side."""
+    return min(LOCKSTEP, chunk, len(x))
 
 
 def _done(executor: Any, task: Task, work: Mapping[int, np.ndarray], side: int) -> Iterator[tuple[int, Piece]]:

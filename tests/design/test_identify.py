@@ -5,6 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from _problems import Valleys
 from _rigs import Rig, Twins, rig
 from scipy.stats import binom, chi2
 
@@ -143,6 +144,62 @@ def test_one_value_for_several_paths() -> None:
     assert fit.names == ("a.link.c, b.link.c",)
     np.testing.assert_allclose(fit.estimates, 40.0, rtol=1e-5)
     assert float(fit.model.a.link.c) == float(fit.model.b.link.c)
+
+
+def test_what_is_free_in_one_experiment_alone() -> None:
+    """One spring for three masses of which two are not known: c is shared, the masses are not."""
+    free = {"mass.m": (0.3, 5.0)}
+    experiments = [
+        drop(noisy(1), name="known"),
+        drop(noisy(2, m=2.5), mass=2.0, name="heavy", free=free),
+        drop(noisy(3, m=0.7), mass=1.0, name="light", free=free),
+    ]
+    fit = identify(rig(c=60.0, d=1.0), FREE, experiments, priors={"heavy: mass.m": Normal(2.5, 0.5)})
+    assert fit.names == ("link.c", "link.d", "heavy: mass.m", "light: mass.m")
+    assert np.all(np.abs(fit.estimates - [40.0, 1.5, 2.5, 0.7]) < 4.0 * fit.std)
+    assert np.all(fit.std[2:] < 0.05)
+    # A run tells of its own mass only: derivatives of the others are zero.
+    rows = {channel.experiment: fit.jacobian[channel.rows] for channel in fit.channels}
+    assert not np.any(rows["known"][:, 2:])
+    assert not np.any(rows["heavy"][:, 3])
+    assert np.any(rows["heavy"][:, 2])
+    assert float(fit.model_of("heavy").mass.m) == fit.estimates[2]
+    assert float(fit.model_of("light").link.c) == float(fit.model.link.c) == fit.estimates[0]
+    assert float(fit.model.mass.m) == 1.0
+    with pytest.raises(UnknownNameError, match="no experiment 'heav'"):
+        fit.model_of("heav")
+    alone = identify(rig(c=60.0, d=1.0), {}, drop(noisy(1), free=FREE))
+    both = identify(rig(c=60.0, d=1.0), FREE, drop(noisy(1)))
+    np.testing.assert_allclose(alone.estimates, both.estimates, rtol=1e-8)
+    with pytest.raises(ModelError, match=r"experiment 1: link.c is free in all experiments already"):
+        identify(rig(), FREE, drop(noisy(1), free={"link.c": (5.0, 50.0)}))
+
+
+def test_several_starts_run_side_by_side() -> None:
+    """(x^2 - 1)^2 + 0.1 x has two valleys, that of negative x being the deeper one; its slope is that of b."""
+
+    def predict(model: Valleys) -> dict[str, Any]:
+        return {"a": model.x**2 - 1.0, "b": model.x}
+
+    experiment = Experiment(predict, {"a": 0.0, "b": -1.0}, {"a": 1.0, "b": 4.0})
+    single = identify(Valleys(x=1.5), {"x": (-3.0, 3.0)}, experiment)
+    several = identify(Valleys(x=1.5), {"x": (-3.0, 3.0)}, experiment, starts=8)
+    assert single.estimates[0] > 0.9
+    assert single.ends == ()
+    np.testing.assert_allclose(several.estimates, -1.0, atol=1e-6)
+    ends = np.array([end.estimates[0] for end in several.ends])
+    assert len(ends) == 8
+    # Each start leads into the valley that it lies in, and the better one comes first.
+    np.testing.assert_allclose(np.sort(np.unique(ends.round(4))), [-1.0, round(single.estimates[0], 4)], atol=1e-4)
+    assert np.all(np.diff([end.chi2 for end in several.ends]) >= 0.0)
+    assert f"{int(np.sum(ends < 0.0))} of 8 starts lead to this sum of squares" in str(several)
+
+
+def test_starts_that_meet_a_bound() -> None:
+    plain = identify(rig(c=20.0, d=1.0), {"link.c": (5.0, 30.0), "link.d": (0.1, 10.0)}, drop(noisy(4)))
+    several = identify(rig(c=20.0, d=1.0), {"link.c": (5.0, 30.0), "link.d": (0.1, 10.0)}, drop(noisy(4)), starts=4)
+    np.testing.assert_allclose(several.estimates, plain.estimates, rtol=1e-6)
+    assert several.at_bound.tolist() == [True, False]
 
 
 def test_a_bound_that_holds_a_parameter_back() -> None:
@@ -350,6 +407,10 @@ def test_bad_experiments_and_priors() -> None:
         identify(rig(), FREE, drop(position()), priors={"link.k": Normal(1.0, 0.1)})
     with pytest.raises(ParameterError, match="must be positive and finite"):
         identify(rig(), FREE, drop(position()), priors={"link.c": Normal(1.0, 0.0)})
+    with pytest.raises(ModelError, match=r"at least one free parameter"):
+        identify(rig(), {}, drop(position()))
+    with pytest.raises(ModelError, match=r"cannot be differentiated"):
+        identify(rig(), FREE, Experiment(lambda m: {"a": float(m.link.c)}, {"a": [1.0, 2.0, 3.0]}, {"a": 1.0}))
     with pytest.raises(ModelError, match=r"must be Normal"):
         identify(rig(), FREE, drop(position()), priors={"link.c": 1.0})  # pyright: ignore[reportArgumentType]
 

@@ -9,7 +9,18 @@ import pytest
 from studies.__main__ import main
 from studies._output import print_table
 
-STUDIES = ("validate", "optimise", "design", "identify", "tolerance", "control", "hold", "architectures", "prototypes")
+STUDIES = (
+    "validate",
+    "optimise",
+    "design",
+    "catalogue",
+    "identify",
+    "tolerance",
+    "control",
+    "hold",
+    "architectures",
+    "prototypes",
+)
 
 
 def test_help(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,208 @@
+"""Which parts to buy for the least opening time: 10,000 combinations of products, and what is between them.
+
+One table for each part, one batch for each structure: a cam behind one gearhead or two in series, or a pump. Figures of
+the motors are those of their data sheets, with leads of 0.1 ohm; friction and all else are those of the actuators.
+"""
+
+import dataclasses
+import functools as ft
+import itertools
+import math
+import time
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Scalar, Solution, simulate
+from acausal.design import Choice, Design, choose
+from components.catalogues import catalogue
+
+from ._output import print_table, require_matplotlib, write_json
+from .actuators import ehs_maxon, ema_maxon
+from .design._problems import RESERVE, STROKE, WORN, held
+
+LEADS = 0.1  # ohm, assumed, of what is between battery and motor
+RTOL = 1e-7  # of the runs of products, whose figures are known to three digits
+LONGEST = 0.15  # s, given up after this time
+LARGEST = 40.0  # ratio; with more than that no motor is fast enough
+INCH = 25.4e-3  # m
+FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
+HEADS = ("", "opening time [ms]", "holding current [A]", "what")
+
+
+def bores(path: str, least: int, largest: int) -> list[dict[str, Any]]:
+    """Standard bores of cylinders, in sixteenths of an inch."""
+    return [{"name": f"{n}/16 in", path: n / 16 * INCH} for n in range(least, largest + 1)]
+
+
+MOTORS = [
+    {
+        "name": f"{sheet.family} {sheet['nominal_voltage']:g} V", "motor.resistor.R": sheet["resistance"] + LEADS,
+        "motor.emf.k": sheet["torque_constant"], "motor.rotor.J": sheet["inertia"],
+    }
+    for sheet in catalogue("motors")
+]  # fmt: skip
+GEARHEADS = [
+    {
+        "name": " + ".join(f"{sheet['ratio']:g}:1" for sheet in heads),
+        "gearbox.ratio": math.prod(sheet["ratio"] for sheet in heads),
+        "figures": {"speed": heads[0].get("max_input_speed") or math.inf},
+    }
+    for number in (1, 2) for heads in itertools.combinations_with_replacement(catalogue("gearheads"), number)
+    if math.prod(sheet["ratio"] for sheet in heads) <= LARGEST
+]  # fmt: skip
+PUMPS = [
+    {
+        "name": sheet.order, "pump.displacement": sheet["displacement"],
+        "figures": {"speed": sheet.get("max_speed") or math.inf, "pressure": sheet.get("max_pressure") or math.inf},
+    }
+    for sheet in catalogue("pumps")
+]  # fmt: skip
+TABLES: Mapping[str, Mapping[str, list[dict[str, Any]]]] = {
+    "cam": {
+        "motor": MOTORS,
+        "gearhead": GEARHEADS,
+        "master": bores("master.bore", 10, 16),
+        "slave": bores("slave.bore", 9, 15),
+        "eccentricity": [{"name": f"{n / 2:g} mm", "cam.profile.eccentricity": n / 2 * 1e-3} for n in range(8, 19)],
+    },
+    "pump": {"motor": MOTORS, "pump": PUMPS, "slave": bores("slave.bore", 9, 15)},
+}
+
+
+def has_cam(s: Solution) -> bool:
+    return hasattr(s.final, "cam")
+
+
+def holding_current(s: Solution) -> Scalar:
+    """In A, that holds the clutch open without friction."""
+    model: Any = s.final
+    if has_cam(s):
+        return held(model)[1]
+    pressure = model.clutch.rate * STROKE / model.slave.area
+    return pressure * model.pump.displacement / model.motor.emf.k
+
+
+def speed(s: Solution, parts: Any) -> Scalar:
+    """Of the motor, as a share of what the gearhead or the pump is made for."""
+    return s.peaks["speed"].value / parts["gearhead" if has_cam(s) else "pump"]["speed"]
+
+
+def pressure(s: Solution, parts: Any) -> Scalar:
+    """At the pump, as a share of what it is made for."""
+    return 0.0 if has_cam(s) else s.final.line.p / parts["pump"]["pressure"]
+
+
+def lift(s: Solution) -> Scalar:
+    """The share of the cam's lift that a worn clutch needs."""
+    model: Any = s.final
+    return RESERVE * held(model, WORN)[0] / (2.0 * model.cam.profile.eccentricity) if has_cam(s) else 0.0
+
+
+def pressure_angle(s: Solution) -> Scalar:
+    model: Any = s.final
+    return jnp.arcsin(model.cam.profile.eccentricity / model.cam.profile.radius) if has_cam(s) else 0.0
+
+
+MINIMISE = {"opening time": (lambda s: s.t1, "ms"), "holding current": (holding_current, "A")}
+LIMITS = {
+    "peak current": (lambda s: s.final.supply.V / s.final.motor.resistor.R, "<= 70 A"),
+    "holding current of the supply": (holding_current, "<= 20 A"),
+    "line pressure": (lambda s: s.final.line.p, "<= 40 bar"),
+    "rated speed": (speed, "<= 1"),
+    "rated pressure": (pressure, "<= 1"),
+    "pressure angle": (pressure_angle, "<= 30 deg"),
+    "lift, worn clutch": (lift, "<= 1"),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """What was chosen among; numbers in SI units."""
+
+    combinations: int
+    feasible: int
+    seconds: float
+    best: Mapping[str, Any]
+    continuous_optimum: Mapping[str, Any]
+
+
+def opening(model: Any, rtol: float) -> Solution:
+    """The run until the clutch is open, with the largest speed of the motor on the way."""
+    return simulate(
+        model, LONGEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
+        peaks=lambda s: {"speed": s.motor.rotor.w},
+    )  # fmt: skip
+
+
+def study(tables: Mapping[str, Any] = TABLES, store: Path | None = None) -> Choice:
+    """All combinations of the tables; with a `store`, an interrupted study goes on where it was."""
+    models = {"cam": ema_maxon(), "pump": ehs_maxon()}
+    return choose(models, tables, MINIMISE, run=ft.partial(opening, rtol=RTOL), constraints=LIMITS, store=store)
+
+
+def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
+    """Choose, print, and write rows to the file `json`, pictures and a report to the folder `out`.
+
+    Results of products are kept in the folder too, so that the study goes on where it was interrupted.
+    """
+    if out is not None:
+        require_matplotlib()
+    began = time.perf_counter()
+    choice = study(store=None if out is None or find_spec("zarr") is None else out / "catalogue")
+    seconds = time.perf_counter() - began
+    design = choice.continuous(*FREE, run=ft.partial(opening, rtol=rtol))
+    rows = [_row(choice, design, seconds)]
+    print(f"{choice}\n\n{design}\n")
+    print_table("The best product one can buy beside the continuous optimum", HEADS, _cells(choice, design))
+    if json is not None:
+        write_json(json, rows)
+    if out is not None:
+        _report(choice, design, out)
+    return rows
+
+
+def _row(choice: Choice, design: Design, seconds: float) -> Row:
+    assert choice.best is not None
+    values = dict(zip(MINIMISE, choice.values[choice.best].tolist(), strict=True))
+    best = {**choice.combination(choice.best), **values}
+    optimum = {**design.values, "opening time": design.objective, "kkt_residual": design.kkt_residual}
+    return Row(len(choice.codes), int(choice.is_feasible.sum()), seconds, best, optimum)
+
+
+def _cells(choice: Choice, design: Design) -> list[Sequence[str]]:
+    """The best of each structure, and what is between the products."""
+    cells = []
+    for name in TABLES:
+        own = [i for i in choice.order if choice.combination(i)["structure"] == name]
+        for i in own[:1]:
+            what = ", ".join(list(choice.combination(i).values())[1:])
+            cells.append((f"best with a {name}", *(f"{x:.4g}" for x in choice.values[i] * (1e3, 1.0)), what))
+    values = ", ".join(f"{path} {value:.5g}" for path, value in design.values.items())
+    return [*cells, ("continuous optimum", f"{1e3 * design.objective:.4g}", "", values)]
+
+
+def _report(choice: Choice, design: Design, out: Path) -> None:
+    import matplotlib.pyplot as plt
+
+    from ._output import save
+    from ._report import write_report
+
+    figure, ax = plt.subplots(figsize=(7.0, 3.0), layout="constrained")
+    names, counts = list(choice.reasons), list(choice.reasons.values())
+    ax.barh(names, [number for number, _ in counts], color="0.75", label="by this among others")
+    ax.barh(names, [alone for _, alone in counts], color="tab:blue", label="by this alone")
+    ax.set_xlabel("combinations ruled out")
+    ax.invert_yaxis()
+    ax.legend(frameon=False)
+    pictures = {"catalogue": choice.plot(beside=design).figure, "catalogue_limits": figure}
+    for name, picture in pictures.items():
+        save(picture, out, name)
+    parts = [
+        ("What one can buy", str(choice), list(pictures.values())),
+        ("What is between the products", str(design), [design.plot()]),
+    ]
+    write_report(out, "catalogue", "Parts for the least opening time", parts)
