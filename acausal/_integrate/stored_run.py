@@ -10,6 +10,7 @@ import io
 import os
 import pickle
 import platform
+import re
 import sys
 import zlib
 from collections.abc import Callable
@@ -167,9 +168,11 @@ def _compiled(file: Path, settings: Settings, structure: Any, kinds: Any) -> Pro
     with _loads() as loaded:
         call = lowered.compile()
     n = lowered.out_tree.num_leaves
-    if not loaded:  # what jax has read from its own cache cannot be stored again
+    library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
+    # What jax has read from its own cache cannot be stored again, and only of LAPACK is known how it gets ready.
+    if not loaded and all(name.startswith("lapack_") for name in library):
         with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError, ValueError, OSError):
-            _store(file, _without_settings(solutions[0].unflatten(range(n)), settings), call)
+            _store(file, _without_settings(solutions[0].unflatten(range(n)), settings), call, bool(library))
     return lambda leaves: solutions[0].unflatten(call(*leaves))
 
 
@@ -189,13 +192,13 @@ def _loads() -> Any:
         monitoring.unregister_event_listener(note)
 
 
-def _store(file: Path, solution: bytes, call: Any) -> None:
+def _store(file: Path, solution: bytes, call: Any, needs_lapack: bool) -> None:
     """Write a program: elsewhere first, so that no other process reads half of it."""
     from jax.experimental import serialize_executable
 
     payload, _, outputs = serialize_executable.serialize(call)
     part = file.with_name(f"{file.name}.{os.getpid()}")
-    part.write_bytes(zlib.compress(pickle.dumps((payload, outputs.num_leaves, solution)), 1))
+    part.write_bytes(zlib.compress(pickle.dumps((payload, outputs.num_leaves, solution, needs_lapack)), 1))
     part.replace(file)
 
 
@@ -204,7 +207,9 @@ def _loaded(file: Path, settings: Settings, n: int) -> Program | None:
     from jax.experimental import serialize_executable
 
     try:
-        payload, n_outputs, solution = pickle.loads(zlib.decompress(file.read_bytes()))
+        payload, n_outputs, solution, needs_lapack = pickle.loads(zlib.decompress(file.read_bytes()))
+        if needs_lapack:  # which jax loads when it lowers a program with it
+            jax.jit(jax.lax.linalg.lu).lower(jax.ShapeDtypeStruct((1, 1), float))
         takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
         call = serialize_executable.deserialize_and_load(payload, takes, gives)
         whole = jax.tree.structure(_Reader(io.BytesIO(solution), settings).load())
