@@ -88,6 +88,20 @@ class EventNumbers:
         return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
 
     @ft.cached_property
+    def done(self) -> np.ndarray:
+        """Those that have happened already where they are true at the start."""
+        if self.settings.is_resumed:
+            return self.acts & ~self.scheduled
+        if not self.settings.is_started or self.system.events is None:
+            return np.zeros(self.total, bool)
+        places = self.system.carried.discrete_places
+        sets_modes = [
+            bool(e.targets) and e.kind == "when" and all(leaf in places for leaf in e.targets) for _, e in self.numbered
+        ]
+        counts = [entry.count for _, entry in self.numbered]
+        return self._mask(np.repeat(sets_modes, counts), False, False, False)
+
+    @ft.cached_property
     def is_listed(self) -> np.ndarray:
         """Those that are listed in the log."""
         events = self.system.events

@@ -28,7 +28,8 @@ class Settings:
     max_steps: int
     max_events: int
     progress: diffrax.AbstractProgressMeter
-    is_started: bool = False  # whether what happens at the start has happened already
+    is_started: bool = False  # whether past events, and those that set modes at the start, have happened
+    is_resumed: bool = False  # whether all that was due before the start, or is true there, has happened
 
     @property
     def has_events(self) -> bool:

@@ -100,11 +100,14 @@ def settle(
             moment, moved = carried_to_moment(events, which, t, before, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
-        held, due_later, times = r.holds, r.due & ~own, r.order
+        held, due_later, times, told = r.holds, r.due & ~own, r.order, jnp.zeros_like(own)
         is_first = ~is_own & (r.count == r.n_own)
         if is_start:
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
-            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held)
+            # What is true and has happened in the search for the start does not happen again, but is listed.
+            had = here.truths & events.done & (r.count == 0)
+            told = (had | jnp.isfinite(r.order)) & (r.count == 0) & events.settings.is_started
+            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held | had)
         fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
         if is_start:
             is_met = here.is_zero & (events.settings.direction is not False) & is_first
@@ -136,7 +139,7 @@ def settle(
             jnp.where(is_own, r.lost, stored - here.stored),
             times,
             r.n_own + is_own,
-            r.record.noted(t, ys[0], fired[: events.n_model], events.is_listed[: events.n_model]),
+            r.record.noted(t, ys[0], (fired | told)[: events.n_model], events.is_listed[: events.n_model]),
             r.is_bad | (is_bad & any_fired),
             is_own | jnp.any(fired),
             r.count + 1,

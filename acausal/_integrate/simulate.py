@@ -57,6 +57,7 @@ def simulate(
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,
+    resume: bool = False,
     throw: bool = True,
     progress: bool | None = None,
     system: System | None = None,
@@ -83,6 +84,8 @@ def simulate(
     - `max_steps`: most steps, rejected ones included.
     - `max_events`: how many events are recorded; what comes later happens, but is not listed.
     - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
+    - `resume`: go on from where a run ended, `simulate(sol.final, t1, t0=sol.t1, resume=True)`, or from what
+      `initialise` returned: what was due before `t0`, or is true there, has happened. Otherwise it happens then.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
     - `progress`: print how far the run is; None: say only that a compilation takes long; False: not that, either.
     - `system`: the outcome of `choose_states`, whose choice of states is then used; None: chosen from the classes.
@@ -105,7 +108,8 @@ def simulate(
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
     t0 = instant(t0, "t0")
-    if system.initial_equations is not None:
+    resume = flag(resume, "resume")
+    if system.initial_equations is not None and not resume:
         with compiling("the start", model, search_start, progress):
             leaves, unmet = started(system, leaves, t0, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
@@ -126,6 +130,7 @@ def simulate(
         max_events=count(max_events, "max_events"),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
         is_started=unmet is not None,
+        is_resumed=resume,
     )
     params = system.entry.parameters(leaves)
     handed = system.entry.handed(params, _read(settings))

@@ -17,6 +17,7 @@ from .interval import seen
 from .peaks import Peaks
 from .record import Record
 from .run_events import RunEvents
+from .schedule import tick
 from .settings import Settings
 from .settle import settle
 from .stepper import EventMemory, Stepper
@@ -80,6 +81,8 @@ def begin_run(
     record = Record.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
     due = jnp.zeros(events.total)
     begins = none if settings.is_started else jnp.isfinite(past)
+    if settings.is_resumed:
+        begins &= past >= t0 - tick(t0, t0)
     settled = settle(events, t0, t0, y, begins, none, due, record, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
