@@ -11,8 +11,12 @@ def stribeck(speed: Scalar, sliding: Scalar, static: Scalar, stribeck_speed: Sca
 
 
 def tustin(speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar, fexp: Scalar) -> Scalar:
-    """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v)."""
-    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(-fexp * speed)
+    """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v).
+
+    Below zero, where what has broken away may come by the error of a step, the last part falls, too: it drives onward.
+    """
+    x = fexp * speed
+    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(jnp.where(x < 0.0, x, -x))
 
 
 def bristle_slip(size: Scalar, z: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:

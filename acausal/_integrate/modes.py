@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from .._evaluate.events import EventSet
+from .._evaluate.system import System
 from .._reduce.jaxpr import slice_output
 from .field import Given
 from .run_events import RunEvents
+from .search import is_met
 from .settle import TOGETHER, assigned, repeated
 from .starting import Start
 
@@ -26,27 +28,38 @@ class Modes(NamedTuple):
     refused: Any
 
 
-class _Round(NamedTuple):
+class _Point(NamedTuple):
     x: Any
     y: Any
     holds: Any
-    fired: Any
     truths: Any
+    values: Any  # that events would set
+    lack: Any  # of what is searched for
+
+
+class _Round(NamedTuple):
+    """`y` and `holds` are what is to be looked at next, `kept` what has been found."""
+
+    y: Any
+    holds: Any
+    kept: _Point
+    fired: Any
     late: Any  # what happened one by one
     count: Any
+    tried: Any  # how many single events since one was kept, after nothing happened any more
 
 
 class Solver(NamedTuple):
-    """`root(discrete)` is the point that belongs to modes, a constant; `followed(x, discrete)` is the same as the
-    function of all numbers that it is; `at` says which states and numbers of the run that is.
+    """`root(discrete)` is the point that belongs to modes, and what it lacks, constants; `followed(x, discrete)` is the
+    point as the function of all numbers that it is; `at` says which states and numbers of the run that is.
     """
 
-    root: Callable[[Any], Any]
+    root: Callable[[Any], tuple[Any, Any]]
     followed: Callable[[Any, Any], Any]
     at: Callable[[Any, Given], tuple[Any, Given]]
 
 
-def modes_at(start: Start, t0: Any, x: Any, solver: Solver) -> Modes:
+def modes_at(start: Start, t0: Any, solver: Solver) -> Modes:
     """The modes in which nothing happens at the point that they lead to.
 
     A complementarity problem at one instant: the events at the point that belongs to modes are those to be changed.
@@ -54,46 +67,80 @@ def modes_at(start: Start, t0: Any, x: Any, solver: Solver) -> Modes:
     complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4). What
     events set besides discrete variables does not happen here, but at the start of a run.
 
+    Where the modes found have no point that meets the conditions, as a body that is pushed to a stop far away is at
+    rest nowhere before it, single events are tried one after the other. One is kept if no event whose condition is true
+    then, whether it has happened before or not, changes a mode, and at most half is lacking.
+
     Modes are constants. Where events set discrete variables to values that depend on numbers, such as what is measured
     at the time, all rounds are differentiated.
     """
     events, layout = start.events, start.events.layout
-    is_smooth = events.system.events is not None and sets_values(events.system.events)
+    is_smooth = sets_values(events.system)
     given, y = (start.given, start.y) if is_smooth else jax.lax.stop_gradient((start.given, start.y))
-    t0, x = jax.lax.stop_gradient((t0, x)) if not is_smooth else (t0, jax.lax.stop_gradient(x))
+    t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.acts & ~events.scheduled
-    most = 4 * events.total + TOGETHER + 16
+    most, single = 4 * events.total + TOGETHER + 16, np.eye(events.total, dtype=bool)[matters]
+
+    def point(y: Any, holds: Any) -> tuple[_Point, Any]:
+        """The point that belongs to modes, and the events that begin there."""
+        discrete = y[layout.discrete]
+        x, lack = solver.root(discrete)
+        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
+        y = layout.with_part(y, layout.states, states)
+        here = events.here(t0, y, found)
+        return _Point(x, y, holds, here.truths, here.values, lack), here.truths & ~holds & matters
+
+    def lasts(point: _Point) -> Any:
+        after, _ = assigned(events, point.y, point.values, point.truths & matters)
+        return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
     def next_round(r: _Round) -> _Round:
-        discrete = r.y[layout.discrete]
-        x = solver.root(discrete)
-        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
-        y = layout.with_part(r.y, layout.states, states)
-        here = events.here(t0, y, found)
-        begun = here.truths & ~r.holds & matters
-        fired = jnp.where(r.count < TOGETHER, begun, begun & (jnp.cumsum(begun) == 1))
-        y, _ = assigned(events, y, here.values, fired)
+        new, begun = point(r.y, r.holds)
+        is_trial = r.tried > 0
+        is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
+        kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
+        fired = jnp.where(r.count < TOGETHER, begun, begun & (jnp.cumsum(begun) == 1)) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
-        return _Round(x, y, here.truths & (r.holds | fired), fired, here.truths, late, r.count + 1)
+        tries = ~jnp.any(fired) & (len(single) > 0)
+        number = jnp.where(is_trial & is_better, 0, r.tried)
+        tried = jnp.asarray(single)[jnp.minimum(number, len(single) - 1)] if len(single) else fired
+        y, _ = assigned(events, kept.y, kept.values, jnp.where(tries, tried, fired))
+        holds = kept.truths & (kept.holds | fired)
+        return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
+
+    def goes_on(r: _Round) -> Any:
+        tries = ~is_met(r.kept.lack) & (r.tried > 0) & (r.tried <= len(single))
+        return jnp.where(jnp.any(r.fired), r.count < most, tries & (not is_smooth))
 
     none = jnp.zeros(events.total, bool)
-    begin = _Round(x, y, start.holds, ~none, none, none, jnp.asarray(0))
-    end = repeated(lambda r: jnp.any(r.fired), next_round, begin, most, is_smooth)
+    empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), jax.eval_shape(point, y, start.holds)[0])
+    begin = _Round(y, start.holds, empty, ~none, none, jnp.asarray(0), jnp.asarray(0))
+    trials = 0 if is_smooth else len(single) * (len(single) + 1)
+    end = repeated(goes_on, next_round, begin, most + trials, is_smooth)
     if is_smooth:
-        return _modes(events, end, end.y[layout.discrete])
-    before, after = start.discrete, end.y[layout.discrete]
+        return _modes(events, end, end.kept.y[layout.discrete])
+    before, after = start.discrete, end.kept.y[layout.discrete]
     # What a past event has set may depend on parameters; what changed since are modes, which do not.
     return _modes(events, end, jnp.where(after == before, before, after))
 
 
+def _size(point: _Point) -> Any:
+    """How much is lacking, of all conditions."""
+    return jnp.sum(point.lack**2)
+
+
 def _modes(events: RunEvents, end: _Round, discrete: Any) -> Modes:
-    return Modes(end.x, discrete, end.late & jnp.any(end.fired), end.truths & events.refused)
+    return Modes(end.kept.x, discrete, end.late & jnp.any(end.fired), end.kept.truths & events.refused)
 
 
 @ft.lru_cache(maxsize=64)
-def sets_values(events: EventSet) -> bool:
-    """Whether events that are not scheduled set variables to what has derivatives, not to one of some numbers."""
-    actions = events.actions
+def sets_values(system: System) -> bool:
+    """Whether events that are not scheduled set discrete variables to what has derivatives, not to one of some
+    numbers.
+    """
+    if system.events is None:
+        return False
+    actions, entries = system.events.actions, system.events.entries
     avals = actions.closed.in_avals
     shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
 
@@ -103,5 +150,6 @@ def sets_values(events: EventSet) -> bool:
     closed = jax.make_jaxpr(along)(shapes, shapes)
     # Tangents that vanish identically are zeros that read nothing.
     moves = [max(slice_output(closed, i).used, default=-1) >= len(avals) for i in range(len(closed.jaxpr.outvars))]
-    kinds = [entry.kind for entry in events.entries for _ in entry.targets]
-    return any(is_moving and kind != "at" for is_moving, kind in zip(moves, kinds, strict=True))
+    places = system.carried.discrete_places
+    counts = [entry.kind != "at" and leaf in places for entry in entries for leaf in entry.targets]
+    return any(is_moving and is_own for is_moving, is_own in zip(moves, counts, strict=True))

@@ -104,8 +104,9 @@ def _about_modes(problem: Problem) -> str:
     if events is None or not events.acts.any():
         return ""
     return (
-        "\n  Only modes were tried that the start values imply, and those that follow from these. Remedy, where the "
-        "conditions can be met in others, as at a stop far away: start values from which these follow."
+        "\n  Modes were tried that the start values imply, those that follow from these, and those of one more event "
+        "at a time. Remedy, where the conditions can be met in others: start values from which these follow, such as a "
+        "place beyond a stop."
     )
 
 

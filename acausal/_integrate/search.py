@@ -61,24 +61,25 @@ class Search:
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
-    def best(self, x0: Any, numbers: Any, easy: Any = None) -> Any:
-        """The x that comes nearest to satisfying the conditions, or the nearest one that does; a constant.
+    def best(self, x0: Any, numbers: Any, easy: Any = None) -> tuple[Any, Any]:
+        """The x that comes nearest to satisfying the conditions, or the nearest one that does, and what is lacking
+        there; constants.
 
         Directly, or in stages where that fails: from `easy` numbers to the real ones, or else from what the conditions
         lack at x0 to nothing.
         """
         x0, numbers, easy = jax.lax.stop_gradient((x0, numbers, easy))
         args = (x0, numbers, self._rows(x0, numbers))
-        direct, missed = _least(self._measured, jnp.zeros_like(x0), args)
-        z = jax.lax.cond(missed <= CLOSE, lambda: direct, lambda: _in_stages(self._measured, args, easy))
-        return self._settled(z, args)
+        direct = _least(self._measured, jnp.zeros_like(x0), args)
+        z, lack = jax.lax.cond(is_met(direct[1]), lambda: direct, lambda: _in_stages(self._measured, args, easy))
+        return self._settled(z, args), lack
 
     def direct(self, x0: Any, numbers: Any) -> Any:
         """As `best`, but without stages; x0 where nothing satisfies the conditions."""
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         args = (x0, numbers, self._rows(x0, numbers))
-        z, missed = _least(self._measured, jnp.zeros_like(x0), args)
-        return jnp.where(missed <= CLOSE, self._settled(z, args), x0)
+        z, lack = _least(self._measured, jnp.zeros_like(x0), args)
+        return jnp.where(is_met(lack), self._settled(z, args), x0)
 
     def _settled(self, z: Any, args: Any) -> Any:
         return args[0] + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(z), args)
@@ -114,8 +115,13 @@ def _inverse(matrix: Any) -> Any:
     return jnp.linalg.pinv(matrix, rtol=RANK)
 
 
-def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any:
-    """Along a homotopy, each stage from where the last one ended."""
+def is_met(lack: Any) -> Any:
+    """Whether conditions are met that lack this much."""
+    return jnp.all(jnp.abs(lack) <= CLOSE)
+
+
+def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tuple[Any, Any]:
+    """Along a homotopy, each stage from where the last one ended; and what is lacking at its end."""
     origin = jnp.zeros_like(args[0])
     if easy is None:
         first, others, lacking = origin, args, measured(origin, args)
@@ -123,14 +129,15 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> Any
         others = (args[0], easy, args[2])
         first, lacking = _least(measured, origin, others)[0], 0.0
 
-    def stage(z: Any, s: Any) -> tuple[Any, None]:
+    def stage(z: Any, s: Any) -> tuple[Any, Any]:
         # What is the same may be infinite, as the place of a stop that there is none of.
         between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
-        return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)[0], None
+        return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
 
-    return jax.lax.scan(stage, first, jnp.linspace(0.0, 1.0, STAGES + 1)[1:])[0]
+    z, lacks = jax.lax.scan(stage, first, jnp.linspace(0.0, 1.0, STAGES + 1)[1:])
+    return z, lacks[-1]
 
 
 def _least(function: Callable[[Any, Any], Any], z: Any, args: Any) -> tuple[Any, Any]:
     found = optx.least_squares(function, METHOD, z, args, max_steps=ITERATIONS, throw=False).value
-    return found, jnp.max(jnp.abs(function(found, args)), initial=0.0)
+    return found, function(found, args)

@@ -15,10 +15,12 @@ from .._evaluate.starts import Inputs
 from .field import Given
 from .modes import Solver, modes_at
 from .problem import Problem, Values
-from .search import NearestPoint, Search
+from .search import NearestPoint, Search, is_met
 from .starting import start_of
 
 OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
+# From where parameters are searched for, as shares of their first guesses, until one leads to a start.
+GUESSES = (1.0, *(2.0**k for n in range(1, 11) for k in (n, -n)))
 
 
 class Outcome(NamedTuple):
@@ -35,6 +37,14 @@ class Outcome(NamedTuple):
     is_bad: Any
 
 
+class Ends(NamedTuple):
+    """Where the search by components ended, and that by all conditions, whose guesses were moved by `shift`."""
+
+    own: Any
+    whole: Any
+    shift: Any
+
+
 class _Searches:
     """First the own states of components that state initial equations are searched for, by these alone; then, from
     there, all that may move by all conditions. Other states move only where that has to be.
@@ -44,29 +54,51 @@ class _Searches:
         constraints, ones = problem.system.constraints, np.ones(problem.trim.count)
         weights = constraints.weights(problem.held, 0.0)
         self._whole = Search(problem.residual, np.append(constraints.sizes, ones), np.append(weights, ones))
+        self._guesses = GUESSES if problem.trim.count else GUESSES[:1]
         own = np.where(problem.foreign, 0.0, weights)
         self._own: Search | None = None
         if problem.system.initial_equations is not None:
             self._own = Search(problem.of_components.residual, constraints.sizes, own)
 
-    def best(self, x0: Any, unknowns: Any, values: Values, easier: Values | None) -> tuple[Any, Any]:
-        """What each of them ends at, from states x0 and further unknowns."""
+    def best(self, x0: Any, unknowns: Any, values: Values, easier: Values | None) -> tuple[Ends, Any]:
+        """What each of them ends at, from states x0 and further unknowns, and what is lacking there."""
+        x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
-        return own, self._whole.best(jnp.append(own, unknowns), values, easier)
 
-    def found(self, best: tuple[Any, Any], x0: Any, unknowns: Any, values: Values) -> NearestPoint:
+        def attempt(k: Any) -> tuple[Any, Any, Any]:
+            guess = jnp.where(unknowns == 0.0, 1.0, unknowns) * jnp.array(self._guesses)[k]
+            shift = jnp.where(k == 0, 0.0, guess - unknowns)
+            return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
+
+        def another(found: Any) -> Any:
+            k, first = found[0], found[1:]
+            new = attempt(k)
+            return k + 1, *jax.tree.map(lambda a, b: jnp.where((k == 0) | is_met(new[2]), a, b), new, first)
+
+        def goes_on(found: Any) -> Any:
+            return (found[0] == 0) | (~is_met(found[3]) & (found[0] < len(self._guesses)))
+
+        if len(self._guesses) == 1:
+            shift, whole, lack = attempt(0)
+        else:
+            nothing = jax.tree.map(lambda a: jnp.zeros(a.shape), jax.eval_shape(attempt, 0))
+            _, shift, whole, lack = jax.lax.while_loop(goes_on, another, (jnp.asarray(0), *nothing))
+        return Ends(own, whole, shift), lack
+
+    def found(self, best: Ends, x0: Any, unknowns: Any, values: Values) -> NearestPoint:
         """The point found, as the function of all numbers that it is."""
-        return self._whole.found(best[1], jnp.append(self._origin(best, x0, values), unknowns), values)
+        origin = jnp.append(self._origin(best, x0, values), unknowns + best.shift)
+        return self._whole.found(best.whole, origin, values)
 
-    def followed(self, best: tuple[Any, Any], x0: Any, unknowns: Any, values: Values) -> tuple[Any, Any]:
+    def followed(self, best: Ends, x0: Any, unknowns: Any, values: Values) -> Ends:
         """The points at which they ended, as functions of all numbers."""
         own = self._origin(best, x0, values)
-        return own, self._whole.followed(best[1], jnp.append(own, unknowns), values)
+        return Ends(own, self._whole.followed(best.whole, jnp.append(own, unknowns + best.shift), values), best.shift)
 
-    def _origin(self, best: tuple[Any, Any], x0: Any, values: Values) -> Any:
+    def _origin(self, best: Ends, x0: Any, values: Values) -> Any:
         if self._own is None:
             return x0
-        x = self._own.found(best[0], x0, values).x
+        x = self._own.found(best.own, x0, values).x
         return jnp.where(jnp.all(jnp.isfinite(x)), x, x0)
 
 
@@ -84,23 +116,21 @@ def search_start(
         easier = Values(easy_inputs, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
-    def root(discrete: Any) -> tuple[Any, Any]:
+    def root(discrete: Any) -> tuple[Ends, Any]:
         here = None if easy is None else easier.in_modes(system, discrete)
         return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
 
-    def followed(best: tuple[Any, Any], discrete: Any) -> tuple[Any, Any]:
+    def followed(best: Ends, discrete: Any) -> Ends:
         return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
 
-    def at(best: tuple[Any, Any], given: Given) -> tuple[Any, Given]:
-        return best[1][states], trim.given(best[1], jax.lax.stop_gradient(sizes), given)
+    def at(best: Ends, given: Given) -> tuple[Any, Given]:
+        return best.whole[states], trim.given(best.whole, jax.lax.stop_gradient(sizes), given)
 
     if system.events is None:
-        best, discrete, happen, refused = root(None), None, jnp.zeros(0, bool), jnp.zeros(0, bool)
+        best, discrete, happen, refused = root(None)[0], None, jnp.zeros(0, bool), jnp.zeros(0, bool)
     else:
         start = start_of(system, t0, x0[states], inputs)
-        best, discrete, happen, refused = modes_at(
-            start, t0, (x0, jnp.append(x0, unknowns)), Solver(root, followed, at)
-        )
+        best, discrete, happen, refused = modes_at(start, t0, Solver(root, followed, at))
     values = values.in_modes(system, discrete)
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)

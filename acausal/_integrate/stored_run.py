@@ -5,6 +5,7 @@ process. Here it is found by what it would be traced from (`_made_from`).
 """
 
 import contextlib
+import dataclasses
 import functools as ft
 import io
 import os
@@ -108,11 +109,11 @@ def _made_from(settings: Settings) -> list[Any]:
     if settings.adjoint is not None or not isinstance(settings.progress, diffrax.NoProgressMeter):
         raise NoFingerprintError("a way of differentiating, or a meter of progress")
     functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
+    seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
     return [
         *_system(settings.system),
         *(None if f is None else (f.closed, f.leaves) for f in functions),
-        *(settings.direction, settings.save, settings.solver, settings.max_steps, settings.max_events),
-        settings.is_started,
+        *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
     ]
 
 

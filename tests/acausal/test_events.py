@@ -23,6 +23,7 @@ from acausal import (
     SimulationError,
     Time,
     Var,
+    at,
     connect,
     eq,
     positive,
@@ -136,6 +137,51 @@ def test_gradients_in_both_modes_are_exact() -> None:
     # All moments grow with the square root of the height.
     np.testing.assert_allclose(forward[1][1], 0.5 * impacts(0.8, 3)[2], rtol=1e-10)
     np.testing.assert_allclose(np.ravel(reverse), np.ravel(forward), rtol=1e-10)
+
+
+def test_stop_conditions_that_a_rebound_meets_or_undoes() -> None:
+    """Met by the third rebound, by the first one, and just above the floor, from where the rebound leads back in the
+    same step; when, and its derivative by e.
+    """
+
+    def stopped(e: Any, which: Any) -> Any:
+        conditions = lambda s: jnp.stack([s.impacts - 2.5, s.v - 1.0, s.h - 1e-6])  # noqa: E731
+        return simulate(Ball(e=e), 3.0, until=lambda s: which @ conditions(s), rtol=1e-10, save="end").t1
+
+    first, e = np.sqrt(2.0 / G), 0.8
+    run = jax.jit(jax.vmap(lambda which: jax.value_and_grad(stopped)(e, which)))
+    times, slopes = run(np.eye(3))
+    just_above = np.sqrt(2.0 * (1.0 - 1e-6) / G)
+    np.testing.assert_allclose(times, [first * (1.0 + 2.0 * e + 2.0 * e**2), first, just_above], rtol=1e-9)
+    np.testing.assert_allclose(slopes, [first * (2.0 + 4.0 * e), 0.0, 0.0], rtol=1e-8, atol=1e-9)
+
+
+class Zeroed(Component):
+    """x rises at the rate 1 and y falls; at a time both are set to zero. How often each was above it."""
+
+    time: Param[Scalar, "s"] = 1.0
+    x: Var[Scalar, "s"] = -3.0
+    y: Var[Scalar, "s"] = -3.0
+    n_x: Discrete[Scalar, "1"] = 0.0
+    n_y: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rises=eq(d.x, 1.0), falls=eq(d.y, -1.0))
+
+    def events(self) -> Events:
+        return dict(
+            zero=at(self.time, x=0.0, y=0.0),
+            x_above=when(self.x > 0.0, n_x=self.n_x + 1.0),
+            y_above=when(self.y > 0.0, n_y=self.n_y + 1.0),
+        )
+
+
+def test_a_condition_that_an_event_leaves_exactly_at_zero() -> None:
+    """What counts is its sign an instant later."""
+    sol = simulate(Zeroed(), 2.0)
+    assert (sol.final.n_x, sol.final.n_y) == (1.0, 0.0)
+    assert sol.events.names == ["zero", "x_above"]
+    np.testing.assert_allclose(sol.events.times, 1.0, rtol=1e-9)
 
 
 def test_batch_with_different_numbers_of_events() -> None:

@@ -14,6 +14,7 @@ from acausal import (
     Equations,
     Events,
     ModelError,
+    Param,
     Scalar,
     SimulationError,
     Var,
@@ -21,7 +22,6 @@ from acausal import (
     eq,
     initialise,
     linearise,
-    replace,
     simulate,
     when,
 )
@@ -167,28 +167,62 @@ def test_rest_at_a_stop() -> None:
 
 
 class Pushed(Component):
-    """A mass that is pushed towards a stop, with nothing that would bring it there at rest."""
+    """Two masses that are pushed towards stops, with nothing that would bring them there at rest."""
 
-    mass: translational.Mass
-    stop: translational.HardStop
-    push: translational.ConstantForce
+    masses: tuple[translational.Mass, translational.Mass]
+    stops: tuple[translational.HardStop, translational.HardStop]
+    pushes: tuple[translational.ConstantForce, translational.ConstantForce]
 
     def connections(self) -> Connections:
-        return (connect(self.mass.b, self.stop.flange, self.push.flange),)
+        return tuple(
+            connect(mass.b, stop.flange, push.flange)
+            for mass, stop, push in zip(self.masses, self.stops, self.pushes, strict=True)
+        )
 
 
-def test_rest_at_a_stop_far_away_is_told_to_be_out_of_reach() -> None:
-    model = Pushed(
-        mass=translational.Mass(m=1.0),
-        stop=translational.HardStop(s_max=0.1),
-        push=translational.ConstantForce(force=10.0),
+def pushed(forces: Any) -> Pushed:
+    return Pushed(
+        masses=(translational.Mass(m=1.0, s=0.0), translational.Mass(m=1.0, s=0.0)),
+        stops=(translational.HardStop(s_min=-0.3, s_max=0.1), translational.HardStop(s_min=-0.2)),
+        pushes=(translational.ConstantForce(force=forces[0]), translational.ConstantForce(force=forces[1])),
     )
-    with pytest.raises(
-        SimulationError, match=r"(?s)Not met: .*Only modes were tried that the start values imply.*stop"
-    ):
-        initialise(model, steady=True)
-    near = initialise(replace(model, {"mass.a.s": 0.1 + 1e-3}), steady=True)
-    np.testing.assert_allclose([near.mass.a.s, near.stop.mode], [0.1, 1.0], rtol=1e-12)  # pyright: ignore
+
+
+def test_rest_at_stops_far_away() -> None:
+    """At those that forces push to, however unequal these are; where there is none, no start is found."""
+
+    def places(forces: Any) -> Any:
+        rest: Any = initialise(pushed(forces), steady=True, throw=False)
+        return jnp.stack([*(mass.a.s for mass in rest.masses), *(stop.mode for stop in rest.stops)])
+
+    forces = np.array([[10.0, -3.0], [-10.0, -3.0], [0.0, -1.0], [-1e-3, -1e3], [5.0, 2.0]])
+    found = jax.jit(jax.vmap(places))(forces)
+    expected = [[0.1, -0.2, 1.0, -1.0], [-0.3, -0.2, -1.0, -1.0], [0.0, -0.2, 0.0, -1.0], [-0.3, -0.2, -1.0, -1.0]]
+    np.testing.assert_allclose(found[:-1], expected, rtol=1e-12, atol=1e-15)
+    assert np.all(np.isnan(found[-1, :2]))
+    with pytest.raises(SimulationError, match=r"(?s)Not met: .*Modes were tried that the start values imply.*stop"):
+        initialise(pushed([5.0, 2.0]), steady=True)
+
+
+class Guarded(Component):
+    """A leak that a command opens, d(level)/dt = inflow - leak; without it there is no rest."""
+
+    command: Param[Scalar, "1"]
+    level: Var[Scalar, "1"] = 1.0
+    opened: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(balance=eq(d.level, 1.0 - self.opened * self.level, check_units=False))
+
+    def events(self) -> Events:
+        return dict(opens=when(self.command > 0.5, opened=1.0), shuts=when(self.command < 0.5, opened=0.0))
+
+
+def test_no_mode_is_tried_that_an_event_would_change() -> None:
+    found: Any = initialise(Guarded(command=1.0, level=3.0), steady=True)
+    np.testing.assert_allclose([found.level, found.opened], 1.0, rtol=1e-12)
+    with pytest.raises(SimulationError, match=r"Not met: der\(level\) = 0"):
+        initialise(Guarded(command=0.0, level=3.0), steady=True)
 
 
 def test_start_exactly_on_a_stop() -> None:

@@ -122,14 +122,20 @@ def test_cracking_pressure_for_a_flow() -> None:
     np.testing.assert_allclose(jax.jit(jax.grad(cracking))(p), forward, rtol=1e-10)
 
 
-def test_a_first_guess_without_influence_is_named() -> None:
-    """A closed valve stays closed, by however little its pressure is changed."""
+def test_a_first_guess_without_influence() -> None:
+    """A closed valve stays closed, by however little its pressure is changed: down to a thousandth of it is tried."""
+    p = [1e-4, 5e-10]
+    x = p[0] / p[1] / 2e5
+    found = jax.jit(jax.vmap(lambda guess: cracking(p, guess)))(np.array([5e7, 5e8]))
+    np.testing.assert_allclose(found, 1e7 - 2e5 * np.log(np.expm1(x)), rtol=1e-11)
+    by_flow = jax.jit(jax.jacfwd(cracking))(jnp.array(p), 5e7)[0]
+    np.testing.assert_allclose(by_flow, 1.0 / (p[1] * np.expm1(-x)), rtol=1e-9)
     said = (
         r"(?s)Not met: .*Where the search ended, der\(volume\.p\) = 0 hardly changes with anything that may move.*"
         r"Remedy: first guesses at which it does, as of valve\.cracking_pressure\."
     )
     with pytest.raises(SimulationError, match=said):
-        cracking([1e-4, 5e-10], guess=5e7)
+        cracking([1e-4, 5e-10], guess=1e12)
 
 
 class Switched(Component):
