@@ -32,7 +32,7 @@ def plot_plane(fits: Mapping[str, Any]) -> Figure:
         low, high = voltage / (peak.value + peak.sigma), voltage / (peak.value - peak.sigma)
         panel.axvspan(low, high, color=hue, alpha=0.15, label=f"peak of {peak.value:g} A, a tenth more or less")
     panel.plot(TABLE_8_2[0], 1e3 * TABLE_8_2[1], "s", color="black", markersize=9, label="thesis, Table 8.2")
-    for (name, fit), marker in zip(fits.items(), "ov^D", strict=False):
+    for (name, fit), marker in zip(fits.items(), "ov^DP", strict=False):
         R, C = fit.estimates[:2]
         panel.plot(R, 1e3 * C, marker, color="#7f3c8d", markersize=8, markerfacecolor="none", label=f"fit: {name}")
     panel.set_xlabel("resistance [ohm]")
