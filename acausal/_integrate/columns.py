@@ -42,7 +42,9 @@ def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -
 def variables(solution: "Solution") -> list[str]:
     """The paths of all that is not a parameter."""
     leaves = solution.system.flat.leaves
-    return [name for name, (leaf, _) in solution._names.items() if leaves[leaf].declaration.role != "param"]
+    return [
+        name for name, (leaf, _) in solution.system.flat.leaf_names.items() if leaves[leaf].declaration.role != "param"
+    ]
 
 
 def _named(items: Sequence[Item]) -> Iterator[tuple[str, Any]]:

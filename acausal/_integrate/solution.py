@@ -223,7 +223,7 @@ class Solution(eqx.Module, Generic[M]):
 
     def _place(self, name: str) -> tuple[int, int]:
         """The leaf that a name belongs to, and which of its stacked members."""
-        names = leaf_names(self.system)
+        names = self.system.flat.leaf_names
         where = names.get(name)
         if where is None:
             hint = suggestion(name, names)
@@ -263,10 +263,10 @@ class Solution(eqx.Module, Generic[M]):
 
     def keys(self) -> list[str]:
         """The paths of all variables and parameters, which `sol[path]` takes."""
-        return list(leaf_names(self.system))
+        return list(self.system.flat.leaf_names)
 
     def __contains__(self, name: object) -> bool:
-        return name in leaf_names(self.system)
+        return name in self.system.flat.leaf_names
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()
@@ -319,12 +319,6 @@ class Solution(eqx.Module, Generic[M]):
         from .solution_plot import plot_solution
 
         return plot_solution(self, items, units, events, axes)
-
-
-@ft.lru_cache(maxsize=64)
-def leaf_names(system: System) -> dict[str, tuple[int, int]]:
-    """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
-    return {leaf.name(i): (number, i) for number, leaf in enumerate(system.flat.leaves) for i in range(leaf.count)}
 
 
 def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., Any]:

@@ -151,6 +151,11 @@ class FlatModel:
         counts = [self.leaves[i].count for i in self.variable_leaves]
         return np.repeat(np.array(self.variable_leaves, dtype=int), counts)
 
+    @ft.cached_property
+    def leaf_names(self) -> dict[str, tuple[int, int]]:
+        """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
+        return {leaf.name(i): (number, i) for number, leaf in enumerate(self.leaves) for i in range(leaf.count)}
+
     def node_name(self, node: int) -> str:
         leaf = self.leaves[self.leaf_of_node[node]]
         return leaf.name(node - leaf.first)

@@ -17,7 +17,6 @@ from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameErro
 from .._evaluate.building import system_of
 from .._integrate.result import is_success, sentence
 from .._integrate.simulate import simulate
-from .._integrate.solution import leaf_names
 from .._units.quantity import has_unit, magnitude
 from ._free import Free, Place, Variable, free_parameters, with_numbers
 
@@ -245,7 +244,7 @@ def _unit(experiment: Experiment[Any], model: Component, key: str, name: str) ->
     if not isinstance(experiment.predict, Run) or key not in experiment.predict.paths:
         return ""
     system = system_of(model)
-    names = leaf_names(system)
+    names = system.flat.leaf_names
     if key not in names:
         raise UnknownNameError(
             f"{name}: the model has no variable {key!r}.{suggestion(key, names)} What is no variable is stated by "
