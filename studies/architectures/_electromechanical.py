@@ -14,6 +14,7 @@ from components.rotational import (
     Fixed,
     Helix,
     LossyGear,
+    LossyGearR2T,
     PlanetaryGearbox,
 )
 
@@ -110,6 +111,19 @@ class WormActuator(SelfLocking):
         )
 
 
+class ScrewActuator(SelfLocking):
+    """Motor, screw, master cylinder."""
+
+    screw: LossyGearR2T
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.screw.shaft),
+            connect(self.screw.rod, self.master.rod),
+        )
+
+
 def eccentric() -> EccentricActuator:
     """The thesis' actuator with RE50 motor and 4.3:1 gearbox."""
     return EccentricActuator(cam=ema_maxon().cam, **_geared())
@@ -126,6 +140,12 @@ def worm() -> WormActuator:
     base = sila()
     helix = Helix.of_worm(starts=1.0, quotient=10.0, mu=0.0847)
     return WormActuator(motor=base.motor, worm=helix.gear(38.0), cam=base.cam, master=base.master, **_locking())
+
+
+def screw() -> ScrewActuator:
+    """RE50 motor and a trapezoidal thread Tr 14x3, steel on bronze."""
+    thread = LossyGearR2T.screw(diameter=12.5e-3, lead=3e-3, mu=0.1, flank=math.radians(15.0))
+    return ScrewActuator(motor=re50(), screw=thread, master=ema_maxon().master, **_locking())
 
 
 def _geared() -> dict[str, Any]:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from ._architecture import Architecture, at_the_accumulator, at_the_master
-from ._electromechanical import crank, eccentric, worm
-from ._hydrostatic import across_the_piston, across_the_pump, servo_motor
-from ._stored import automated_gearbox, holding_valve
+from ._electromechanical import crank, eccentric, screw, worm
+from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo_pump
+from ._stored import automated_gearbox, holding_valve, purge_valve
 from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
 
 # In kg, as the thesis states them (tables 6.2 to 6.4, conclusions).
@@ -42,8 +42,17 @@ ARCHITECTURES = (
         "accumulator, check and relief valves, cylinder", across_the_pump, across_the_piston,
     ),
     Architecture(
+        "EHA, servo pump", "EHA, servo pump", servo_pump,
+        ("pump.pump.displacement", "slave.bore", "pump.swash.rate", "motor.resistor.R"), {"motor RE40": 0.48},
+        "variable pump, accumulator, check and relief valves, cylinder", across_the_pump, across_the_piston,
+    ),
+    Architecture(
         "holding valve", "prototype, normally open holding valve", holding_valve,
         (*_OF_PUMPS, "valve.area"), _HELD, "block, cylinder",
+    ),
+    Architecture(
+        "purge valve", "pump, check valve and purge valve", purge_valve, _OF_PUMPS, _PUMP,
+        "check and purge valve, block, cylinder",
     ),
     Architecture(
         "automated gearbox", "accumulator, three-way and on/off valves", automated_gearbox,
@@ -63,5 +72,10 @@ ARCHITECTURES = (
         "worm", "electromechanical, worm (present)", worm,
         ("cam.profile.rate", "master.bore", "motor.resistor.R"), {"motor FISE with worm gear": 1.2},
         "cam, cylinders", at_the_master,
+    ),
+    Architecture(
+        "screw", "electromechanical, screw", screw,
+        ("screw.converter.ratio", "master.bore", "motor.resistor.R"), {"motor RE50": 1.1}, "screw, cylinders",
+        at_the_master,
     ),
 )  # fmt: skip

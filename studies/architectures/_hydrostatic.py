@@ -4,19 +4,22 @@ from typing import Any
 
 from acausal import Component, Connections, connect
 from components.blocks import LimPI
-from components.electrical import DCMotor, Ground, SignalVoltage
+from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
 from components.hydraulic import (
     CheckValve,
     DoubleActingCylinder,
     FixedPump,
     GasAccumulator,
+    PilotStage,
     ReliefValve,
+    ServoPump,
+    VariablePump,
 )
 from components.translational import ClutchSpring, Mass, PositionSensor, ViscousFriction
 
 from ..actuators import ehs_maxon
 from ._duty import Demand
-from ._parts import liquid, load, motor_control, pump_data, re40, relief
+from ._parts import VOLTAGE, liquid, load, motor_control, pump_data, re40, relief, valve_control
 
 BIAS = 2e5  # Pa, of both sides at rest
 ROD = 8e-3  # m, on both sides of the piston
@@ -26,9 +29,9 @@ CHAMBER = 1e-5  # m3, of each side at its end: stiff as the line of the others
 class ClosedCircuit(Component, partial=True):
     """Pump and synchronous cylinder; an accumulator makes up through check valves for what relief valves let out."""
 
-    supply: SignalVoltage
+    supply: ConstantVoltage | SignalVoltage
     motor: DCMotor
-    pump: FixedPump
+    pump: FixedPump | ServoPump
     slave: DoubleActingCylinder
     piston: Mass
     seal: ViscousFriction
@@ -60,13 +63,27 @@ class ClosedCircuit(Component, partial=True):
 class ServoMotorActuator(ClosedCircuit):
     """A motor that turns both ways as far as it is needed, with a fixed pump."""
 
+    supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
+    pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
+
     def connections(self) -> Connections:
         return *super().connections(), connect(self.controller.y, self.supply.u)
 
 
+class ServoPumpActuator(ClosedCircuit):
+    """A motor that turns all the time, with a pump whose displacement is set to either side."""
+
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
+    pump: ServoPump  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def connections(self) -> Connections:
+        return *super().connections(), connect(self.controller.y, self.pump.u)
+
+
 def across_the_pump(s: Any) -> Any:
     """Pressure rise and flow of the pump."""
-    return s.pump.dp, -s.pump.b.q
+    pump = s.pump.pump if hasattr(s.pump, "pump") else s.pump
+    return pump.dp, -pump.b.q
 
 
 def across_the_piston(s: Any) -> Any:
@@ -79,6 +96,12 @@ def servo_motor() -> ServoMotorActuator:
     return ServoMotorActuator(
         supply=SignalVoltage(), pump=FixedPump(**pump_data()), controller=motor_control(), **_closed()
     )
+
+
+def servo_pump() -> ServoPumpActuator:
+    """EHA-SP; a battery has no induction motor, so a direct-current motor turns the pump."""
+    pump = ServoPump(swash=PilotStage(w=150.0, D=0.8, rate=25.0), pump=VariablePump(**pump_data()))
+    return ServoPumpActuator(supply=ConstantVoltage(V=VOLTAGE), pump=pump, controller=valve_control(), **_closed())
 
 
 def _closed() -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from acausal import Connections, connect
-from components.blocks import Constant, FirstOrder, Gain, Maximum, SecondOrder, Switch, TwoPointController
+from components.blocks import Constant, FirstOrder, Gain, Maximum, Product, SecondOrder, Switch, TwoPointController
 from components.electrical import ConstantVoltage, IdealOpeningSwitch, Resistor, SignalVoltage
 from components.hydraulic import (
     CheckValve,
@@ -15,6 +15,7 @@ from components.hydraulic import (
     ReliefValve,
     Tank,
     ThreeWayValve,
+    VariableOrifice,
     Volume,
 )
 
@@ -23,6 +24,8 @@ from ._parts import (
     VOLTAGE,
     Controlled,
     chamber,
+    drain,
+    drain_control,
     load,
     motor_control,
     pump_data,
@@ -92,6 +95,37 @@ class HoldingValveActuator(Leaking):
         )
 
 
+class PurgeActuator(Leaking):
+    """A check valve holds; to close, the motor rests and a purge valve lets the liquid back to the tank."""
+
+    top_up: TwoPointController
+    idle: Constant
+    mode: Switch
+    opens: Product
+    check: CheckValve
+    chamber: Volume
+    spool: SecondOrder
+    purge: VariableOrifice
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.demand.y, self.top_up.u_s),
+            connect(self.gauge.y, self.top_up.u_m),
+            connect(self.idle.y, self.mode.u1),
+            connect(self.top_up.y, self.mode.u2),
+            connect(self.demand.closes, self.mode.control, self.opens.u1),
+            connect(self.mode.y, self.drive.u),
+            connect(self.drive.y, self.supply.u),
+            connect(self.pump.b, self.chamber.port, self.check.a),
+            connect(self.check.b, self.line.a, self.purge.a),
+            connect(self.purge.b, self.tank.port),
+            connect(self.controller.y, self.opens.u2),
+            connect(self.opens.y, self.spool.u),
+            connect(self.spool.y, self.purge.u),
+        )
+
+
 class AccumulatorActuator(Leaking):
     """As in automated gearboxes: an accumulator that a pump recharges feeds a three-way valve.
 
@@ -146,6 +180,14 @@ def holding_valve() -> HoldingValveActuator:
     return HoldingValveActuator(
         valve=held.valve, travel=held.travel, coil=held.coil, relay=held.relay, battery=held.battery, mode=Switch(),
         opens=Maximum(), controller=motor_control(), **_chambered(), **_leaking(),
+    )  # fmt: skip
+
+
+def purge_valve() -> PurgeActuator:
+    """Motor, pump, check valve, and a proportional purge valve."""
+    return PurgeActuator(
+        check=_check(), idle=Constant(k=0.0), mode=Switch(), opens=Product(), spool=spool(), purge=drain(),
+        controller=drain_control(), **_chambered(), **_leaking(),
     )  # fmt: skip
 
 
