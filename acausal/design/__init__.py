@@ -1,5 +1,8 @@
 """Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
 
+from ._alternatives import Alternatives as Alternatives
+from ._alternatives import Part as Part
+from ._alternatives import Structure as Structure
 from ._batches import Outcomes as Outcomes
 from ._bounds import Scale as Scale
 from ._certificate import Curvature as Curvature
