@@ -68,9 +68,9 @@ def model_of(x: Shaken, *, is_rigid: bool) -> Rig:
     return Rig(parts=parts, wiring=wire_compliant)
 
 
-def run(row: Any, *, is_rigid: bool, energy: bool = False) -> Any:
+def run(row: Any, *, is_rigid: bool, energy: bool = False, rtol: Any = TIGHT) -> Any:
     model = model_of(Shaken(*row), is_rigid=is_rigid)
-    return simulate(model, END, save="end", rtol=TIGHT, max_events=64, throw=False, energy=energy)
+    return simulate(model, END, save="end", rtol=rtol, max_events=64, throw=False, energy=energy)
 
 
 IMPACTS = ("impact_low", "impact_high")
@@ -83,17 +83,17 @@ NAMES = dict(
 def test_random_trains(is_rigid: bool) -> None:
     """Stops with rebound and without, and compliant ones; friction with and without a peak; shaken until it sticks.
 
-    A peak that is gone at speeds far below what a step errs by is passed, too.
+    A peak that is gone at 1e-8 m/s takes a tolerance to match: what breaks away grows from errors of that size.
     """
     rows, part = cases(0), "parts[2]" if is_rigid else "parts[3]"
 
-    def ends(row: Any) -> Any:
-        solution = run(row, is_rigid=is_rigid, energy=True)
+    def ends(row: Any, rtol: Any) -> Any:
+        solution = run(row, is_rigid=is_rigid, energy=True, rtol=rtol)
         body = solution.final.parts[2]
         return body.b.s, body.v, solution.energy.imbalance, solution.events
 
-    run_all = jax.jit(jax.vmap(ends))
-    place, speed, imbalance, log = run_all(rows)
+    run_all = jax.jit(jax.vmap(ends, in_axes=(0, None)))
+    place, speed, imbalance, log = run_all(rows, TIGHT)
     expected = [followed(Shaken(*row), END, is_rigid=is_rigid) for row in rows]
     np.testing.assert_allclose(place, [end.s for end in expected], atol=1e-8)
     np.testing.assert_allclose(speed, [end.v for end in expected], atol=1e-7)
@@ -111,9 +111,9 @@ def test_random_trains(is_rigid: bool) -> None:
         steep[:, Shaken._fields.index("excess")] = draw.uniform(0.1, 1.0, N)
         steep[:, Shaken._fields.index("fexp")] = 10.0 ** draw.uniform(5.0, 8.0, N)
         expected = [followed(Shaken(*row), END, is_rigid=True) for row in steep[:16]]
-        place, speed, _, _ = run_all(steep)
-        np.testing.assert_allclose(place[:16], [end.s for end in expected], atol=1e-4)
-        np.testing.assert_allclose(speed[:16], [end.v for end in expected], atol=1e-4)
+        place, speed, _, _ = run_all(steep, 1e-12)
+        np.testing.assert_allclose(place[:16], [end.s for end in expected], atol=2e-6)
+        np.testing.assert_allclose(speed[:16], [end.v for end in expected], atol=2e-6)
 
 
 @pytest.mark.slow
