@@ -17,7 +17,7 @@ from acausal import ArgumentError, Component, ParameterError, UnknownNameError, 
 from acausal._declare.layout import complete_leaves
 from acausal._declare.node import leaves_of, nodes_of
 from acausal._declare.requirements import broken
-from acausal._evaluate.packing import packed
+from acausal._evaluate.packing import ModelParameters, slot_values
 from acausal._evaluate.requirements import ModelRequirements
 from acausal._reduce.flatten import flatten
 
@@ -97,7 +97,12 @@ def test_requirements_are_the_same_for_numbers_and_compiled(component: Component
     flat = flatten(component)
     requirements, draw = ModelRequirements(flat), np.random.default_rng(0)
     keys = requirements.keys
-    is_broken = jax.jit(lambda leaves: requirements.broken({key: packed(flat, leaves, *key) for key in keys}))
+
+    @jax.jit
+    def is_broken(leaves: list[Any]) -> Any:
+        slots = {key: slot_values(flat, dict(enumerate(leaves)), *key) for key in keys}
+        return requirements.broken(ModelParameters(slots))
+
     for _ in range(20):
         values = {
             path: value * draw.choice([-1.0, 0.0, 0.2, 1.0, 3.0, jnp.nan], p=[0.1, 0.1, 0.1, 0.5, 0.1, 0.1])
