@@ -5,12 +5,19 @@ from typing import Any
 import jax
 import numpy as np
 
-from ._jax_private import Tracer
+from ._jax_private import Tracer, get_opaque_trace_state
+
+_OUTSIDE = get_opaque_trace_state()
 
 
 def is_traced(value: Any) -> bool:
     """Whether `value` is being traced by a transformation such as `jax.jit` or `jax.grad`."""
     return isinstance(value, Tracer)
+
+
+def within_transformation() -> bool:
+    """Whether a function is being traced, known numbers in it or not."""
+    return get_opaque_trace_state() != _OUTSIDE
 
 
 def known(value: Any) -> np.ndarray | None:

@@ -32,7 +32,7 @@ from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
 from .._jax_settings import programs
 from .._reduce.required import required
 from .._reduce.stated import initial_templates, templates
-from .._tracing import is_traced
+from .._tracing import is_traced, within_transformation
 from . import run as traced
 from .field import Given
 from .settings import Settings
@@ -44,7 +44,7 @@ Program = Callable[[list[Any]], Solution]
 def run(settings: Settings, given: Given) -> Solution:
     """As `run.run`, where possible by a stored program; else what is compiled is stored, where that is possible."""
     leaves, structure = jax.tree.flatten(given)
-    if programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
+    if within_transformation() or programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
         return traced.run(settings, given)
     kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
     program = _program(settings, structure, kinds)

@@ -1,7 +1,11 @@
 """What a stored program is found by, and when it is not."""
 
+import os
 import pickle
+import subprocess
+import sys
 import uuid
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
@@ -130,10 +134,37 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     jax.tree.map(np.testing.assert_array_equal, first, second)
     assert second.system is first.system
     np.testing.assert_allclose(second["c.v"][-1], 2.0, rtol=1e-9)
-    # One that is to be differentiated is traced as ever.
+    # One that is to be differentiated, or is part of a function that is compiled, is traced as ever.
+    assert jax.make_jaxpr(lambda: simulate(rc(), 1.0, save="end").final.c.v)().eqns
     assert jax.grad(lambda t: simulate(rc(), t, save="end").final.c.v)(0.1) > 0.0
     monkeypatch.undo()
     monkeypatch.setattr(programs, "folder", tmp_path)
     monkeypatch.setattr(stored_run, "_versions", lambda: versions)
     file.write_bytes(pickle.dumps("spoilt"))
     assert run().t1 == first.t1
+
+
+WITH_LAPACK = """
+import jax.numpy as jnp
+from acausal import Component, Param, Var, Vector, eq, shape, simulate
+class Chain(Component):
+    A: Param[Vector, "s"]
+    x: Var[Vector, "1", shape(3)] = 1.0
+    def equations(self, d):
+        return dict(decay=eq(jnp.linalg.solve(self.A, d.x), -self.x))
+print(simulate(Chain(A=jnp.diag(jnp.array([1.0, 2.0, 3.0]))), 1.0, rtol=1e-8, save="end").final.x)
+"""
+
+
+def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
+    """Nothing has loaded that library in it, as compiling does."""
+    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path)}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    said = []
+    for _ in range(2):
+        done = subprocess.run([sys.executable, "-c", WITH_LAPACK], env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout)
+        (file,) = tmp_path.glob("run-*-program")
+    assert said[0] == said[1]
+    assert b"lapack_" in zlib.decompress(file.read_bytes())
