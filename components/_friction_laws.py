@@ -16,7 +16,7 @@ def tustin(speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar,
     Below zero, where what has broken away may come by the error of a step, the last part falls, too: it drives onward.
     """
     x = fexp * speed
-    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(jnp.where(x < 0.0, x, -x))
+    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(jnp.where(speed < 0.0, x, -x))
 
 
 def bristle_slip(size: Scalar, z: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:
