@@ -67,7 +67,7 @@ def mean_voltage(model: Rectifier) -> Any:
 
 
 def servo() -> Any:
-    """The hydraulic servo of its page in the documentation: 29 states, and seals that stick."""
+    """The hydraulic servo of its page in the documentation: 36 states, and seals that stick."""
     with namespace(Path(__file__).parents[1] / "docs" / "servo.md", blocks=1) as page:
         return page.servo
 
@@ -81,5 +81,5 @@ CASES: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "sticking clutch": (ehs_sticking, opening_time),
     "four clutches": (clutches, last_opening),
     "six-diode rectifier": (rectifier, mean_voltage),
-    "servo of 29 states": (servo, reached),
+    "servo of 36 states": (servo, reached),
 }

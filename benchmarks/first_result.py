@@ -31,7 +31,7 @@ LIMITS = {
     "sticking clutch": Limits(2.0, 1.5, 0.6),
     "four clutches": Limits(3.0, 2.5, 1.0),
     "six-diode rectifier": Limits(3.0, 2.5, 1.0),
-    "servo of 29 states": Limits(4.0, None, 1.5),
+    "servo of 36 states": Limits(4.0, None, 1.5),
 }
 
 _IMPORT = """
