@@ -4,7 +4,19 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import architectures, catalogue, control, design, hold, identify, optimise, prototypes, tolerance, validate
+from . import (
+    architectures,
+    catalogue,
+    concepts,
+    control,
+    design,
+    hold,
+    identify,
+    optimise,
+    prototypes,
+    tolerance,
+    validate,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -24,6 +36,11 @@ def _parser() -> argparse.ArgumentParser:
         ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
         ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
         ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
+        (
+            "concepts",
+            concepts,
+            "design the thesis' two concepts anew under its targets, all that it fixed by hand free",
+        ),
         ("catalogue", catalogue, "choose motor, gearhead, pump and bores among 10,000 combinations of products"),
         ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
         ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),

@@ -13,6 +13,7 @@ STUDIES = (
     "validate",
     "optimise",
     "design",
+    "concepts",
     "catalogue",
     "identify",
     "tolerance",

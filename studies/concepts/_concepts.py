@@ -1,0 +1,133 @@
+"""The two concepts with all that the thesis fixed by hand free, and the motors to drive them.
+
+Resistances of the prototypes' motors are those that the thesis identified, those of others the data sheets' with leads.
+The identified friction is that of all that turns with a motor; it is kept with another motor.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from acausal import replace
+from acausal.design import Design, Front, optimise, pareto
+from components.catalogues import catalogue
+
+from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..catalogue import LEADS
+from . import _targets as targets
+from ._targets import (
+    BY_MOTOR,
+    CAM,
+    COIL,
+    HOLD,
+    HOLDING_ENERGY,
+    LOAD,
+    OPENING_TIME,
+    POWER,
+    PUMP,
+    STROKE,
+    VALVE_MASS,
+    opening,
+)
+
+
+class Motor(NamedTuple):
+    """A motor to buy."""
+
+    name: str
+    power: float  # W, rated
+    mass: float | None  # kg, None where it is not stated
+    gearhead: float  # kg, of the gearhead that goes with it
+    values: Mapping[str, float]  # of the model, by path
+
+
+def _listed(order: str, gearhead: float) -> Motor:
+    """A motor of the catalogue that the thesis did not use; its rated power is that of the nominal point."""
+    sheet = catalogue("motors")[order]
+    values = {
+        "motor.resistor.R": sheet["resistance"] + LEADS, "motor.emf.k": sheet["torque_constant"],
+        "motor.rotor.J": sheet["inertia"],
+    }  # fmt: skip
+    power = sheet["nominal_torque"] * sheet["nominal_speed"]
+    return Motor(sheet.family, power, sheet.get("mass"), gearhead, values)
+
+
+def _built(name: str, model: ClutchActuator, power: float, mass: float, gearhead: float) -> Motor:
+    """A motor of a prototype, with power and mass as the thesis states them."""
+    motor: Any = model.motor
+    values = {
+        "motor.resistor.R": float(motor.resistor.R), "motor.emf.k": float(motor.emf.k),
+        "motor.rotor.J": float(motor.rotor.J), "motor.bearing.C": float(motor.bearing.C),
+    }  # fmt: skip
+    return Motor(name, power, mass, gearhead, values)
+
+
+MOTORS = (
+    _built("FISE", ema_fise(), 400.0, 1.2, 0.26),
+    _built("RE 50", ema_maxon(), 200.0, 1.1, 0.46),
+    _built("RE 40", ehs_maxon(), 150.0, 0.48, 0.26),
+    _listed("RE 35 30 V", 0.26),
+    _listed("268214", 0.16),
+    _listed("118752", 0.1),
+)
+ALLOWED = tuple(motor for motor in MOTORS if motor.power < POWER)
+
+
+@dataclasses.dataclass(frozen=True)
+class Concept:
+    """A kind of actuator to be designed."""
+
+    name: str
+    model: ClutchActuator
+    free: Mapping[Any, Any]
+    limits: Mapping[str, Any]
+    pump_mass: float | None  # kg, None with a gearhead
+    rest: float  # kg, of all but motor and transmission: what the thesis' total leaves
+    valve: bool = False  # whether a valve holds
+
+    def of(self, motor: Motor) -> ClutchActuator:
+        """The actuator before it is optimised, with a motor and with the load of a worn clutch."""
+        values = {path: value for path, value in motor.values.items() if path != "motor.bearing.C"}
+        friction = motor.values.get("motor.bearing.C", float(self.model.motor.bearing.C))  # pyright: ignore
+        return replace(self.model, {**values, "motor.bearing.C": friction, "clutch.rate": LOAD / STROKE})
+
+    def mass(self, motor: Motor) -> float | None:
+        """In kg."""
+        if motor.mass is None:
+            return None
+        transmission = motor.gearhead if self.pump_mass is None else self.pump_mass
+        return motor.mass + transmission + self.rest + (VALVE_MASS if self.valve else 0.0)
+
+    def holding_energy(self, model: Any) -> float:
+        """In J, of a hold."""
+        return HOLD * COIL if self.valve else float(targets.holding_energy(model))
+
+    def solve(self, motor: Motor, **others: Any) -> Design[Any]:
+        """The least opening time; `others` are limits besides those of the concept."""
+        return optimise(
+            self.of(motor), self.free, OPENING_TIME, run=opening, constraints={**self.limits, **others}, progress=False,
+            sensitivities=False,
+        )  # fmt: skip
+
+    def front(self, motor: Motor, points: int) -> Front[Any]:
+        """Opening time against the energy of a hold."""
+        minimise = OPENING_TIME | HOLDING_ENERGY
+        return pareto(
+            self.of(motor), self.free, minimise, points=points, run=opening, constraints=self.limits, progress=False
+        )
+
+
+_SUPPLY = {"supply.V": (6.0, 13.5)}
+_SLAVE = {"slave.bore": ("14 mm", "22 mm")}
+_EMA_FREE = {
+    "gearbox.ratio": (1.5, 40.0), "cam.profile.eccentricity": ("3 mm", "12 mm"),
+    "cam.profile.radius": ("15 mm", "25 mm"), "master.bore": ("12 mm", "24 mm"), **_SLAVE, **_SUPPLY,
+}  # fmt: skip
+_DISPLACEMENT = float(ehs_maxon().pump.displacement)
+_EHS_FREE = {"pump.displacement": (0.2 * _DISPLACEMENT, 5.0 * _DISPLACEMENT), **_SLAVE, **_SUPPLY}
+
+# Total masses of the prototypes are 2.5 kg (RE50) and 1.8 kg (RE40, its holding valve included).
+EMA = Concept("EMA", ema_maxon(eccentricity=7e-3), _EMA_FREE, CAM | BY_MOTOR, None, 2.5 - 1.1 - 0.46)
+EHS = Concept("EHS, motor holds", ehs_maxon(), _EHS_FREE, PUMP | BY_MOTOR, 0.9, 1.8 - 0.48 - 0.9 - VALVE_MASS)
+EHS_VALVE = dataclasses.replace(EHS, name="EHS, valve holds", limits=PUMP, valve=True)
+CONCEPTS = (EMA, EHS, EHS_VALVE)

@@ -1,0 +1,61 @@
+"""`python -m studies concepts`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from .._output import plain_table, print_table, progress, require_matplotlib, write_json
+from ._rows import (
+    HEADS,
+    STATEMENT_HEADS,
+    Row,
+    Statement,
+    cells,
+    optima,
+    prices,
+    prototypes,
+    solved,
+    statements,
+    with_less_friction,
+)
+
+
+def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
+    """Design, print, and write rows to the file `json`, pictures and a report to the folder `out`."""
+    if out is not None:
+        require_matplotlib()
+    rows = study(rtol)
+    said = statements(rtol)
+    print_table("Designs under 800 N", HEADS, cells(rows))
+    print(f"What holds the optima, and what one unit more buys\n{prices(rows)}\n")
+    print_table("Ratios", STATEMENT_HEADS, _said(said))
+    if json is not None:
+        write_json(json, rows, statements=said)
+    if out is not None:
+        _report(rows, said, out)
+    return rows
+
+
+def study(rtol: float = 1e-9) -> list[Row]:
+    """The prototypes, and the optimum of each concept with each motor that is allowed, the fastest first."""
+    found = [solved(concept, motor) for concept, motor in progress(optima(), "designing")]
+    best = sorted((row for row in found if row is not None), key=lambda row: (row.design, row.opening_time))
+    return [*prototypes(rtol), *best, with_less_friction()]
+
+
+def _said(said: Sequence[Statement]) -> list[tuple[str, ...]]:
+    return [(one.statement, f"{one.thesis:g}", f"{one.value:.4g}", one.remark) for one in said]
+
+
+def _report(rows: Sequence[Row], said: Sequence[Statement], out: Path) -> None:
+    from .._output import save
+    from .._report import write_report
+    from ._plot import plot_designs
+
+    picture = plot_designs(rows, {})
+    save(picture, out, "concepts")
+    parts = [
+        ("Designs under 800 N", plain_table(HEADS, list(cells(rows))), [picture]),
+        ("What holds the optima, and what one unit more buys", prices(rows), []),
+        ("Ratios", plain_table(STATEMENT_HEADS, _said(said)), []),
+    ]
+    write_report(out, "concepts", "The two concepts designed anew", parts)

@@ -1,0 +1,91 @@
+"""What the thesis asks of an actuator, as limits of a design, and what a design is measured by."""
+
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Scalar, Solution, replace, simulate
+
+from ..actuators import ema_fise
+from ..design._problems import RESERVE, STROKE, WORN, held
+
+LOAD = 800.0  # N at the slave when the clutch is open, with limited wear
+OVERALL, HYDRAULIC = 0.2, 0.1  # s, within which any actuator has to open, and the electrohydraulic one
+POWER = 250.0  # W, rated, above which no motor is taken
+HOLD = 10.0  # s, of a hold
+LONGEST = 1.0  # s, given up after this time
+COIL = 12.0 * 1.62  # W, of the thesis' holding valve (Atlantic CEBP, coil M7)
+VALVE_MASS = 0.29  # kg, with its coil
+
+_CAM = ema_fise().cam
+
+
+def cam_inertia(profile: Any) -> Scalar:
+    """Of a steel disc off its centre, J ~ R^2 (R^2/2 + e^2) at one thickness, through that of the thesis' cam."""
+
+    def size(profile: Any) -> Scalar:
+        return profile.radius**2 * (0.5 * profile.radius**2 + profile.eccentricity**2)
+
+    return _CAM.J * size(profile) / size(_CAM.profile)
+
+
+def opening(model: Any, rtol: float = 1e-9) -> Solution:
+    """The run until the clutch is open, with the largest speed of the motor; a cam's inertia follows its size."""
+    if hasattr(model, "cam"):
+        model = replace(model, {"cam.J": cam_inertia(model.cam.profile)})
+    return simulate(
+        model, LONGEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
+        peaks=lambda s: {"speed": s.motor.rotor.w},
+    )  # fmt: skip
+
+
+def holding_current(model: Any) -> Scalar:
+    """In A, of a motor that holds the clutch open without help of friction."""
+    if hasattr(model, "cam"):
+        return held(model)[1]
+    pressure = model.clutch.rate * STROKE / model.slave.area
+    return pressure * model.pump.displacement / model.motor.emf.k
+
+
+def holding_energy(model: Any) -> Scalar:
+    """In J, of a hold by the motor."""
+    return HOLD * model.motor.resistor.R * holding_current(model) ** 2
+
+
+def _lift(model: Any, stroke: Scalar) -> Scalar:
+    """The share of the cam's lift that a stroke needs."""
+    return RESERVE * held(model, stroke)[0] / (2.0 * model.cam.profile.eccentricity)
+
+
+def _of_model(function: Callable[..., Scalar], *others: Any) -> Callable[[Solution], Scalar]:
+    return lambda s: function(s.final, *others)
+
+
+def line_pressure(model: Any) -> Scalar:
+    return model.clutch.rate * STROKE / model.slave.area
+
+
+def pressure_angle(model: Any) -> Scalar:
+    return jnp.arcsin(model.cam.profile.eccentricity / model.cam.profile.radius)
+
+
+def motor_speed(s: Solution) -> Scalar:
+    return s.peaks["speed"].value
+
+
+OPENING_TIME = {"opening time": (lambda s: s.t1, "ms")}
+HOLDING_ENERGY = {"holding energy": (_of_model(holding_energy), "J")}
+BY_MOTOR = {"holding current": (_of_model(holding_current), "<= 20 A")}
+ANY = {
+    "peak current": (lambda s: s.final.supply.V / s.final.motor.resistor.R, "<= 70 A"),
+    "line pressure": (_of_model(line_pressure), "<= 40 bar"),
+}
+CAM = ANY | {
+    "motor speed": (motor_speed, "<= 6000 rpm"),  # of the gearhead GP 52
+    "pressure angle": (_of_model(pressure_angle), "<= 30 deg"),
+    "lift": (ft.partial(_of_model, _lift)(STROKE), "<= 1"),
+    "lift, worn clutch": (ft.partial(_of_model, _lift)(WORN), "<= 1"),
+}
+PUMP = ANY | {"motor speed": (motor_speed, "<= 5000 rpm")}  # of the pump UK 0.5 D

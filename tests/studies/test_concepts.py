@@ -1,0 +1,65 @@
+"""`python -m studies concepts`."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acausal import replace
+from studies.__main__ import main
+from studies.concepts import CONCEPTS, MOTORS
+from studies.concepts._rows import optimum, statements
+from studies.concepts._targets import LOAD, STROKE, opening
+
+EMA, EHS, EHS_VALVE = CONCEPTS
+
+
+def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
+    """No displacement of a fine grid opens sooner, and the price of the voltage is the slope of the optimum."""
+    motor = MOTORS[2]
+    found = EHS_VALVE.solve(motor)
+    assert found.status == "optimal"
+    assert found.kkt_residual < 1e-8
+    best = float(found.values["pump.displacement"])
+    assert float(found.model.clutch.rate) * STROKE == pytest.approx(LOAD)
+
+    def time(**changes: float) -> float:
+        values = {"pump.displacement": best, "slave.bore": 22e-3, **changes}
+        return float(opening(replace(EHS_VALVE.of(motor), {k.replace("_", "."): v for k, v in values.items()})).t1)
+
+    times = [time(**{"pump.displacement": factor * best}) for factor in np.linspace(0.8, 1.2, 9)]
+    assert int(np.argmin(times)) == 4
+    assert times[4] == pytest.approx(found.objective, rel=1e-8)
+    # By the envelope theorem.
+    slope = (time(**{"supply.V": 13.5 - 1e-3}) - time(**{"supply.V": 13.5 + 1e-3})) / 2e-3
+    assert found.multipliers["supply.V"] == pytest.approx(slope, rel=1e-4)
+    row = optimum(EHS_VALVE, motor, found)
+    assert row.mass == pytest.approx(1.8)
+    assert row.holding_energy == pytest.approx(10.0 * 12.0 * 1.62)
+
+
+@pytest.mark.slow
+def test_rows_and_report(tmp_path: Any) -> None:
+    main(["concepts", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
+    written = json.loads((tmp_path / "rows.json").read_text())
+    designed = [row for row in written["rows"] if row["status"]]
+    assert all(row["status"] == "optimal" and row["kkt_residual"] < 1e-8 for row in designed)
+    # None of them opens faster than the one whose motor does not have to hold.
+    times = {(row["design"], row["motor"]): row["opening_time"] for row in designed}
+    assert times["EHS, valve holds", "RE 50"] <= times["EHS, motor holds", "RE 50"]
+    built = {(row["design"], row["motor"]): row for row in written["rows"] if not row["status"]}
+    # The best design within the limits opens sooner than the prototype, which keeps them too.
+    prototype = built[f"EMA of 2012, {LOAD:g} N", "RE 50"]
+    assert prototype["holding_current"] < 20.0
+    assert times["EMA", "RE 50"] < prototype["opening_time"]
+    assert {"concepts.png", "concepts.html"} <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.slow
+def test_statements_hold_where_they_are_said_to() -> None:
+    found = statements()
+    assert found[0].value == pytest.approx(11.0, rel=0.05)
+    assert found[1].value < 0.6 * found[1].thesis
+    assert found[3].value == pytest.approx(4.0, rel=0.1)
+    assert found[4].value < 0.8 * found[4].thesis
