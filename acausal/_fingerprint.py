@@ -8,15 +8,16 @@ from collections.abc import Iterator
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
-from ._jax_private import ClosedJaxpr, Jaxpr, Literal, jaxpr_as_fun
+from ._jax_private import PRIMITIVES, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
 from ._tracing import is_traced
 
 # Whose classes are known by their name, as long as the versions are the same.
 LIBRARIES = ("acausal", "diffrax", "equinox", "lineax", "optimistix")
-OWN = ("builtins", "jax", "jaxlib", "numpy")  # whose objects are parameters of primitives
-DERIVATIVES = 4  # up to which order functions with derivatives of their own are told apart
+OWN = ("jax", "jaxlib", "numpy")  # whose objects are parameters of primitives
+DERIVATIVES = 5  # up to which order functions with derivatives of their own are told apart
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
@@ -31,102 +32,134 @@ def fingerprint(value: Any) -> str:
     """
     digest = hashlib.sha256()
     for piece in _pieces(value):
+        digest.update(b"%d " % len(piece))
         digest.update(piece)
-        digest.update(b"\0")
     return digest.hexdigest()
 
 
 def _pieces(value: Any) -> Iterator[bytes]:
     """The contents one by one; where something holds others, their number comes first."""
-    match value:
-        case None | bool() | int() | float() | str() | enum.Enum():
-            yield repr(value).encode()
-        case type():
-            yield f"{value.__module__}.{value.__qualname__}".encode()
-        case np.ndarray() | np.generic() | jax.Array() if not is_traced(value):
-            array = np.asarray(value)
-            yield f"array {array.dtype} {array.shape}".encode()
-            yield array.tobytes()
-        case tuple() | list():
-            yield f"{len(value)}".encode()
-            for item in value:
-                yield from _pieces(item)
-        case dict():
-            yield from _pieces(list(value.items()))
-        case frozenset():
-            yield from _pieces(sorted(fingerprint(item) for item in value))
-        case ClosedJaxpr():
-            yield from _program(value)
-        case _ if dataclasses.is_dataclass(value) and type(value).__module__.partition(".")[0] in LIBRARIES:
-            yield from _pieces(type(value))
-            for field in dataclasses.fields(value):
-                yield from _pieces(getattr(value, field.name))
-        case _:
-            raise NoFingerprintError(f"{type(value).__name__} {value!r}")
+    kind = type(value)
+    if value is None or kind in (bool, int, float, str):  # what derives from them may print as it likes
+        yield repr(value).encode()
+    elif issubclass(kind, enum.Enum) and _is_of(value, LIBRARIES + OWN):
+        yield f"{_name(kind)}.{value.name}".encode()
+    elif isinstance(value, type):
+        yield f"class {_name(value)}".encode()
+    elif isinstance(value, np.ndarray | np.generic | jax.Array):
+        yield from _array(value)
+    elif isinstance(value, tuple | list):
+        yield f"{_name(kind)} {len(value)}".encode()
+        for item in value:
+            yield from _pieces(item)
+    elif kind is dict:
+        yield b"dict"
+        yield from _pieces(list(value.items()))
+    elif kind is frozenset:
+        yield b"frozenset"
+        yield from _pieces(sorted(fingerprint(item) for item in value))
+    elif isinstance(value, ClosedJaxpr):
+        yield from _closed(value, DERIVATIVES)
+    elif dataclasses.is_dataclass(value) and _is_of(value, LIBRARIES):
+        yield _name(kind).encode()
+        yield from _pieces([getattr(value, field.name) for field in dataclasses.fields(value)])
+    else:
+        raise NoFingerprintError(f"{kind.__name__} {value!r}")
 
 
-def _program(closed: ClosedJaxpr, order: int = DERIVATIVES) -> Iterator[bytes]:
-    """A jaxpr; where functions in it have derivatives of their own, also its derivatives, which show these."""
-    yield from _equations(closed.jaxpr)
-    yield from _pieces(closed.consts)
-    if order and _has_own_derivatives(closed.jaxpr):
-        values = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in closed.in_avals]
-        derivative = jax.make_jaxpr(lambda *x: jax.jvp(jaxpr_as_fun(closed), x, x))(*values)
-        yield from _program(derivative, order - 1)
+def _name(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
 
 
-def _equations(jaxpr: Jaxpr) -> Iterator[bytes]:
+def _is_of(value: Any, packages: tuple[str, ...]) -> bool:
+    return type(value).__module__.partition(".")[0] in packages
+
+
+def _array(value: Any) -> Iterator[bytes]:
+    if is_traced(value) or jnp.issubdtype(value.dtype, jax.dtypes.extended) or value.dtype.hasobject:
+        raise NoFingerprintError(f"an array whose numbers cannot be told, of type {value.dtype}")
+    array = np.asarray(value)
+    yield f"array {array.dtype.str} {array.shape}".encode()
+    yield array.tobytes()
+
+
+def _closed(closed: ClosedJaxpr, order: int) -> Iterator[bytes]:
+    yield from _program(closed.jaxpr, order)
+    yield from _pieces(list(closed.consts))
+
+
+def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
+    """A jaxpr, with the derivatives up to some order of functions that have derivatives of their own."""
     number: dict[Any, int] = {}
 
     def atoms(found: Any) -> Iterator[bytes]:
-        yield f"{len(found)}".encode()
+        yield f"atoms {len(found)}".encode()
         for atom in found:
+            yield str(atom.aval).encode()
             if isinstance(atom, Literal):
                 yield from _pieces(np.asarray(atom.val))
-                yield str(atom.aval).encode()
             else:
-                yield f"{number.setdefault(atom, len(number))}: {atom.aval}".encode()
+                yield f"{number.setdefault(atom, len(number))}".encode()
 
     yield from atoms([*jaxpr.constvars, *jaxpr.invars])
+    yield f"equations {len(jaxpr.eqns)}".encode()
     for eqn in jaxpr.eqns:
-        if "callback" in eqn.primitive.name or eqn.primitive.name.startswith("custom_vjp"):
+        if eqn.primitive not in PRIMITIVES:  # what it computes is in its rules, which may be anybody's
             raise NoFingerprintError(str(eqn.primitive))
         yield eqn.primitive.name.encode()
         yield from atoms(eqn.invars)
         yield from atoms(eqn.outvars)
-        for name, value in sorted(eqn.params.items()):
-            yield name.encode()
-            if not (eqn.primitive.name.startswith("custom_") and (callable(value) and not hasattr(value, "jaxpr"))):
-                yield from _parameter(value)
+        yield from _parameters(eqn, order)
     yield from atoms(jaxpr.outvars)
 
 
-def _parameter(value: Any) -> Iterator[bytes]:
+def _parameters(eqn: JaxprEqn, order: int) -> Iterator[bytes]:
+    params = dict(eqn.params)
+    if eqn.primitive.name == "custom_jvp_call":
+        del params["jvp_jaxpr_fun"]
+        if params["symbolic_zeros"]:
+            raise NoFingerprintError("a derivative that may depend on which numbers change")
+        yield from _closed(_derivative(eqn), order - 1) if order else (b"",)
+    yield from _parameter(sorted(params.items()), order)
+
+
+def _derivative(eqn: JaxprEqn) -> ClosedJaxpr:
+    """The derivative of one equation, along all its inputs that have derivatives."""
+    invars: list[Any] = [Var(atom.aval) for atom in eqn.invars]
+    jaxpr = Jaxpr((), invars, eqn.outvars, [eqn.replace(invars=invars)], debug_info=DebugInfo("", "", None, None))
+    whole = jaxpr_as_fun(ClosedJaxpr(jaxpr, ()))
+    values = [jax.ShapeDtypeStruct(var.aval.shape, var.aval.dtype) for var in invars]
+    moving = [i for i, value in enumerate(values) if jnp.issubdtype(value.dtype, np.inexact)]
+
+    def derivative(values: list[Any], tangents: list[Any]) -> Any:
+        def of_moving(*moved: Any) -> Any:
+            point = list(values)
+            for i, value in zip(moving, moved, strict=True):
+                point[i] = value
+            return whole(*point)
+
+        return jax.jvp(of_moving, tuple(values[i] for i in moving), tuple(tangents))
+
+    try:
+        return jax.make_jaxpr(derivative)(values, [values[i] for i in moving])
+    except Exception as error:  # of the user's own rule, and met again where it is used
+        raise NoFingerprintError(f"a derivative that cannot be taken: {error}") from error
+
+
+def _parameter(value: Any, order: int) -> Iterator[bytes]:
     """A parameter of a primitive; jax's own objects are what they print."""
-    match value:
-        case ClosedJaxpr():
-            yield from _equations(value.jaxpr)
-            yield from _pieces(value.consts)
-        case Jaxpr():
-            yield from _equations(value)
-        case tuple() | list():
-            yield f"{type(value).__name__} {len(value)}".encode()
-            for item in value:
-                yield from _parameter(item)
-        case np.ndarray() | np.generic() | jax.Array():
-            yield from _pieces(value)
-        case _:
-            text = repr(value)
-            if _ADDRESS.search(text) or type(value).__module__.partition(".")[0] not in OWN:
-                raise NoFingerprintError(text)
-            yield f"{type(value).__qualname__} {text}".encode()
-
-
-def _has_own_derivatives(jaxpr: Jaxpr) -> bool:
-    def inner(value: Any) -> bool:
-        if isinstance(value, tuple | list):
-            return any(map(inner, value))
-        value = value.jaxpr if isinstance(value, ClosedJaxpr) else value
-        return isinstance(value, Jaxpr) and _has_own_derivatives(value)
-
-    return any(eqn.primitive.name.startswith("custom_") or any(map(inner, eqn.params.values())) for eqn in jaxpr.eqns)
+    if isinstance(value, ClosedJaxpr):
+        yield from _closed(value, order)
+    elif isinstance(value, Jaxpr):
+        yield from _program(value, order)
+    elif isinstance(value, tuple | list):
+        yield f"{_name(type(value))} {len(value)}".encode()
+        for item in value:
+            yield from _parameter(item, order)
+    elif _is_of(value, OWN) and not isinstance(value, np.ndarray | np.generic | jax.Array):
+        text = repr(value)
+        if _ADDRESS.search(text):
+            raise NoFingerprintError(text)
+        yield f"{_name(type(value))} {text}".encode()
+    else:
+        yield from _pieces(value)

@@ -8,14 +8,29 @@ and reassemble them, and know the primitives below by their names and parameters
   `num_consts`, `num_carry`
 - arithmetic, by name; `integer_pow` with `y`; `reduce_*` with `axes`; `concatenate` with `dimension`; `dot_general`
   with `dimension_numbers`
+
+`trace_context` tells the settings that `jax.jit` traces anew for, those of context managers included;
+`backends_are_initialized` whether anything was compiled yet, after which XLA reads no flags.
 """
 
+import jax
+from jax._src.config import trace_context as trace_context
+from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized
 from jax.core import Tracer as Tracer
 from jax.extend.core import ClosedJaxpr as ClosedJaxpr
 from jax.extend.core import DebugInfo as DebugInfo
 from jax.extend.core import Jaxpr as Jaxpr
 from jax.extend.core import JaxprEqn as JaxprEqn
 from jax.extend.core import Literal as Literal
+from jax.extend.core import Primitive as Primitive
 from jax.extend.core import Var as Var
 from jax.extend.core import get_opaque_trace_state as get_opaque_trace_state
 from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
+from jax.extend.core import primitives as _primitives
+
+PRIMITIVES = frozenset(  # jax's own
+    value
+    for module in (_primitives, jax.lax, jax.lax.linalg)
+    for value in vars(module).values()
+    if isinstance(value, Primitive)
+)

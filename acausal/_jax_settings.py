@@ -3,13 +3,18 @@ programs kept for later processes, and no complaints about slow compilation.
 """
 
 import atexit
+import contextlib
 import itertools
 import os
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import jax
+
+from ._jax_private import backends_are_initialized, trace_context
+from ._program_files import is_own
 
 OFF = ("0", "false", "off", "no")
 ON = ("1", "true", "on", "yes")
@@ -41,11 +46,11 @@ def choose_compiler_options() -> None:
     and operations outside of loops by its older emitters.
 
     The first halves the time of a simulation, the second takes a quarter off the time of compilation and nothing off
-    the speed. XLA reads its flags once, when jax first compiles; importing `acausal` later than that has no effect. A
-    choice already made in the environment variable `XLA_FLAGS` wins.
+    the speed. XLA reads its flags once, when jax first compiles; later than that they are left as they are. A choice
+    already made in the environment variable `XLA_FLAGS` wins.
     """
     flags = os.environ.get("XLA_FLAGS", "")
-    if "xla_backend_extra_options" not in flags:
+    if "xla_backend_extra_options" not in flags and not backends_are_initialized():
         os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={_OPTIONS}".strip()
 
 
@@ -62,9 +67,14 @@ def silence_slow_compilation() -> None:
 
 
 class Programs:
-    """Where the library keeps programs: `folder`, None where jax was told another one, or none are kept."""
+    """Where the library keeps programs: `folder`, None where jax was told another one, or none are kept.
+
+    `flags` and `context` are the flags of XLA and the settings of jax that they are made with, those of the import.
+    """
 
     folder: Path | None = None
+    flags: str | None = None
+    context: Any = None
 
 
 programs = Programs()
@@ -75,15 +85,28 @@ def keep_compiled_programs() -> None:
     """Let jax keep compiled programs in a folder of the user's, so that a later process need not compile them again.
 
     A folder chosen for jax before (`jax_compilation_cache_dir`, `JAX_COMPILATION_CACHE_DIR`) wins and is left as it is.
-    The environment variable `ACAUSAL_CACHE` names another folder, or none by "off".
+    The environment variable `ACAUSAL_CACHE` names another folder, or none by "off". Programs are run as they are read:
+    a folder to which others can write is warned of and not used.
     """
+    programs.flags, programs.context = os.environ.get("XLA_FLAGS"), trace_context()
     chosen = os.environ.get("ACAUSAL_CACHE", "")
     if chosen.lower() in OFF or jax.config.jax_compilation_cache_dir is not None:  # pyright: ignore[reportAttributeAccessIssue]
         return
-    folder = Path(chosen).expanduser() if chosen else _user_cache() / "acausal"
+    folder = (Path(chosen).expanduser() if chosen else _user_cache() / "acausal").absolute()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not is_own(folder.stat()) and not chosen:
+            folder.chmod(0o700)
+        is_safe = is_own(folder.stat())
     except OSError:  # no folder to write to, as on a locked-down machine: everything is compiled anew
+        return
+    if not is_safe:
+        warnings.warn(
+            f"Compiled programs are not kept in {folder}, since others can write to it, and what is in it is run. "
+            f"Remedy: a folder of your own (chmod go-w {folder}), another one named by ACAUSAL_CACHE, or "
+            "ACAUSAL_CACHE=off.",
+            stacklevel=3,
+        )
         return
     programs.folder = folder
     jax.config.update("jax_compilation_cache_dir", str(folder))
@@ -110,11 +133,12 @@ def forget_oldest(folder: Path, largest: int) -> None:
     for entry in itertools.chain(folder.glob("*-cache"), folder.glob("*-program")):  # as jax names its own, and as ours
         try:
             status = entry.stat()
-        except FileNotFoundError:
+        except OSError:
             continue
         files.append((max(status.st_atime, status.st_mtime), status.st_size, entry))
     total = 0
     for _, size, path in sorted(files, reverse=True):
         total += size
         if total > largest:
-            path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                path.unlink()

@@ -1,40 +1,32 @@
 """Runs by programs that earlier processes have left in the library's cache, which need neither tracing nor lowering.
 
 jax's own cache is asked for a program once that is traced and lowered, which takes longer than all else in a second
-process. Here it is found by what it would be traced from (`_made_from`).
+process. Here it is found by what it would be traced from (`made_from.py`). Where there is any doubt about that, a run
+is traced, and nothing is stored.
 """
 
 import contextlib
-import dataclasses
 import functools as ft
 import io
-import os
 import pickle
-import platform
 import re
-import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import diffrax
-import equinox
 import jax
-import jaxlib
-import lineax
 import numpy as np
-import optimistix
 from jax import monitoring
 
-from .._evaluate.system import System
-from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
+from .. import _program_files as files
+from .._fingerprint import NoFingerprintError
+from .._jax_private import trace_context
 from .._jax_settings import programs
-from .._reduce.required import required
-from .._reduce.stated import initial_templates, templates
 from .._tracing import is_traced, within_transformation
 from . import run as traced
 from .field import Given
+from .made_from import is_as_imported, key_of
 from .settings import Settings
 from .solution import Solution
 
@@ -59,10 +51,12 @@ def _is_plain(leaf: Any) -> bool:
 
 
 def _is_usual() -> bool:
-    """Whether jax compiles for the processor, and as it does by default."""
+    """Whether jax compiles for the processor, and with the settings that it had when the library was imported."""
     config: Any = jax.config
     others = (config.jax_debug_nans, config.jax_debug_infs, config.jax_disable_jit, config.jax_default_device)
-    return not any(others) and config.jax_enable_x64 and jax.default_backend() == "cpu" and jax.device_count() == 1
+    if any(others) or not config.jax_enable_x64 or trace_context() != programs.context:
+        return False
+    return jax.default_backend() == "cpu" and jax.device_count() == 1
 
 
 @ft.lru_cache(maxsize=256)
@@ -70,89 +64,12 @@ def _program(settings: Settings, structure: Any, kinds: tuple[tuple[tuple[int, .
     """The program for numbers of these shapes; None where what it is made from cannot be told."""
     assert programs.folder is not None
     try:
-        given = structure.unflatten(kinds).inputs.given  # the leaves whose start values are given
-        shapes = [str(kind) for kind in kinds]
-        key = fingerprint((_versions(), str(structure), shapes, given, _made_from(settings)))
+        file = programs.folder / f"run-{key_of(settings, structure, kinds)}-program"
     except NoFingerprintError:
         return None
-    file = programs.folder / f"run-{key}-program"
     if (found := _loaded(file, settings, len(kinds))) is not None:
         return found
     return _compiled(file, settings, structure, kinds)
-
-
-@ft.cache
-def _versions() -> tuple[Any, ...]:
-    """What programs from the same contents differ by: the packages and their settings, the library, the processor."""
-    packages = (jax, jaxlib, diffrax, equinox, lineax, optimistix, np)
-    settings = [(k, str(v)) for k, v in jax.config.values.items() if "cache" not in k and "log" not in k]
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().partition("\n\n")[0].splitlines() if info.exists() else [platform.node()]
-    processor = [line for line in lines if line.startswith(("model", "flags", "Features", "CPU"))] or lines
-    return (
-        *(package.__version__ for package in packages),
-        *(sys.version, platform.machine(), processor, settings, os.environ.get("XLA_FLAGS"), _SOURCES),
-    )
-
-
-def _sources() -> list[tuple[str, int, int]]:
-    """The files of the library, as they are when it is imported."""
-    files = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return [(str(file), file.stat().st_mtime_ns, file.stat().st_size) for file in files]
-
-
-_SOURCES = _sources()
-
-
-def _made_from(settings: Settings) -> list[Any]:
-    """All that a run is traced from, but for the library itself."""
-    if settings.adjoint is not None or not isinstance(settings.progress, diffrax.NoProgressMeter):
-        raise NoFingerprintError("a way of differentiating, or a meter of progress")
-    functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
-    seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
-    return [
-        *_system(settings.system),
-        *(None if f is None else (f.closed, f.leaves) for f in functions),
-        *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
-    ]
-
-
-def _system(system: System) -> list[Any]:
-    """What a system is made from: what was declared and connected, and all that the components state."""
-    flat, events = system.flat, system.events
-    if np.max(system.reduced.differentiations, initial=0) >= DERIVATIVES:  # and the solver differentiates once more
-        raise NoFingerprintError("equations of too high an index")
-    holders = [
-        (
-            *(holder.kind.cls, holder.kind.names, holder.kind.sizes, holder.kind.declarations, holder.kind.depth),
-            *(holder.paths, holder.stacks, holder.first_leaf),
-            [(t.name, t.jaxpr, t.inputs, t.signs) for t in stated(holder.kind)],
-            [(needed.texts, needed.slots, needed.jaxpr) for needed in [required(holder.kind)]],
-        )
-        for holders, stated in (
-            (flat.instances, ft.partial(templates, split=flat.split)),
-            (flat.composites, lambda kind: ()),
-            (flat.starters, initial_templates),
-        )
-        for holder in holders
-    ]
-    functions = [] if events is None else [events.truths, events.margins, events.times, events.actions]
-    return [
-        *(flat.leaves, flat.n_nodes, holders, flat.across, flat.flow_sets, flat.split),
-        *([] if events is None else [events.entries]),
-        [(f.closed, f.leaves) for f in functions],
-        _choice(system),
-    ]
-
-
-def _choice(system: System) -> list[Any]:
-    """By what its states were chosen, and in which form it is."""
-    made, numbers = system.made
-    return [made.__name__, [_choice(x) if isinstance(x, System) else x for x in numbers if not _is_model(x)]]
-
-
-def _is_model(value: Any) -> bool:
-    return not isinstance(value, System | np.ndarray | None)
 
 
 def _compiled(file: Path, settings: Settings, structure: Any, kinds: Any) -> Program:
@@ -171,8 +88,8 @@ def _compiled(file: Path, settings: Settings, structure: Any, kinds: Any) -> Pro
     n = lowered.out_tree.num_leaves
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
     # What jax has read from its own cache cannot be stored again, and only of LAPACK is known how it gets ready.
-    if not loaded and all(name.startswith("lapack_") for name in library):
-        with contextlib.suppress(pickle.PicklingError, AttributeError, TypeError, ValueError, OSError):
+    if not loaded and all(name.startswith("lapack_") for name in library) and is_as_imported():
+        with contextlib.suppress(Exception):  # whatever it is, the program is there
             _store(file, _without_settings(solutions[0].unflatten(range(n)), settings), call, bool(library))
     return lambda leaves: solutions[0].unflatten(call(*leaves))
 
@@ -194,30 +111,27 @@ def _loads() -> Any:
 
 
 def _store(file: Path, solution: bytes, call: Any, needs_lapack: bool) -> None:
-    """Write a program: elsewhere first, so that no other process reads half of it."""
     from jax.experimental import serialize_executable
 
     payload, _, outputs = serialize_executable.serialize(call)
-    part = file.with_name(f"{file.name}.{os.getpid()}")
-    part.write_bytes(zlib.compress(pickle.dumps((payload, outputs.num_leaves, solution, needs_lapack)), 1))
-    part.replace(file)
+    files.write(file, zlib.compress(pickle.dumps((payload, outputs.num_leaves, solution, needs_lapack)), 1))
 
 
 def _loaded(file: Path, settings: Settings, n: int) -> Program | None:
     """The program in a file; None where there is none, or none that can be read."""
     from jax.experimental import serialize_executable
 
+    content = files.read(file)
+    if content is None:
+        return None
     try:
-        payload, n_outputs, solution, needs_lapack = pickle.loads(zlib.decompress(file.read_bytes()))
+        payload, n_outputs, solution, needs_lapack = pickle.loads(zlib.decompress(content))
         if needs_lapack:  # which jax loads when it lowers a program with it
             jax.jit(jax.lax.linalg.lu).lower(jax.ShapeDtypeStruct((1, 1), float))
         takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
         call = serialize_executable.deserialize_and_load(payload, takes, gives)
         whole = jax.tree.structure(_Reader(io.BytesIO(solution), settings).load())
-    except FileNotFoundError:
-        return None
     except Exception:  # whatever is wrong with it, it can be made anew
-        file.unlink(missing_ok=True)
         return None
     return lambda leaves: whole.unflatten(call(*leaves))
 

@@ -5,8 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jax
 import pytest
 
+from acausal import _jax_settings
 from acausal._jax_settings import choose_compiler_options, forget_oldest
 
 HERE = Path(__file__).parent
@@ -54,8 +56,21 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     ],
 )
 def test_where_programs_are_kept(tmp_path: Path, setting: dict[str, str], folder: str) -> None:
-    program = "import acausal, jax; print(jax.config.jax_compilation_cache_dir)"
+    program = "import os, acausal, jax; f = jax.config.jax_compilation_cache_dir; print(f and os.path.relpath(f))"
     assert _run(setting, program, tmp_path) == [folder]
+
+
+def test_a_folder_that_others_can_write_to_is_not_used(tmp_path: Path) -> None:
+    """What is in it is run. One that is made is the user's own, and so is the usual one afterwards."""
+    program = "import warnings; warnings.simplefilter('error'); import acausal"
+    tmp_path.chmod(0o770)
+    with pytest.raises(AssertionError, match="chmod go-w"):
+        _run({"ACAUSAL_CACHE": str(tmp_path)}, program)
+    usual = tmp_path / "acausal"
+    usual.mkdir()
+    usual.chmod(0o775)
+    _run({"XDG_CACHE_HOME": str(tmp_path)}, program)
+    assert usual.stat().st_mode & 0o777 == 0o700
 
 
 def _run(setting: dict[str, str], program: str = PROGRAM, where: Path = HERE) -> list[str]:
@@ -100,5 +115,13 @@ def test_xla_does_not_complain_of_slow_compilation_unless_asked_to(level: str) -
 @pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
 def test_flags_of_the_user_win(monkeypatch: pytest.MonkeyPatch, flags: str, is_set: bool) -> None:
     monkeypatch.setenv("XLA_FLAGS", flags)
+    monkeypatch.setattr(_jax_settings, "backends_are_initialized", lambda: False)
     choose_compiler_options()
     assert ("xla_cpu_small_while_loop_byte_threshold" in os.environ["XLA_FLAGS"]) is is_set
+
+
+def test_flags_that_would_come_too_late_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    jax.devices()
+    monkeypatch.setenv("XLA_FLAGS", "")
+    choose_compiler_options()
+    assert not os.environ["XLA_FLAGS"]

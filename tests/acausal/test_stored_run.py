@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _models import rc
+from jax.extend.core import Primitive
 
 from acausal import (
     Component,
@@ -24,6 +25,7 @@ from acausal import (
     Requirements,
     Scalar,
     Var,
+    _program_files,
     choose_states,
     eq,
     require,
@@ -32,7 +34,7 @@ from acausal import (
 )
 from acausal._evaluate.building import system_of
 from acausal._fingerprint import NoFingerprintError, fingerprint
-from acausal._integrate import stored_run
+from acausal._integrate import made_from, stored_run
 from acausal._jax_settings import programs
 
 
@@ -63,8 +65,8 @@ def decay(
     return Decay
 
 
-def made_from(model: Component) -> str:
-    return fingerprint(stored_run._system(system_of(model)))
+def digest(model: Component) -> str:
+    return fingerprint(made_from.contents(system_of(model)))
 
 
 CHANGES: dict[str, dict[str, float]] = {
@@ -77,18 +79,18 @@ CHANGES: dict[str, dict[str, float]] = {
 
 
 def test_the_same_stated_again_is_the_same() -> None:
-    assert made_from(decay()()) == made_from(decay()(k=2.0))
+    assert digest(decay()()) == digest(decay()(k=2.0))
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_what_makes_another_program(change: str) -> None:
-    assert made_from(decay(**CHANGES[change])()) != made_from(decay()())
+    assert digest(decay(**CHANGES[change])()) != digest(decay()())
 
 
 def test_states_chosen_by_numbers_make_another_program() -> None:
     system = choose_states(rc())
-    assert fingerprint(stored_run._system(system)) != made_from(rc())
-    assert fingerprint(stored_run._system(system)) == fingerprint(stored_run._system(choose_states(rc())))
+    assert fingerprint(made_from.contents(system)) != digest(rc())
+    assert fingerprint(made_from.contents(system)) == fingerprint(made_from.contents(choose_states(rc())))
 
 
 def test_a_function_has_no_fingerprint() -> None:
@@ -112,12 +114,140 @@ def test_numbers_in_programs_called_count(inside: Callable[[Any], Any]) -> None:
     assert fingerprint(first) == fingerprint(again) != fingerprint(another)
 
 
+def product(rule: Callable[[Any, Any], Any]) -> Any:
+    """A program whose derivative is stated."""
+
+    @jax.custom_jvp
+    def f(x: Any, y: Any) -> Any:
+        return x * y
+
+    f.defjvp(lambda point, rates: (f(*point), rule(point, rates)))
+    return jax.make_jaxpr(lambda x, y: f(x, y))(1.0, 2.0)
+
+
+def second_order(slope: float) -> Any:
+    """A program whose second derivative is stated, by a function that its first one calls."""
+    return product(lambda point, rates: scaled(slope)(point[0]) * rates[0])
+
+
+def scaled(slope: float) -> Callable[[Any], Any]:
+    @jax.custom_jvp
+    def g(x: Any) -> Any:
+        return x
+
+    g.defjvp(lambda point, rates: (g(*point), slope * rates[0]))
+    return g
+
+
+TABLE = np.arange(3000.0)
+SPOILT = np.where(TABLE == 1500.0, 0.0, TABLE)
+
+# Pairs that are alike: in what they hold but not how, in what they print, in what they are equal to.
+ALIKE: dict[str, tuple[Any, ...]] = {
+    "nested otherwise": ([1, (5,)], [(1,), 5]),
+    "pairs or a dictionary": ([("a", 1)], {"a": 1}),
+    "a tuple or a list": ((1, 2), [1, 2]),
+    "a number or its text": (1, "1"),
+    "integer or truth value": (1, True),
+    "integer or float": (1, 1.0),
+    "signs of zero": (0.0, -0.0),
+    "signs of zero in arrays": (np.zeros(1), -np.zeros(1)),
+    "no elements or none": (np.zeros(()), np.zeros(1)),
+    "other shapes of nothing": (np.zeros((0, 2)), np.zeros((2, 0))),
+    "single or double": (np.zeros(2), np.zeros(4, np.float32)),
+    "order of bytes": (np.zeros(1, ">f8"), np.zeros(1, "<f8")),
+    "order of a dictionary": ({"a": 1, "b": 2}, {"b": 2, "a": 1}),
+    "the middle of a long array": (TABLE, SPOILT),
+    "the middle of a long array that a program holds": tuple(
+        jax.make_jaxpr(jax.jit(lambda x, table=table: x * table))(1.0) for table in (TABLE, SPOILT)
+    ),
+    "which number a derivative is along": (product(lambda p, r: p[1] * r[0]), product(lambda p, r: r[1] * p[0])),
+    "a derivative of a derivative": (second_order(1.0), second_order(2.0)),
+}
+
+
+@pytest.mark.parametrize("case", ALIKE)
+def test_what_is_alike_is_told_apart(case: str) -> None:
+    assert len({fingerprint(one) for one in ALIKE[case]}) == 2
+
+
+class Seven(float):
+    """A number that prints as another one."""
+
+    def __repr__(self) -> str:
+        return "7.0"
+
+
+@jax.custom_batching.custom_vmap
+def batched(x: Any) -> Any:
+    return x
+
+
+batched.def_vmap(lambda n, is_batched, x: (2.0 * x, True))
+FOREIGN = Primitive("sin")  # by name; what it computes stands in its rules
+FOREIGN.def_abstract_eval(lambda x: x)
+UNTOLD: dict[str, Callable[[], Any]] = {
+    "a rule for batches": lambda: jax.make_jaxpr(lambda x: batched(x))(1.0),
+    "a primitive of somebody else's": lambda: jax.make_jaxpr(lambda x: FOREIGN.bind(x))(1.0),
+    "keys of random numbers": lambda: jax.random.key(0),
+    "objects in an array": lambda: np.array([object()]),
+    "what prints as it likes": lambda: Seven(1.0),
+    "what is printed": lambda: jax.make_jaxpr(lambda x: (jax.debug.print("{}", x), x))(1.0),
+}
+
+
+@pytest.mark.parametrize("case", UNTOLD)
+def test_what_may_hold_anything_has_no_fingerprint(case: str) -> None:
+    with pytest.raises(NoFingerprintError):
+        fingerprint(UNTOLD[case]())
+
+
+def test_what_has_no_derivative_does_not_fail() -> None:
+    """An integer has none, nor has a function whose own rule fails."""
+
+    @jax.custom_jvp
+    def times(x: Any, n: Any) -> Any:
+        return x * n
+
+    times.defjvp(lambda point, rates: (times(*point), rates[0] * point[1]))
+    assert fingerprint(jax.make_jaxpr(lambda x, n: times(x, n))(1.0, 2))
+    with pytest.raises(NoFingerprintError, match="cannot be taken"):
+        fingerprint(product(lambda point, rates: 1 / 0))
+
+
+def test_settings_of_the_moment_keep_a_run_from_being_stored() -> None:
+    assert stored_run._is_usual()
+    with jax.numpy_rank_promotion("raise"):
+        assert not stored_run._is_usual()
+    with jax.debug_nans(True):
+        assert not stored_run._is_usual()
+    assert stored_run._is_usual()
+
+
+def test_files_are_read_where_nobody_else_can_have_written_them(tmp_path: Path) -> None:
+    file, other = tmp_path / "a-program", tmp_path / "b-program"
+    assert _program_files.read(file) is None
+    _program_files.write(file, b"program")
+    assert _program_files.read(file) == b"program"
+    assert _program_files.is_own(file.stat())
+    assert file.stat().st_mode & 0o077 == 0
+    other.write_bytes(file.read_bytes())
+    other.chmod(0o600)
+    assert _program_files.read(other) is None  # is another run's
+    file.chmod(0o620)
+    assert _program_files.read(file) is None
+    with pytest.raises(OSError, match="Is a directory"):
+        _program_files.write(tmp_path, b"program")
+    assert sorted(tmp_path.iterdir()) == [file, other]  # no part is left behind
+    assert not list(tmp_path.parent.glob("*-part-program"))
+
+
 def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    versions = str(uuid.uuid4())
+    other = str(uuid.uuid4())
     monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(stored_run, "_versions", lambda: versions)  # so that jax has compiled no such program
+    monkeypatch.setattr(made_from, "machine", lambda: other)  # so that jax has compiled no such program
     options: dict[str, Any] = dict(
         until=lambda s: s.c.v - 2.0, integrals=lambda s: dict(v=s.c.v), peaks=lambda s: s.c.v
     )
@@ -139,8 +269,11 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     assert jax.grad(lambda t: simulate(rc(), t, save="end").final.c.v)(0.1) > 0.0
     monkeypatch.undo()
     monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(stored_run, "_versions", lambda: versions)
-    file.write_bytes(pickle.dumps("spoilt"))
+    monkeypatch.setattr(made_from, "machine", lambda: other)
+    for spoilt in (pickle.dumps("spoilt"), file.read_bytes()[:-1], b""):
+        file.write_bytes(spoilt)
+        assert run().t1 == first.t1
+    _program_files.write(file, b"no program")
     assert run().t1 == first.t1
 
 
@@ -167,4 +300,6 @@ def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
         said.append(done.stdout)
     assert said[0] == said[1]
     (file,) = tmp_path.glob("run-*-program")
-    assert b"lapack_" in zlib.decompress(file.read_bytes())
+    content = _program_files.read(file)
+    assert content
+    assert b"lapack_" in zlib.decompress(content)

@@ -1,0 +1,128 @@
+"""What a run is made from: everything that decides which program is compiled for it, as a digest."""
+
+import dataclasses
+import functools as ft
+import hashlib
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import diffrax
+import equinox
+import jax
+import jaxlib
+import lineax
+import numpy as np
+import optimistix
+
+from .._evaluate.system import System
+from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
+from .._jax_settings import programs
+from .._reduce.required import required
+from .._reduce.stated import initial_templates, templates
+from .settings import Settings
+
+_IMPORTED = time.time()
+
+
+def key_of(settings: Settings, structure: Any, kinds: tuple[tuple[tuple[int, ...], Any], ...]) -> str:
+    """The digest for a run by numbers of some structure and shapes. Raises `NoFingerprintError` where it has none."""
+    if os.environ.get("XLA_FLAGS") != programs.flags:
+        raise NoFingerprintError("flags that XLA may have read or not")
+    given = structure.unflatten(kinds).inputs.given  # the leaves whose start values are given
+    shapes = [str(kind) for kind in kinds]
+    options = [(k, str(value)) for k, value in jax.config.values.items() if "cache" not in k and "log" not in k]
+    return fingerprint((machine(), options, programs.flags, str(structure), shapes, given, _run(settings)))
+
+
+@ft.cache
+def machine() -> tuple[Any, ...]:
+    """What programs from the same contents differ by: the packages, the library itself, the processor."""
+    packages = (jax, jaxlib, diffrax, equinox, lineax, optimistix, np)
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().partition("\n\n")[0].splitlines() if info.exists() else [platform.node()]
+    processor = [line for line in lines if line.startswith(("model", "flags", "Features", "CPU"))] or lines
+    sources = hashlib.sha256()
+    for file in _sources():
+        sources.update(hashlib.sha256(file.read_bytes()).digest())
+    return (
+        *(package.__version__ for package in packages),
+        *(sys.version, platform.machine(), processor, sources.hexdigest()),
+    )
+
+
+def is_as_imported() -> bool:
+    """Whether the files of the libraries are those that were imported, as far as the clock can tell."""
+    return all(file.stat().st_mtime < _IMPORTED for file in _sources())
+
+
+def _sources() -> list[Path]:
+    """The files whose classes are known by name."""
+    folders = [Path(__file__).parents[1], *map(_folder, (diffrax, equinox, lineax, optimistix))]
+    return [file for folder in folders for file in sorted(folder.rglob("*.py"))]
+
+
+def _folder(package: ModuleType) -> Path:
+    assert package.__file__ is not None
+    return Path(package.__file__).parent
+
+
+def _run(settings: Settings) -> list[Any]:
+    """All that a run is traced from, but for the library itself."""
+    if settings.adjoint is not None or not isinstance(settings.progress, diffrax.NoProgressMeter):
+        raise NoFingerprintError("a way of differentiating, or a meter of progress")
+    functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
+    seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
+    return [
+        *contents(settings.system),
+        *(None if f is None else (f.closed, f.leaves) for f in functions),
+        *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
+    ]
+
+
+def contents(system: System) -> list[Any]:
+    """What a system is made from: what was declared and connected, and all that the components state.
+
+    The choices that the passes have made belong to it, too: a solution is read by those of the process that reads it.
+    """
+    flat, events = system.flat, system.events
+    # A linear block differentiates its equations once more, and so does the solver.
+    if np.max(system.reduced.differentiations, initial=0) > DERIVATIVES - 2:
+        raise NoFingerprintError("equations of too high an index")
+    holders = [
+        (
+            *(holder.kind.cls, holder.kind.names, holder.kind.sizes, holder.kind.declarations, holder.kind.depth),
+            *(holder.paths, holder.stacks, holder.first_leaf),
+            [(t.name, t.jaxpr, t.inputs, t.signs) for t in stated(holder.kind)],
+            [(needed.texts, needed.slots, needed.jaxpr) for needed in [required(holder.kind)]],
+        )
+        for holders, stated in (
+            (flat.instances, ft.partial(templates, split=flat.split)),
+            (flat.composites, lambda kind: ()),
+            (flat.starters, initial_templates),
+        )
+        for holder in holders
+    ]
+    functions = [] if events is None else [events.truths, events.margins, events.times, events.actions]
+    return [
+        *(flat.leaves, flat.n_nodes, holders, flat.across, flat.flow_sets, flat.split),
+        *([] if events is None else [events.entries]),
+        [(f.closed, f.leaves) for f in functions],
+        _choice(system),
+        *(system.merged.representative, system.merged.sign, system.ordered.table.variables, system.nominals),
+        *(system.states, system.algebraic, system.carried.memory, system.entry.used),
+    ]
+
+
+def _choice(system: System) -> list[Any]:
+    """By what its states were chosen, and in which form it is."""
+    made, numbers = system.made
+    return [made.__name__, [_choice(x) if isinstance(x, System) else x for x in numbers if not _is_model(x)]]
+
+
+def _is_model(value: Any) -> bool:
+    return not isinstance(value, System | np.ndarray | None)
