@@ -5,7 +5,7 @@ import importlib.util
 import json
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -85,6 +85,12 @@ def write_json(path: Path, rows: Iterable[Any], **others: Iterable[Any]) -> None
     tables = {name: [_plain(row) for row in table] for name, table in {"rows": rows, **others}.items()}
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(tables, indent=2, allow_nan=False) + "\n")
+
+
+def read_json(path: Path, **kinds: Callable[..., _T]) -> dict[str, list[_T]]:
+    """Tables as `write_json` wrote them, each as instances of its dataclass."""
+    tables = json.loads(path.read_text())
+    return {name: [kind(**row) for row in tables[name]] for name, kind in kinds.items()}
 
 
 def _plain(row: Any) -> dict[str, Any]:

@@ -7,11 +7,21 @@ from pathlib import Path
 
 from acausal import BondGraph, bond_graph
 
-from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, require_matplotlib, save, write_json
+from .._output import (
+    ACTUATOR_NAMES,
+    plain_table,
+    print_table,
+    progress,
+    read_json,
+    require_matplotlib,
+    save,
+    write_json,
+)
 from ._linear import linear_actuator
 from ._rows import ACTUATORS, Row, compare, run
 from ._thesis import NOT_COMPARED, NOTE, TOLERANCE, statements
 
+STORED = Path(__file__).parent / "rows.json"
 HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation", "why")
 
 
@@ -30,7 +40,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     wanted = [statement for actuator in ACTUATORS for statement in statements(actuator)]
     rows = [compare(statement, rtol) for statement in progress(wanted, "simulating")]
     print_table("Thesis and model", HEADS, _cells(rows))
-    print(_summary(rows))
+    print(summary(rows))
     if json is not None:
         write_json(json, rows, not_compared=[Missing(*item) for item in NOT_COMPARED])
     if out is not None:
@@ -42,7 +52,7 @@ def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
     reasons = _reasons(rows)
     for row in rows:
         thesis = "-" if row.thesis is None else f"{row.thesis:.6g}"
-        deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+.2f} %"
+        deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
         name, quantity = ACTUATOR_NAMES[row.actuator], row.quantity.replace("_", " ")
         why = f"({reasons.index(row.reason) + 1})" if row.reason else ""
         yield name, quantity, row.condition, row.source, row.unit, thesis, f"{row.model:.6g}", deviation, why
@@ -52,13 +62,24 @@ def _reasons(rows: list[Row]) -> list[str]:
     return list(dict.fromkeys(row.reason for row in rows if row.reason))
 
 
-def _summary(rows: list[Row]) -> str:
+def summary(rows: list[Row]) -> str:
+    """How many figures are reproduced, why others are not, and what is not compared."""
     stated = [row for row in rows if row.reproduced is not None]
     within = sum(row.reproduced is True for row in stated)
     lines = [f"{within} of {len(stated)} figures of the thesis are reproduced within {TOLERANCE:.0%}, by one set."]
     lines += [f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)]
     lines += [f"Not compared: {source}: {reason}." for source, reason in NOT_COMPARED]
     return "\n".join([*lines, NOTE])
+
+
+def stored() -> list[Row]:
+    """The rows as they were when the documentation was written: `python -m studies validate --json` gives them."""
+    return read_json(STORED, rows=Row)["rows"]
+
+
+def as_text(rows: list[Row]) -> str:
+    """The table with a line for each row; numbers in brackets are those of the reasons in `summary`."""
+    return plain_table(HEADS, _cells(rows))
 
 
 def _draw(rows: list[Row], out: Path, rtol: float) -> None:
@@ -81,7 +102,7 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
         "validate",
         "Clutch actuators: Meloni's thesis (2012) and the model",
         [
-            ("Summary", _summary(rows), list(pictures.values())),
+            ("Summary", summary(rows), list(pictures.values())),
             ("All figures", plain_table(HEADS, _cells(rows)), []),
             ("The present actuator, read off its bond graph", _of_graph(graph), []),
         ],

@@ -1,6 +1,7 @@
 """Pictures of the comparison."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +25,13 @@ SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3),
     ("motor.p.i", "motor current [A]", 1.0),
     ("line.p", "line pressure [bar]", 1e-5),
+)
+CHANGED: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "voltage": ("supply of", "V"),
+        "spring_rate": ("clutch of", "N/m"),
+        "friction": ("friction of", "N.m.s/rad"),
+    }
 )
 
 
@@ -61,13 +69,19 @@ def _compare(panel: Axes, rows: list[Row], label: str, scale: float) -> None:
 
 
 def _name(actuator: str, condition: str) -> str:
-    return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{condition}")
+    return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{_readable(condition)}")
 
 
-def plot_deviations(rows: list[Row]) -> Figure:
+def _readable(condition: str) -> str:
+    """A condition with the unit of its number."""
+    name, _, value = condition.partition("=")
+    return f"{CHANGED[name][0]} {value} {CHANGED[name][1]}" if name in CHANGED else condition
+
+
+def plot_deviations(rows: list[Row], figure: Figure | None = None) -> Figure:
     """The deviation of each figure from the thesis, with the band within which it counts as reproduced."""
     stated = [row for row in rows if row.deviation is not None]
-    figure = Figure(figsize=(11.0, 0.24 * len(stated) + 1.5), layout="constrained")
+    figure = figure or Figure(figsize=(11.0, 0.24 * len(stated) + 1.5), layout="constrained")
     panel = figure.subplots()
     width = 100.0 * TOLERANCE
     panel.axvspan(-width, width, color="0.88", label=f"within {width:g} %: reproduced")
@@ -77,7 +91,7 @@ def plot_deviations(rows: list[Row]) -> Figure:
         panel.barh(height, deviation, color=colour, alpha=0.85, label=ACTUATOR_NAMES[row.actuator])
         place, align = (4, "left") if deviation >= 0.0 else (-4, "right")
         panel.annotate(
-            f"{deviation:+.1f} %", (deviation, height), xytext=(place, 0), textcoords="offset points", va="center",
+            f"{deviation:+z.1f} %", (deviation, height), xytext=(place, 0), textcoords="offset points", va="center",
             ha=align, fontsize=7,
         )  # fmt: skip
     names = [_row_name(row) for row in stated]
@@ -93,7 +107,7 @@ def plot_deviations(rows: list[Row]) -> Figure:
 
 
 def _row_name(row: Row) -> str:
-    condition = "" if row.condition == "base" else f", {row.condition}"
+    condition = "" if row.condition == "base" else f", {_readable(row.condition)}"
     return f"{row.quantity.replace('_', ' ')} ({row.source}{condition})"
 
 
@@ -170,4 +184,5 @@ def plot_openings(runs: Mapping[str, Solution], rows: list[Row]) -> Figure:
     panels[0].legend(frameon=False, loc="lower right")
     panels[-1].set_xlabel("time [ms]")
     panels[-1].set_xlim(left=0.0)
+    figure.suptitle("Clutch actuators opening at 13.5 V")
     return figure

@@ -12,13 +12,28 @@ from scipy.optimize import brentq
 
 from acausal import linearise
 from components.electrical import ConstantCurrent
-from studies.validate import hold, mode_frequencies
+from studies.validate import hold, mode_frequencies, stored
+from studies.validate._thesis import statements
 
 KEYS = {"actuator", "quantity", "condition", "source", "unit", "thesis", "model", "reason"}
 BASE_UNITS = {
     "opening_time": "s", "peak_current": "A", "holding_current": "A",
     "mode_frequency_1": "Hz", "mode_frequency_2": "Hz",
 }  # fmt: skip
+
+
+def test_stored_rows_are_what_the_thesis_states() -> None:
+    """The page on the comparison shows them."""
+    wanted = [item for actuator in DESIGNS for item in statements(actuator)]
+    assert [(r.actuator, r.quantity, r.condition, r.source, r.thesis, r.reason) for r in stored()] == [
+        (w.actuator, w.quantity, w.condition, w.source, w.value, w.reason) for w in wanted
+    ]
+
+
+@pytest.mark.slow
+def test_stored_rows_are_those_of_the_study(validated: list[dict[str, Any]]) -> None:
+    for row, old in zip(validated, stored(), strict=True):
+        assert row["model"] == pytest.approx(old.model, rel=1e-5)
 
 
 @pytest.mark.slow
