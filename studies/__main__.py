@@ -6,6 +6,7 @@ from pathlib import Path
 
 from . import (
     architectures,
+    beyond,
     catalogue,
     concepts,
     control,
@@ -41,6 +42,7 @@ def _parser() -> argparse.ArgumentParser:
             concepts,
             "design the thesis' two concepts anew under its targets, all that it fixed by hand free",
         ),
+        ("beyond", beyond, "go on where the thesis stopped: real clutch, line, temperature, passages, landing, series"),
         ("catalogue", catalogue, "choose motor, gearhead, pump and bores among 10,000 combinations of products"),
         ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
         ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),

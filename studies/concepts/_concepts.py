@@ -26,6 +26,7 @@ from ._targets import (
     POWER,
     PUMP,
     STROKE,
+    TARGET,
     VALVE_MASS,
     opening,
 )
@@ -110,11 +111,11 @@ class Concept:
         )  # fmt: skip
 
     def front(self, motor: Motor, points: int) -> Front[Any]:
-        """Opening time against the energy of a hold."""
-        minimise = OPENING_TIME | HOLDING_ENERGY
+        """Opening time, within the target, against the energy of a hold."""
         return pareto(
-            self.of(motor), self.free, minimise, points=points, run=opening, constraints=self.limits, progress=False
-        )
+            self.of(motor), self.free, OPENING_TIME | HOLDING_ENERGY, points=points, run=opening,
+            constraints={**self.limits, **TARGET}, progress=False,
+        )  # fmt: skip
 
 
 _SUPPLY = {"supply.V": (6.0, 13.5)}

@@ -3,13 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from acausal.design import Choice
+
 from .._output import plain_table, print_table, progress, require_matplotlib, write_json
+from . import _products as products
+from ._concepts import EHS, EMA, MOTORS
 from ._rows import (
     HEADS,
     STATEMENT_HEADS,
     Row,
     Statement,
     cells,
+    on_front,
     optima,
     prices,
     prototypes,
@@ -18,20 +23,32 @@ from ._rows import (
     with_less_friction,
 )
 
+POINTS = 7  # of a front
+FRONTS = [(concept, motor) for concept in (EMA, EHS) for motor in MOTORS[1:3]]
+
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
     """Design, print, and write rows to the file `json`, pictures and a report to the folder `out`."""
     if out is not None:
         require_matplotlib()
-    rows = study(rtol)
-    said = statements(rtol)
+    rows, said = study(rtol), statements(rtol)
+    choice = products.study()
+    bought = products.front(choice)
+    fronts = [
+        row
+        for concept, motor in progress(FRONTS, "drawing fronts")
+        for row in on_front(concept, motor, concept.front(motor, POINTS))
+    ]
     print_table("Designs under 800 N", HEADS, cells(rows))
     print(f"What holds the optima, and what one unit more buys\n{prices(rows)}\n")
+    print_table("Fronts of opening time and energy of a hold, within the target of 200 ms", HEADS, cells(fronts))
+    print_table("Products, none worse in time, energy and mass", products.HEADS, products.cells(bought))
+    print(f"{choice}\n")
     print_table("Ratios", STATEMENT_HEADS, _said(said))
     if json is not None:
-        write_json(json, rows, statements=said)
+        write_json(json, rows, fronts=fronts, products=bought, statements=said)
     if out is not None:
-        _report(rows, said, out)
+        _report(rows, fronts, bought, choice, said, out)
     return rows
 
 
@@ -46,16 +63,25 @@ def _said(said: Sequence[Statement]) -> list[tuple[str, ...]]:
     return [(one.statement, f"{one.thesis:g}", f"{one.value:.4g}", one.remark) for one in said]
 
 
-def _report(rows: Sequence[Row], said: Sequence[Statement], out: Path) -> None:
+def _report(
+    rows: Sequence[Row],
+    fronts: Sequence[Row],
+    bought: Sequence[Row],
+    choice: Choice,
+    said: Sequence[Statement],
+    out: Path,
+) -> None:
     from .._output import save
     from .._report import write_report
     from ._plot import plot_designs
 
-    picture = plot_designs(rows, {})
+    picture = plot_designs(rows, fronts, bought)
     save(picture, out, "concepts")
     parts = [
         ("Designs under 800 N", plain_table(HEADS, list(cells(rows))), [picture]),
         ("What holds the optima, and what one unit more buys", prices(rows), []),
+        ("Fronts of opening time and energy of a hold", plain_table(HEADS, list(cells(fronts))), []),
+        ("Products", f"{plain_table(products.HEADS, products.cells(bought))}\n\n{choice}", []),
         ("Ratios", plain_table(STATEMENT_HEADS, _said(said)), []),
     ]
     write_report(out, "concepts", "The two concepts designed anew", parts)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from acausal import replace
-from acausal.design import Design
+from acausal.design import Design, Front
 
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..validate._ratios import best_ratio, least_ratio
@@ -81,8 +81,9 @@ def prototypes(rtol: float = 1e-9) -> list[Row]:
 
 def optimum(concept: Concept, motor: Motor, design: Design[Any], name: str = "") -> Row:
     """The row of an optimum."""
+    time = next((r.value for r in design.results if r.limit.name == "target"), design.objective)
     return Row(
-        name or concept.name, motor.name, design.objective, None,
+        name or concept.name, motor.name, time, None,
         math.nan if concept.valve else float(holding_current(design.model)), None, concept.holding_energy(design.model),
         concept.mass(motor), design.values, design.multipliers, design.kkt_residual, design.status, _prices(design),
     )  # fmt: skip
@@ -158,6 +159,11 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
             _text(row.holding_current), _text(row.thesis_holding_current), _text(row.holding_energy), _text(row.mass),
             "-" if row.kkt_residual is None else f"{row.kkt_residual:.0e}",
         )  # fmt: skip
+
+
+def on_front(concept: Concept, motor: Motor, front: Front[Any]) -> list[Row]:
+    """The rows of a front."""
+    return [optimum(concept, motor, design, f"{concept.name}, front") for design in front.designs]
 
 
 def prices(rows: Iterable[Row]) -> str:

@@ -77,6 +77,7 @@ def motor_speed(s: Solution) -> Scalar:
 
 OPENING_TIME = {"opening time": (lambda s: s.t1, "ms")}
 HOLDING_ENERGY = {"holding energy": (_of_model(holding_energy), "J")}
+TARGET = {"target": (lambda s: s.t1, f"<= {1e3 * OVERALL} ms")}
 BY_MOTOR = {"holding current": (_of_model(holding_current), "<= 20 A")}
 ANY = {
     "peak current": (lambda s: s.final.supply.V / s.final.motor.resistor.R, "<= 70 A"),

@@ -14,6 +14,7 @@ STUDIES = (
     "optimise",
     "design",
     "concepts",
+    "beyond",
     "catalogue",
     "identify",
     "tolerance",

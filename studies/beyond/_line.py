@@ -1,0 +1,88 @@
+"""The inertia of the liquid in a line, and the length of the line.
+
+The thesis takes the line as a spring without inertia or drop, whose stiffness is that of all of the liquid. Here a pipe
+of the given length is added, in which waves run; beside it the same liquid as a spring only. The difference is what
+inertia and friction do.
+"""
+
+import dataclasses
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import Component, Connections, Scalar, connect, simulate
+from components.hydraulic import FluidPort, LaminarFriction, LaminarResistance, Line, Pipe, dot_4
+
+from .._opening import STROKE
+from ..actuators import ClutchActuator, ehs_maxon, ema_maxon
+from ._row import Row
+
+ITEM = "line"
+DIAMETER = 4e-3  # m, inside; of a usual steel pipe for brakes and clutches; assumed
+LENGTHS = (0.25, 0.5, 1.0, 2.0)  # m
+SEGMENTS = 6
+LIQUID = dot_4(293.15)
+LATEST = 1.0  # s, given up after this time
+ACTUATORS = {"EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
+SPRING, FRICTION, WHOLE = "spring", "spring and friction", "spring, friction and inertia"
+
+
+class LongLine(Component):
+    """The liquid of pump or master cylinder, taken as a spring, and a pipe to the slave cylinder."""
+
+    spring: Line
+    pipe: Pipe | LaminarResistance
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.a, self.spring.a),
+            connect(self.spring.b, self.pipe.a),
+            connect(self.pipe.b, self.b),
+        )
+
+
+def with_pipe(actuator: ClutchActuator, length: Scalar) -> Any:
+    """An actuator with a pipe of a length in m between line and slave cylinder, in which waves run."""
+    pipe = Pipe(n=SEGMENTS, length=length, diameter=DIAMETER, liquid=LIQUID, friction=LaminarFriction(), p=0.0, q=0.0)
+    return dataclasses.replace(actuator, line=LongLine(spring=actuator.line, pipe=pipe))
+
+
+def with_drop(actuator: ClutchActuator, length: Scalar, friction: float = 1.0) -> Any:
+    """The same with the liquid of the pipe added to the spring, and with its laminar drop, or a share of that."""
+    volume = 0.25 * jnp.pi * DIAMETER**2 * length
+    line, added = actuator.line, LIQUID.bulk_modulus_at(1e6) / volume
+    stiffness = 1.0 / (1.0 / line.stiffness + 1.0 / added)
+    spring = Line(stiffness=stiffness, damping=line.damping * stiffness / line.stiffness)
+    viscosity = friction * LIQUID.reference_density * LIQUID.kinematic_viscosity(0.0)
+    drop = LaminarResistance.from_pipe(diameter=DIAMETER, length=length, viscosity=viscosity)
+    return dataclasses.replace(actuator, line=LongLine(spring=spring, pipe=drop))
+
+
+def moved_mass(actuator: ClutchActuator, length: float) -> float:
+    """The liquid in kg as the slave feels it, rho L A_s^2/A."""
+    area = 0.25 * jnp.pi * DIAMETER**2
+    return float(LIQUID.reference_density * length * actuator.slave.area**2 / area)
+
+
+def rows(rtol: float = 1e-6, lengths: Any = LENGTHS, actuators: Any = ACTUATORS) -> list[Row]:
+    """Opening times with pipes of several lengths."""
+
+    def time(model: Any) -> float:
+        return float(
+            simulate(model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, max_steps=100_000).t1
+        )
+
+    table = []
+    for name, build in actuators.items():
+        base = build()
+        for length in lengths:
+            case = f"{name}, {length:g} m"
+            models = {
+                SPRING: with_drop(base, length, 0.0), FRICTION: with_drop(base, length), WHOLE: with_pipe(base, length),
+            }  # fmt: skip
+            table += [Row(ITEM, f"{case}, {what}", "opening time", "s", time(model)) for what, model in models.items()]
+            mass = moved_mass(base, length)
+            table.append(Row(ITEM, case, "liquid as the slave feels it", "kg", mass, remark="the rod has 0.3 kg"))
+    return table

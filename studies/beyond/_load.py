@@ -1,0 +1,120 @@
+"""The load of a real clutch: diaphragm spring with wear, cushion of the facings, friction of the release bearing.
+
+The thesis' rig has a linear spring instead; its figure 3.3 shows the release curve of a clutch without numbers. The
+spring here has usual sizes; with limited wear it takes the 800 N that the thesis states. Fork, cushion and friction of
+the bearing are assumed.
+"""
+
+import dataclasses
+import functools as ft
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from acausal import Component, Connections, Scalar, connect, simulate
+from components.translational import (
+    Diaphragm,
+    DiaphragmClutch,
+    ElastoGap,
+    Fixed,
+    Flange,
+    Lever,
+    SmoothStribeckFriction,
+)
+
+from .._opening import STROKE
+from ..actuators import ehs_maxon, ema_fise, ema_maxon
+from ._row import Row
+
+ITEM = "clutch load"
+STRONGEST = 800.0  # N at the slave, of the worn clutch
+# A clutch of 228 mm with H/t = 1.7: closed by 4.4 kN, it takes 803 N at the slave with limited wear.
+SPRING = Diaphragm(R=114.5e-3, r=89e-3, R_1=112.5e-3, r_1=90.5e-3, r_f=29e-3, t=2.6e-3, H=4.42e-3)
+FORK = 2.0  # travel of the slave over that of the release bearing
+CUSHION = 0.6e-3  # m, travel of the plate in which new facings give way
+ENGAGED, WEAR = 3.2e-3, 1.0e-3  # m, deflection of the closed spring with new facings, and what limited wear takes of it
+BEARING = 0.05  # friction of the release bearing on its guide, of the strongest load
+LATEST = 1.0  # s, given up after this time
+ACTUATORS = {"EMA, FISE": (ema_fise, 0.148), "EMA, RE50": (ema_maxon, 0.070), "EHS, RE40": (ehs_maxon, 0.130)}
+RIG, NEW, WORN, STIFF = "rig's spring", "new facings", "worn facings", "worn facings, bearing friction"
+
+
+class ReleaseMechanism(Component):
+    """Fork, release bearing with its friction, diaphragm spring, and the cushion that carries it while it is closed."""
+
+    fork: Lever
+    bearing: SmoothStribeckFriction
+    spring: DiaphragmClutch
+    cushion: ElastoGap
+    wall: Fixed = Fixed()
+    flange: Flange = Flange()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flange, self.fork.a),
+            connect(self.fork.b, self.bearing.flange, self.spring.flange, self.cushion.b),
+            connect(self.cushion.a, self.wall.flange),
+        )
+
+
+def slave_load(mechanism: ReleaseMechanism, s: Scalar) -> Scalar:
+    """In N at the slave, its travel s in m; without friction and inertia."""
+    spring, x = mechanism.spring.spring, s / FORK
+    release = spring.force(mechanism.spring.engaged - mechanism.spring.wear + x / spring.lever) / spring.lever
+    carried = mechanism.cushion.c * jnp.maximum(mechanism.cushion.s_rel0 - x, 0.0)
+    return (release - carried) / FORK
+
+
+def mechanism(wear: Scalar = 0.0, friction: Scalar = 0.0) -> ReleaseMechanism:
+    """The clutch with a wear in m of its facings and a friction in N of the bearing."""
+    stiffness = SPRING.force(ENGAGED) / (SPRING.lever**2 * CUSHION)
+    closed = SPRING.force(ENGAGED - wear) / SPRING.lever
+    return ReleaseMechanism(
+        fork=Lever(arm_a=FORK, arm_b=-1.0),
+        bearing=SmoothStribeckFriction(Fc=friction, Fs=friction, vs=0.01, v0=1e-3),
+        spring=DiaphragmClutch(spring=SPRING, engaged=ENGAGED, wear=wear),
+        cushion=ElastoGap(c=stiffness, d=0.0, s_rel0=closed / stiffness),
+    )
+
+
+def loads() -> dict[str, ReleaseMechanism]:
+    """The clutches by name."""
+    return {NEW: mechanism(), WORN: mechanism(WEAR), STIFF: mechanism(WEAR, BEARING * STRONGEST * FORK)}
+
+
+def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Travel of the slave in m and loads in N, for the picture."""
+    travel = np.linspace(0.0, STROKE, 241)
+    found = {
+        name: np.asarray(jax.vmap(ft.partial(slave_load, one))(jnp.asarray(travel))) for name, one in loads().items()
+    }
+    return travel, {RIG: 58e3 * travel, NEW: found[NEW], WORN: found[WORN]}
+
+
+def rows(rtol: float = 1e-9, actuators: Any = ACTUATORS) -> list[Row]:
+    """Opening times of the prototypes with each load, and the work that it takes."""
+    travel, found = curves()
+    table = [
+        Row(
+            ITEM,
+            name,
+            "work to open",
+            "J",
+            float(np.trapezoid(load, travel)),
+            remark=f"largest {np.max(load):.0f} N, open {load[-1]:.0f} N",
+        )
+        for name, load in found.items()
+    ]
+    for name, (build, measured) in actuators.items():
+        base = build()
+        cases: dict[str, Any] = {RIG: base} | {
+            case: dataclasses.replace(base, clutch=one) for case, one in loads().items()
+        }
+        for case, model in cases.items():
+            run = simulate(model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False)
+            table.append(
+                Row(ITEM, f"{name}, {case}", "opening time", "s", float(run.t1), measured if case == RIG else None)
+            )
+    return table

@@ -1,0 +1,160 @@
+"""The drilled passages of the electrohydraulic actuator's housing: their pressure drop, and the lightest ones.
+
+The thesis says of its CFD, stationary and laminar with transformer oil, that the drop is small, without a number, and
+gives no lengths: those of the passages, of their corners and of the walls around them are assumed.
+"""
+
+import math
+from typing import Any, Self
+
+import jax.numpy as jnp
+
+from acausal import (
+    Component,
+    Connections,
+    Energy,
+    Equations,
+    Param,
+    Scalar,
+    connect,
+    eq,
+    nonnegative,
+    positive,
+    simulate,
+)
+from acausal.design import Design, optimise
+from components.hydraulic import AnyLiquid, ConstantFlow, Tank, TwoPort, dot_4, transformer_oil
+
+from .._opening import opening
+from ..actuators import ehs_maxon
+from ._row import Row
+
+ITEM = "passages"
+DIAMETER = 4e-3  # m, as the bore of the holding valve
+ERGAL = 2810.0  # kg/m3, of 7075-T6, the housing of the thesis
+WALL = 4e-3  # m, of metal around a passage
+DROP = 0.2e5  # Pa, allowed on the pressure side; half of it on the suction side
+CELSIUS = 20.0
+SECTIONS = {"suction": (40e-3, 1.0), "pump": (35e-3, 1.0), "valve": (45e-3, 1.0), "outlet": (25e-3, 0.0)}
+
+
+class Passage(TwoPort):
+    """A drilled hole with corners, dp = 128 mu L q/(pi d^4) + zeta rho/2 v |v|, v = q/A.
+
+    Laminar (Hagen, Poiseuille), fully developed; a sharp corner has zeta = 1.2 (Idelchik, `Handbook of Hydraulic
+    Resistance`).
+    """
+
+    diameter: Param[Scalar, "m", positive]
+    length: Param[Scalar, "m", positive]
+    corners: Param[Scalar, "1", nonnegative]
+    liquid: AnyLiquid
+
+    @property
+    def mass(self) -> Scalar:
+        """In kg, of the metal of a square bar with walls around the hole."""
+        side = self.diameter + 2.0 * WALL
+        return ERGAL * self.length * (side**2 - 0.25 * jnp.pi * self.diameter**2)
+
+    @property
+    def reynolds(self) -> Scalar:
+        return 4.0 * self.q / (jnp.pi * self.diameter * self.liquid.kinematic_viscosity(0.0))
+
+    def equations(self, d: Self) -> Equations:
+        density = self.liquid.reference_density
+        viscosity = density * self.liquid.kinematic_viscosity(0.0)
+        speed = self.q / (0.25 * jnp.pi * self.diameter**2)
+        friction = 128.0 * viscosity * self.length * self.q / (jnp.pi * self.diameter**4)
+        corners = 1.2 * self.corners * 0.5 * density * speed * jnp.abs(speed)
+        return super().equations(d) | dict(law=eq(self.dp, friction + corners))
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.dp * self.q)
+
+
+class Housing(Component):
+    """Tank, suction, and on the pressure side three passages in series, through which the pump sends its flow."""
+
+    suction: Passage
+    pump: Passage
+    valve: Passage
+    outlet: Passage
+    flow: ConstantFlow
+    inlet: Tank = Tank()
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flow.port, self.suction.a),
+            connect(self.suction.b, self.pump.a),
+            connect(self.pump.b, self.valve.a),
+            connect(self.valve.b, self.outlet.a),
+            connect(self.outlet.b, self.tank.port),
+        )
+
+    @property
+    def drop(self) -> Scalar:
+        """In Pa, of the pressure side."""
+        return self.pump.dp + self.valve.dp + self.outlet.dp
+
+    @property
+    def mass(self) -> Scalar:
+        """In kg."""
+        return self.suction.mass + self.pump.mass + self.valve.mass + self.outlet.mass
+
+
+def largest_flow(rtol: float = 1e-8) -> float:
+    """In m3/s, that the slave takes while it opens."""
+    run = opening(ehs_maxon(), rtol=rtol)
+    return float(jnp.max(run.piston.v) * ehs_maxon().slave.area)
+
+
+def housing(flow: float, liquid: AnyLiquid) -> Housing:
+    """The housing as it was, at a flow in m3/s."""
+    parts = {
+        name: Passage(diameter=DIAMETER, length=length, corners=corners, liquid=liquid)
+        for name, (length, corners) in SECTIONS.items()
+    }
+    return Housing(**parts, flow=ConstantFlow(flow=flow))
+
+
+def steady(model: Housing) -> Any:
+    """The drops at this flow."""
+    return simulate(model, 1.0, save="end").final
+
+
+def lightest(flow: float, drop: float = DROP) -> Design[Any]:
+    """The diameters that make the housing lightest at a given drop."""
+    return optimise(
+        housing(flow, dot_4(CELSIUS + 273.15)), {f"{name}.diameter": ("1 mm", "10 mm") for name in SECTIONS},
+        {"mass": (lambda s: s.mass, "g")}, run=steady,
+        constraints={
+            "drop": (lambda s: s.drop, f"<= {drop} Pa"), "suction": (lambda s: s.suction.dp, f"<= {0.5 * drop} Pa"),
+        },
+        sensitivities=False, progress=False,
+    )  # fmt: skip
+
+
+def rows() -> list[Row]:
+    """Drops of the housing as it was, and the lightest housing."""
+    flow = largest_flow()
+    open_pressure = float(ehs_maxon().clutch.rate * 12e-3 / ehs_maxon().slave.area)
+    table = [Row(ITEM, "opening, EHS, RE40", "largest flow", "m3/s", flow)]
+    liquids = {"transformer oil at 40 C": transformer_oil(313.15)} | {
+        f"DOT 4 at {celsius:g} C": dot_4(celsius + 273.15) for celsius in (-30.0, CELSIUS, 80.0)
+    }
+    for name, liquid in liquids.items():
+        state = steady(housing(flow, liquid))
+        share = f"{100.0 * float(state.drop) / open_pressure:.2g} % of the pressure at 12 mm; the thesis: small"
+        table.append(Row(ITEM, f"{name}, all 4 mm", "drop", "Pa", float(state.drop), None, share))
+        table.append(Row(ITEM, f"{name}, all 4 mm", "Reynolds number", "1", float(state.valve.reynolds)))
+    before = float(steady(housing(flow, dot_4(CELSIUS + 273.15))).mass)
+    table.append(Row(ITEM, "all 4 mm", "mass around the passages", "kg", before))
+    found = lightest(flow)
+    case = f"lightest at {DROP:g} Pa, DOT 4 at {CELSIUS:g} C"
+    residual = f"{found.status}, KKT residual {found.kkt_residual:.0e}"
+    table.append(Row(ITEM, case, "mass around the passages", "kg", found.objective, None, residual))
+    table += [Row(ITEM, case, name, "m", value) for name, value in found.values.items()]
+    price = found.multipliers.get("drop", math.nan)
+    table.append(Row(ITEM, case, "mass saved per drop allowed", "kg/Pa", price))
+    return table

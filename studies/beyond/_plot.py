@@ -1,0 +1,115 @@
+"""A picture of each item, from its rows."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from . import _line, _load, _passages, _profiles, _series, _temperature
+from ._row import Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+OPENING = "opening time"
+TARGET = 200.0  # ms, of the thesis for all actuators
+
+
+def _bars(ax: Any, rows: Sequence[Row], scale: float, label: str) -> None:
+    """A bar for each row, the thesis' figures beside as diamonds."""
+    names = [row.case for row in rows]
+    ax.barh(names, [scale * row.value for row in rows], color="tab:blue", height=0.6)
+    measured = [(row.case, scale * row.thesis) for row in rows if row.thesis is not None]
+    if measured:
+        ax.plot([x for _, x in measured], [name for name, _ in measured], "D", color="tab:orange", label="thesis")
+        ax.legend(frameon=False)
+    ax.set_xlabel(label)
+    ax.invert_yaxis()
+    ax.grid(axis="x", alpha=0.3)
+
+
+def _of(rows: Sequence[Row], quantity: str, *, within: str = "") -> list[Row]:
+    return [row for row in rows if row.quantity == quantity and within in row.case]
+
+
+def plot_load(rows: Sequence[Row]) -> "Figure":
+    """Loads over the travel, and what they do to the opening times."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.6), layout="constrained")
+    travel, loads = _load.curves()
+    for (name, load), color in zip(loads.items(), ("0.5", "tab:blue", "tab:red"), strict=True):
+        left.plot(1e3 * travel, load, color=color, label=name)
+    left.axhline(_load.STRONGEST, color="0.6", ls=":", lw=1.0)
+    left.annotate("thesis: 800 N, limited wear", (12.0, _load.STRONGEST), ha="right", va="bottom", fontsize="small")
+    left.set(xlabel="travel of the slave [mm]", ylabel="load at the slave [N]")
+    left.legend(frameon=False, loc="lower right")
+    _bars(right, _of(rows, OPENING), 1e3, "opening time [ms]")
+    right.axvline(TARGET, color="0.6", ls=":", lw=1.0)
+    return figure
+
+
+def plot_line(rows: Sequence[Row]) -> "Figure":
+    """Opening time over the length of the pipe."""
+    figure, axes = plt.subplots(1, len(_line.ACTUATORS), figsize=(10.0, 4.0), layout="constrained")
+    for ax, name in zip(axes, _line.ACTUATORS, strict=True):
+        for what, style in ((_line.SPRING, ":"), (_line.FRICTION, "--"), (_line.WHOLE, "o-")):
+            own = [row for row in _of(rows, OPENING, within=name) if row.case.endswith(f" m, {what}")]
+            lengths = [float(re.findall(r", ([\d.]+) m", row.case)[0]) for row in own]
+            ax.plot(lengths, [1e3 * row.value for row in own], style, label=what)
+        ax.set(title=name, xlabel="length of the pipe, 4 mm wide [m]", ylabel="opening time [ms]")
+        ax.grid(alpha=0.3)
+    axes[0].legend(frameon=False)
+    return figure
+
+
+def plot_temperature(rows: Sequence[Row]) -> "Figure":
+    """Opening time over the temperature, and how often the motor may open."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.4), layout="constrained", width_ratios=(1.0, 1.1))
+    for name, color in zip(_temperature.ACTUATORS, ("#d55e00", "#009e73"), strict=True):
+        for what, style in (("all", "o-"), ("liquid alone", "s--")):
+            own = _of(rows, OPENING, within=f"{name}, {what} at")
+            at = [float(re.findall(r"at (-?\d+) C", row.case)[0]) for row in own]
+            left.plot(at, [1e3 * row.value for row in own], style, color=color, label=f"{name}, {what}")
+    left.axhline(TARGET, color="0.6", ls=":", lw=1.0)
+    left.annotate("target of the thesis", (-30.0, TARGET), va="bottom", fontsize="small")
+    left.set(xlabel="temperature [C]", ylabel="opening time [ms]")
+    left.legend(frameon=False)
+    left.grid(alpha=0.3)
+    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute")
+    return figure
+
+
+def plot_passages(rows: Sequence[Row]) -> "Figure":
+    """Drops of the housing as it was."""
+    figure, ax = plt.subplots(figsize=(8.0, 3.0), layout="constrained")
+    _bars(ax, _of(rows, "drop"), 1e-5, "drop of the pressure side at the largest flow [bar]")
+    return figure
+
+
+def plot_profiles(rows: Sequence[Row]) -> "Figure":
+    """Opening times at full voltage and softly."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 3.4), layout="constrained", sharey=True)
+    _bars(left, _of(rows, OPENING), 1e3, "opening time [ms]")
+    _bars(right, _of(rows, "speed of arrival"), 1e3, "speed of arrival [mm/s]")
+    right.invert_yaxis()
+    return figure
+
+
+def plot_series(rows: Sequence[Row]) -> "Figure":
+    """Which tolerances to tighten."""
+    figure, ax = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
+    own = _of(rows, "less deviation")
+    _bars(ax, own, 1e3, "standard deviation less by [ms]")
+    for i, row in enumerate(own):
+        ax.annotate(
+            row.remark, (1e3 * row.value, i), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
+        )
+    ax.set_xlim(0.0, 1.4e3 * float(np.max([row.value for row in own])))
+    return figure
+
+
+PICTURES: Mapping[str, Callable[[Sequence[Row]], "Figure"]] = {
+    _load.ITEM: plot_load, _line.ITEM: plot_line, _temperature.ITEM: plot_temperature,
+    _passages.ITEM: plot_passages, _profiles.ITEM: plot_profiles, _series.ITEM: plot_series,
+}  # fmt: skip

@@ -1,0 +1,61 @@
+"""Courses of the voltage that land softly, soonest, against full voltage.
+
+Without limits the soonest course is full voltage. Where the piston may not arrive faster than at 5 mm/s, it is full
+voltage with a brake at the end, to within what the compression of the line asks for: two values, the instant between
+them free. With a limit of the current and with the least heat see `python -m studies control`.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+
+from acausal import simulate
+from acausal.design import Course, control
+from components.blocks import Staircase
+
+from .._opening import STROKE, opening
+from ..actuators import commanded, ehs_maxon, ema_fise, ema_maxon
+from ._row import Row
+
+ITEM = "profiles"
+VOLTAGE, SOFT = 13.5, 5e-3  # V, m/s
+ACTUATORS: dict[str, Any] = {"EMA, FISE": ema_fise, "EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
+
+
+def landing(name: str, rtol: float = 1e-8) -> Course[Any]:
+    """The soonest course that lands softly."""
+    actuator = ACTUATORS[name]()
+    full = float(opening(actuator, save="end", rtol=rtol).t1)
+    command: Any = Staircase(times=jnp.array([0.0, 0.9 * full, full]), values=jnp.array([13.0, -8.0]))
+    return control(
+        commanded(actuator, command), {"command": (-VOLTAGE, VOLTAGE)}, (0.5 * full, 3.0 * full),
+        end={
+            "travel": (lambda s: s.slave.rod.s, f"== {STROKE} m"),
+            "landing": (lambda s: s.piston.v, f"<= {SOFT} m/s"),
+        },
+        switching=True, rtol=rtol, sensitivities=False, progress=False,
+    )  # fmt: skip
+
+
+def rows(rtol: float = 1e-8) -> list[Row]:
+    """Times and speeds of arrival at full voltage and softly."""
+    table = []
+    for name, build in ACTUATORS.items():
+        full = simulate(build(), 5.0, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol)
+        course = landing(name, rtol)
+        table += [
+            Row(ITEM, f"{name}, full voltage", "opening time", "s", float(full.t1)),
+            Row(ITEM, f"{name}, full voltage", "speed of arrival", "m/s", float(full.final.piston.v)),
+            Row(ITEM, f"{name}, soft", "opening time", "s", course.duration, None, f"{course.design.status}"),
+            Row(ITEM, f"{name}, soft", "speed of arrival", "m/s", float(course["piston.v"][-1])),
+            Row(ITEM, f"{name}, soft", "largest current", "A", float(jnp.max(jnp.abs(course["motor.p.i"])))),
+            Row(ITEM, f"{name}, soft", "brake before the end", "s", _brake(course)),
+        ]
+    return table
+
+
+def _brake(course: Course[Any]) -> float:
+    """For how long before the end the voltage is below zero."""
+    model: Any = course.model
+    times, values = model.command.times, model.command.values
+    return course.duration - float(next((t for t, v in zip(times, values, strict=True) if v < 0.0), course.duration))

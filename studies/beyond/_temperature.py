@@ -1,0 +1,170 @@
+"""What the temperature does: to the opening time by liquid, winding and magnets, and to how often a motor may open.
+
+A pipe of a metre holds the liquid whose viscosity changes; friction of seals and bearings stays what it was when
+identified. Thermal figures are those of the data sheet of the RE 40.
+"""
+
+import dataclasses
+import functools as ft
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from acausal import Component, Connections, Scalar, connect, replace, simulate
+from components.catalogues import brushed_motor, catalogue
+from components.electrical import BrushedMotor, ConstantCurrent, Ground
+from components.hydraulic import LaminarResistance, Line, dot_4
+from components.rotational import Fixed
+from components.thermal import FixedTemperature
+
+from .._opening import STROKE
+from ..actuators import ehs_maxon, ema_maxon
+from ._line import DIAMETER, LongLine
+from ._row import Row
+
+ITEM = "temperature"
+LENGTH = 1.0  # m, of the pipe
+TEMPERATURES = (-30.0, 0.0, 25.0, 80.0, 120.0)  # degC
+REFERENCE = 298.15  # K, of data sheets
+COPPER, MAGNETS = 3.93e-3, -1.1e-3  # 1/K, of the winding's resistance and of NdFeB
+LATEST = 2.0  # s, given up after this time
+ORDER = "148867"  # RE 40, 24 V
+HOLDS = (0.0, 1.0, 10.0)  # s
+LEADS = 0.4 - 0.317  # ohm: what was identified beyond the winding of the data sheet
+HOT = 80.0  # degC, beside an engine
+ACTUATORS = {"EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
+
+
+def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
+    """An actuator with a pipe, whose liquid and motor have temperatures in K."""
+    base, oil, cool = build(), dot_4(liquid), dot_4(293.15)
+    stiffness = base.line.stiffness * oil.bulk_modulus_at(1e6) / cool.bulk_modulus_at(1e6)
+    viscosity = oil.reference_density * oil.kinematic_viscosity(0.0)
+    drop = LaminarResistance.from_pipe(diameter=DIAMETER, length=LENGTH, viscosity=viscosity)
+    line = LongLine(spring=Line(stiffness=stiffness, damping=base.line.damping), pipe=drop)
+    warmed = dataclasses.replace(base, line=line)
+    warmer = motor - REFERENCE
+    values = {
+        "motor.resistor.R": base.motor.resistor.R * (1.0 + COPPER * warmer),
+        "motor.emf.k": base.motor.emf.k * (1.0 + MAGNETS * warmer),
+    }
+    return replace(warmed, values)
+
+
+@eqx.filter_jit
+def _time(model: Any, rtol: float) -> Scalar:
+    return simulate(
+        model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False, max_steps=50_000
+    ).t1
+
+
+def opening_rows(rtol: float = 1e-8, actuators: Any = ACTUATORS, temperatures: Any = TEMPERATURES) -> list[Row]:
+    """Opening times where all is as warm, and where only the liquid is."""
+    rows = []
+    for name, build in actuators.items():
+        for celsius in temperatures:
+            kelvin = celsius + 273.15
+            for what, motor in (("all", kelvin), ("liquid alone", REFERENCE)):
+                time = float(_time(at_temperature(build, jnp.asarray(kelvin), jnp.asarray(motor)), rtol))
+                rows.append(Row(ITEM, f"{name}, {what} at {celsius:g} C", "opening time", "s", time))
+    for celsius in temperatures:
+        nu = float(dot_4(celsius + 273.15).kinematic_viscosity(0.0))
+        rows.append(Row(ITEM, f"DOT 4 at {celsius:g} C", "viscosity", "m2/s", nu))
+    return rows
+
+
+class Allowed(NamedTuple):
+    """What a motor may do for ever in an ambient."""
+
+    per_minute: float  # operations
+    heat: float  # J, in the winding, of an operation
+    opening: float  # s, of the hot actuator
+    winding: float  # K
+    housing: float  # K
+
+
+def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8) -> Allowed:
+    """How often the EHS may open and hold so that its winding stays below its limit in the mean.
+
+    The winding of resistance R_w at its limit gives T_max - T_ambient = P (1/G_wh + 1/G_ha); an operation puts the heat
+    of the opening and of the hold into it. The heat of closing, of 4 J at most, and that of the pump are left out.
+    """
+    sheet: Any = catalogue("motors")[ORDER]
+    inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
+    limit = sheet["max_winding_temperature"]
+    power = (limit - ambient) / (inner + outer)
+    housing = ambient + power * outer
+    winding = sheet["resistance"] * (1.0 + COPPER * (limit - REFERENCE))
+    k = sheet["torque_constant"] * (1.0 + MAGNETS * (housing - REFERENCE))
+    model = replace(ehs_maxon(), {"motor.resistor.R": winding + LEADS, "motor.emf.k": k})
+    opened = simulate(
+        model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
+        integrals=lambda s: {"heat": s.motor.p.i**2},
+    )  # fmt: skip
+    current = float(model.clutch.rate * STROKE / model.slave.area * model.pump.displacement / k)
+    heat = winding * (float(opened.integrals["heat"][-1]) + (0.0 if valve else hold * current**2))
+    time = float(opened.t1)
+    return Allowed(min(60.0 * power / heat, 60.0 / (time + hold)), heat, time, limit, housing)
+
+
+class Warming(Component):
+    """The motor as it warms, its shaft held, at the current that has the mean heat of the operations."""
+
+    source: ConstantCurrent
+    motor: BrushedMotor
+    ambient: FixedTemperature
+    ground: Ground = Ground()
+    wall: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.source.p, self.motor.p),
+            connect(self.source.n, self.motor.n, self.ground.p),
+            connect(self.motor.shaft, self.wall.flange),
+            connect(self.motor.ambient, self.ambient.port),
+        )
+
+
+@ft.cache
+def _sheet() -> Any:
+    return catalogue("motors")[ORDER]
+
+
+def time_to_limit(per_minute: float, one: Allowed, ambient: float) -> float:
+    """After how many s the winding reaches its limit, from the ambient's temperature on; infinite where it does not."""
+    winding = _sheet()["resistance"] * (1.0 + COPPER * (one.winding - REFERENCE))
+    current = (per_minute / 60.0 * one.heat / winding) ** 0.5
+    model = Warming(
+        source=ConstantCurrent(I=-current), motor=brushed_motor(ORDER, L=None, T=ambient),
+        ambient=FixedTemperature(temperature=ambient),
+    )  # fmt: skip
+    found = simulate(
+        model, 4.0 * 3600.0, until=lambda s: s.motor.winding.T - one.winding, save="end", rtol=1e-7, throw=False
+    )
+    return float(found.t1)
+
+
+def thermal_rows(rtol: float = 1e-8) -> list[Row]:
+    """Operations per minute by ambient, hold, and what holds."""
+    rows = []
+    for celsius in (25.0, HOT):
+        for hold in HOLDS:
+            for name, valve in (("motor", False), ("valve", True)):
+                one = allowed(celsius + 273.15, hold, valve, rtol)
+                case = f"EHS, RE40, {celsius:g} C, {hold:g} s held by its {name}"
+                bound = "no pause between them" if one.per_minute > 59.9 / (one.opening + hold) else ""
+                rows.append(Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=bound))
+                rows.append(Row(ITEM, case, "heat of an operation", "J", one.heat))
+    one = allowed(HOT + 273.15, 1.0, rtol=rtol)
+    rows.append(Row(ITEM, f"EHS, RE40, at its thermal limit, {HOT:g} C", "opening time", "s", one.opening))
+    for share in (1.2, 1.5, 2.0):
+        case = f"EHS, RE40, {HOT:g} C, 1 s held by its motor, {share:g} times what is allowed"
+        late = time_to_limit(share * one.per_minute, one, HOT + 273.15)
+        rows.append(Row(ITEM, case, "time to the limit", "s", late))
+    return rows
+
+
+def rows(rtol: float = 1e-8) -> list[Row]:
+    """All of it."""
+    return [*opening_rows(rtol), *thermal_rows(rtol)]

@@ -1,0 +1,95 @@
+"""`python -m studies beyond`."""
+
+import json
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import replace, simulate
+from acausal.design import Normal, Tolerance
+from components.hydraulic import dot_4
+from studies.__main__ import main
+from studies.beyond import ITEMS, _load, _passages, _series
+from studies.beyond._row import Row
+
+
+def test_closed_clutch_rests_on_its_cushion_and_the_worn_one_is_the_stronger() -> None:
+    travel, loads = _load.curves()
+    for name in (_load.NEW, _load.WORN):
+        assert loads[name][0] == pytest.approx(0.0, abs=1e-6)
+        assert np.all(np.diff(loads[name])[:5] > 0.0)
+    assert np.max(loads[_load.WORN]) > np.max(loads[_load.NEW])
+    # Past the cushion the load is that of the spring at the fingers, over the fork.
+    one = _load.mechanism(_load.WEAR)
+    deflection = _load.ENGAGED - _load.WEAR + travel[-1] / _load.FORK / float(_load.SPRING.lever)
+    force = float(_load.SPRING.force(jnp.asarray(deflection)) / _load.SPRING.lever) / _load.FORK
+    assert float(_load.slave_load(one, jnp.asarray(travel[-1]))) == pytest.approx(force)
+
+
+def test_drop_of_the_passages_by_hand() -> None:
+    flow, liquid = 3e-5, dot_4(293.15)
+    housing = _passages.housing(flow, liquid)
+    state: Any = simulate(housing, 1.0, save="end").final
+    density, nu = float(liquid.reference_density), float(liquid.kinematic_viscosity(0.0))
+    area = 0.25 * np.pi * _passages.DIAMETER**2
+    sections = [_passages.SECTIONS[name] for name in ("pump", "valve", "outlet")]
+    length, corners = (sum(column) for column in zip(*sections, strict=True))
+    laminar = 128.0 * density * nu * length * flow / (np.pi * _passages.DIAMETER**4)
+    assert float(state.drop) == pytest.approx(laminar + 0.6 * corners * density * (flow / area) ** 2)
+
+
+def test_diameters_of_the_lightest_housing_are_in_balance() -> None:
+    """At the optimum, a gram spent on any passage of the pressure side buys the same drop."""
+    found = _passages.lightest(3e-5)
+    assert found.status == "optimal"
+    assert found.kkt_residual < 1e-7
+    price = []
+    for name in ("pump", "valve", "outlet"):
+        step, place = 1e-7, f"{name}.diameter"
+        ends = []
+        for sign in (1.0, -1.0):
+            changed = replace(found.model, {place: found.values[place] + sign * step})
+            ends.append((float(changed.mass), float(simulate(changed, 1.0, save="end").final.drop)))
+        (mass, drop), (less, more) = ends
+        price.append((mass - less) / (more - drop))
+    assert price == pytest.approx([found.multipliers["drop"]] * 3, rel=1e-4)
+
+
+def test_halving_a_tolerance_takes_three_quarters_of_its_share() -> None:
+    def spread(first: float) -> Any:
+        distributions = {"pump.diameter": Normal(std=f"{first} %"), "valve.diameter": Normal(std="1 %")}
+        study = Tolerance(_passages.housing(3e-5, dot_4(293.15)), distributions, {"mass": lambda m: m.mass})
+        return study.first_order()["mass"]
+
+    gains = _series.tightened(spread(2.0))
+    assert spread(2.0).std - spread(1.0).std == pytest.approx(gains["pump.diameter"], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_rows_and_report(tmp_path: Any) -> None:
+    main(["beyond", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
+    rows = [Row(**row) for row in json.loads((tmp_path / "rows.json").read_text())["rows"]]
+    assert {row.item for row in rows} == set(ITEMS)
+    found = {(row.case, row.quantity): row.value for row in rows}
+    opening = "opening time"
+    # Each load is heavier than the one before.
+    for name in _load.ACTUATORS:
+        cases = (_load.RIG, _load.NEW, _load.WORN, _load.STIFF)
+        assert np.all(np.diff([found[f"{name}, {case}", opening] for case in cases]) > 0.0)
+    # The inertia of the liquid matters less than its friction.
+    spring, friction, whole = (found[f"EHS, RE40, 2 m, {what}", opening] for what in (
+        "spring", "spring and friction", "spring, friction and inertia"
+    ))  # fmt: skip
+    assert abs(whole - friction) < 0.2 * (friction - spring)
+    # Soft courses arrive at the speed that is allowed, and later.
+    for name in ("EMA, FISE", "EMA, RE50", "EHS, RE40"):
+        assert found[f"{name}, soft", "speed of arrival"] <= 5e-3 * (1.0 + 1e-6)
+        assert found[f"{name}, soft", opening] > found[f"{name}, full voltage", opening]
+    # A hot motor opens less often, and a valve spares it the hold.
+    allowed = {case: value for (case, quantity), value in found.items() if quantity == "operations allowed"}
+    assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 25 C, 1 s held by its motor"]
+    assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 80 C, 1 s held by its valve"]
+    written = {path.name for path in tmp_path.iterdir()}
+    assert {f"beyond_{name.replace(' ', '_')}.png" for name in ITEMS} | {"beyond.html"} <= written
