@@ -15,7 +15,7 @@ def plot_solution(solution: Solution, items: Sequence[Item], units: Sequence[str
     """A panel for each unit; see `Solution.plot`."""
     found = columns(solution, items or _states(solution), units)
     panels = list(dict.fromkeys(column.unit for column in found))
-    axes = _panels(axes, len(panels))
+    axes = axes_below(axes, len(panels))
     for ax, panel in zip(axes, panels, strict=True):
         for column in found:
             if column.unit == panel:
@@ -49,7 +49,7 @@ def compare(
         raise ModelError("The runs have no states in common: say what to draw, as in compare(runs, 'load.w').")
     found = {name: columns(solution, items, units) for name, solution in runs.items()}
     labels = list(dict.fromkeys(column.label for those in found.values() for column in those))
-    axes = _panels(axes, len(labels))
+    axes = axes_below(axes, len(labels))
     for number, (name, those) in enumerate(found.items()):
         for ax, column in zip(axes, those, strict=True):
             _draw(ax, runs[name], column, name, color=f"C{number}")
@@ -68,7 +68,8 @@ def _common_states(solutions: Sequence[Solution]) -> list[str]:
     return [name for name in _states(solutions[0]) if all(name in other for other in solutions[1:])]
 
 
-def _panels(axes: Any, count: int) -> np.ndarray:
+def axes_below(axes: Any, count: int) -> np.ndarray:
+    """So many axes over time, one below the other, unless they are given."""
     if axes is None:
         size = (7.0, 1.0 + 1.7 * count)
         _, axes = pyplot().subplots(count, sharex=True, figsize=size, squeeze=False, layout="constrained")

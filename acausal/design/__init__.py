@@ -29,6 +29,8 @@ from ._free import Free as Free
 from ._free import Place as Place
 from ._free import Variable as Variable
 from ._free import free_parameters as free_parameters
+from ._hessian import Hessian as Hessian
+from ._hessian import hessian as hessian
 from ._identify import identify as identify
 from ._indices import Indices as Indices
 from ._limits import Limit as Limit

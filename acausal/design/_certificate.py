@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg, optimize
 
+from ._differences import from_sides
 from ._solve import At
 from ._task import Point
 
@@ -21,6 +22,7 @@ ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
 DEPENDENT = 1e-6  # by less than which gradients, scaled to length 1, are apart
 SHARE = 1e-3  # in a combination of gradients that vanishes
 STEP = 1e-3  # of scaled variables, for differences of gradients
+ROUGH = 1e-3  # a difference of scaled curvatures to both sides that is no rounding
 
 
 class Multipliers(NamedTuple):
@@ -37,10 +39,13 @@ class Multipliers(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Curvature:
-    """Eigenvalues of the Hessian of the Lagrangian on the free subspace, and how uncertain they are."""
+    """Eigenvalues of the Hessian of the Lagrangian on the free subspace, how uncertain they are, and by how much the
+    Hessians to both sides of the place differ: not at all, unless first derivatives have a kink there.
+    """
 
     eigenvalues: np.ndarray
     error: float
+    kink: float = 0.0
 
     @property
     def verdict(self) -> str:
@@ -48,9 +53,11 @@ class Curvature:
             return "a vertex: as many limits are active as variables are free"
         if not np.all(np.isfinite(self.eigenvalues)):
             return "unknown: what lies beside it cannot be computed"
-        least = float(np.min(self.eigenvalues))
-        if least > self.error:
+        least, rough = float(np.min(self.eigenvalues)), 0.5 * self.kink if self.kink > ROUGH else 0.0
+        if least > max(self.error, rough):
             return "a strict local minimum"
+        if rough > max(self.error, abs(least)):
+            return "undecided: it has no second derivatives, but a kink in the first ones"
         return "no minimum: the objective falls to second order" if least < -self.error else "undecided: it is flat"
 
 
@@ -135,18 +142,23 @@ def curvature(at: At, point: Point, multipliers: Multipliers, idle: np.ndarray, 
     basis = free_directions(point, multipliers, idle)
     if not basis.shape[1]:
         return Curvature(np.zeros(0), 0.0)
-    once, twice = (_hessian(at, point, multipliers, basis, h) for h in (step, 2.0 * step))
+    slopes = [_slopes(at, point, multipliers, basis, direction, step) for direction in basis.T]
+    once, twice = (np.stack([(s[k] - s[-k]) / (2.0 * k * step) for s in slopes], axis=1) for k in (1, 2))
     best = (4.0 * once - twice) / 3.0
     if not np.all(np.isfinite(best)):
         return Curvature(np.full(basis.shape[1], np.nan), np.inf)
     error = np.max(np.abs(once - twice)) / 3.0 + np.max(np.abs(best - best.T))
-    return Curvature(np.linalg.eigvalsh(0.5 * (best + best.T)), float(error))
+    right, left = np.moveaxis(np.array([from_sides(s, step) for s in slopes]), 1, 0)
+    kink = float(np.linalg.norm(right - left, 2))
+    return Curvature(np.linalg.eigvalsh(0.5 * (best + best.T)), float(error), kink)
 
 
-def _hessian(at: At, point: Point, multipliers: Multipliers, basis: np.ndarray, step: float) -> np.ndarray:
-    columns = []
-    for direction in basis.T:
-        sides = [at(point.z + sign * step * direction) for sign in (1.0, -1.0)]
-        slopes = [np.nan if side is None else basis.T @ stationarity(side, multipliers) for side in sides]
-        columns.append((slopes[0] - slopes[1]) / (2.0 * step) + np.zeros(basis.shape[1]))
-    return np.stack(columns, axis=1)
+def _slopes(
+    at: At, point: Point, multipliers: Multipliers, basis: np.ndarray, direction: np.ndarray, step: float
+) -> dict[int, np.ndarray]:
+    """The gradient of the Lagrangian on the basis, at multiples of a step along a direction."""
+    found = {}
+    for k in (-2, -1, 0, 1, 2):
+        side = at(point.z + k * step * direction) if k else point
+        found[k] = np.full(basis.shape[1], np.nan) if side is None else basis.T @ stationarity(side, multipliers)
+    return found

@@ -16,7 +16,7 @@ from .._errors import ModelError, ParameterError
 from .._integrate.options import count, flag
 from .._integrate.simulate import simulate
 from ._bounds import number_in
-from ._course import GAPS, PLANT, WHOLE, Course, course_of
+from ._course import GAPS, LEAST_WHOLE, PLANT, WHOLE, Course, course_of
 from ._free import free_parameters
 from ._horizon import Horizon, Runs, Shooting, nodes_of
 from ._limits import Objective, limits_of, objectives_of
@@ -99,7 +99,7 @@ def control(
         _free(model, signals, free or {}, shooting, (low, high)),
         {objective.name: (_duration if minimise is None else _cost, objective.scale.shown)},
         run=shooting,
-        constraints=_constraints(path or {}, end or {}, shooting, (low, high) if minimise is not None else None),
+        constraints=_constraints(path or {}, end or {}, shooting, (low, high)),
         method=method,
         most=most,
         sensitivities=sensitivities,
@@ -190,14 +190,16 @@ def _free(
 
 
 def _constraints(
-    path: Mapping[str, Any], end: Mapping[str, Any], shooting: Shooting, within: tuple[float, float] | None
+    path: Mapping[str, Any], end: Mapping[str, Any], shooting: Shooting, within: tuple[float, float]
 ) -> dict[str, Any]:
     found: dict[str, Any] = {name: (ft.partial(_at_end, function), limit) for name, (function, limit) in end.items()}
     for name, (_, limit) in limits_of(path).items():
         found[name] = (ft.partial(_peak, name, limit.sign), path[name][1])
-    if shooting.switching and within is not None:
-        low, high = within
-        found[WHOLE] = (_duration, f"== {low} s") if low == high else (_duration, f"<= {high} s")
+    low, high = within
+    if shooting.switching and low == high:
+        found[WHOLE] = (_duration, f"== {low} s")
+    elif shooting.switching:
+        found |= {WHOLE: (_duration, f"<= {high} s"), LEAST_WHOLE: (_duration, f">= {low} s")}
     if shooting.segments > 1:
         found[GAPS] = (lambda runs: runs.gaps, "== 0")
     return found

@@ -1,20 +1,22 @@
 """What `control` found: the model with its signals, and the certificate of the optimum."""
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from .._declare.component import Component
-from .._extras import needed
+from .._integrate.columns import Column, Item, columns
 from .._integrate.solution import Solution
+from .._integrate.solution_plot import axes_below
 from ._design import Design
 from ._free import Free
 from ._horizon import Shooting
 
 M = TypeVar("M", bound=Component)
 PLANT, NODES = "plant.", "nodes["  # what the names of parameters in a horizon begin with, and those of its nodes
-GAPS, WHOLE = "segments join", "whole duration"
+GAPS, WHOLE, LEAST_WHOLE = "segments join", "whole duration", "whole duration, at least"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,22 +50,28 @@ class Course(Generic[M]):
     def __repr__(self) -> str:
         return f"<Course of {type(self.model).__name__}: {self.design.status}, {self.duration:.6g} s>"
 
-    def plot(self, *names: str) -> Any:
-        """Draw variables over time, a panel for each; returns the matplotlib figure."""
-        plt = needed("matplotlib.pyplot", "plots", "A picture")
-        figure, axes = plt.subplots(
-            len(names), 1, figsize=(7.5, 2.1 * len(names)), layout="constrained", sharex=True, squeeze=False
-        )
-        for name, panel in zip(names, axes[:, 0], strict=True):
-            panel.plot(self.times, self[name], label=name)
+    def plot(self, *items: Item, units: Sequence[str] = ()) -> Any:
+        """Draw variables and expressions over time, a panel for each; returns the matplotlib figure.
+
+        `items` and `units` are those of `Solution.plot`. A signal that was free is in the unit of its bounds.
+        """
+        pieces = zip(*(columns(solution, items, units) for solution in self.solutions), strict=True)
+        found = [parts[0]._replace(values=np.concatenate([part.values for part in parts])) for parts in pieces]
+        axes = axes_below(None, len(found))
+        for ax, column in zip(axes, map(self._as_signal, found), strict=True):
+            ax.plot(self.times, column.values)
+            ax.set_ylabel(f"{column.label}\n[{column.unit}]" if column.unit else column.label)
             for solution in self.solutions[1:]:
-                panel.axvline(float(solution.ts[0]), color="0.85", linewidth=0.8, zorder=0)
-            unit = self.solutions[0].unit(name)
-            panel.set_ylabel(f"[{unit}]" if unit else "signal")
-            panel.legend(frameon=False, fontsize="small")
-            panel.grid(alpha=0.3)
-        axes[-1, 0].set_xlabel("time [s]")
-        return figure
+                ax.axvline(float(solution.ts[0]), color="0.85", linewidth=0.8, zorder=0)
+        return axes[0].figure
+
+    def _as_signal(self, column: Column) -> Column:
+        """What is drawn, in the unit of its bounds where it is a signal that was free."""
+        samples = f"{column.label.removesuffix('.y.value')}.values[0]"
+        for variable in self.design.free.variables:
+            if variable.name == samples and variable.scale.text:
+                return column._replace(unit=variable.scale.unit, values=variable.scale.value(column.values))
+        return column
 
 
 def course_of(found: Design[Any], shooting: Shooting) -> Course[Any]:
@@ -94,7 +102,10 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
         x=found.x[kept],
         start=found.start[kept],
         results=tuple(found.results[i] for i in shown),
-        active=tuple(a._replace(name=_name(a.name)) for a in found.active if not a.name.startswith((GAPS, NODES))),
+        active=tuple(a._replace(name=_name(a.name)) for a in found.active if not _is_inner(a.name)),
+        not_unique=tuple(_name(name) for name in found.not_unique if not _is_inner(name)),
+        idle=tuple(_name(name) for name in found.idle if not _is_inner(name)),
+        conflict={_name(name): share for name, share in found.conflict.items()},
         sensitivities=tuple(
             row._replace(path=_name(row.path))
             for row in found.sensitivities
@@ -103,6 +114,11 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
         history=tuple(map(tried, found.history)),
         failed=tuple(map(tried, found.failed)),
     )
+
+
+def _is_inner(name: str) -> bool:
+    """Whether a name is that of a state between segments, or says that these join."""
+    return name.startswith((GAPS, NODES))
 
 
 def _name(name: str) -> str:

@@ -61,14 +61,14 @@ class Store:
             self._check(path, study)
         else:
             self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
+            # Pieces are small: to compress them would take longer than to write them.
+            like: Any = dict(shape=(n,), chunks=(chunk,), dimension_names=["member"], compressors=None)
             for name in self.names:
-                self._group.create_array(
-                    name, shape=(n,), chunks=(chunk,), dtype="float64", fill_value=np.nan, dimension_names=["member"]
-                )
-            self._group.create_array(
-                "code", shape=(n,), chunks=(chunk,), dtype="int16", fill_value=OPEN, dimension_names=["member"]
-            )
-        self.chunk = int(self._group["code"].chunks[0])
+                self._group.create_array(name, dtype="float64", fill_value=np.nan, **like)
+            self._group.create_array("code", dtype="int16", fill_value=OPEN, **like)
+        self._columns = [self._group[name] for name in self.names]
+        self._codes = self._group["code"]
+        self.chunk = int(self._codes.chunks[0])
 
     def _check(self, path: Path, study: Mapping[str, str]) -> None:
         known = self._group.attrs.get("study")
@@ -80,21 +80,21 @@ class Store:
 
     def starts(self) -> list[int]:
         """The first members of the pieces that are not finished."""
-        still = np.asarray(self._group["code"][:]) == OPEN
+        still = np.asarray(self._codes[:]) == OPEN
         return [start for start in range(0, len(still), self.chunk) if np.any(still[start : start + self.chunk])]
 
     def write(self, start: int, piece: Piece) -> None:
         """Keep the outcome of a piece; its codes come last, so that half a piece is none."""
         values, codes = piece
         where = slice(start, start + len(codes))
-        for column, name in zip(values.T, self.names, strict=True):
-            self._group[name][where] = column
-        self._group["code"][where] = codes.astype("int16")
+        for kept, column in zip(self._columns, values.T, strict=True):
+            kept[where] = column
+        self._codes[where] = codes.astype("int16")
 
     def read(self) -> Piece:
         """All results and codes."""
-        values = np.stack([np.asarray(self._group[name][:]) for name in self.names], axis=1)
-        return values, np.asarray(self._group["code"][:])
+        values = np.stack([np.asarray(kept[:]) for kept in self._columns], axis=1)
+        return values, np.asarray(self._codes[:])
 
 
 def store_of(

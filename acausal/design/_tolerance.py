@@ -4,18 +4,15 @@ import functools as ft
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, NamedTuple, TypeVar
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
-from .._integrate.failure import trials
-from .._progress import compiling
 from ._batches import Outcomes, Task
 from ._distributions import Distribution
 from ._free import Free, single_parameters
+from ._hessian import hessians_of
 from ._indices import Indices, indices_of
 from ._limits import objectives_of
 from ._pieces import evaluated
@@ -120,7 +117,8 @@ class Tolerance(Generic[M]):
         """From the polynomial of second order about the means, with exact second derivatives H.
 
         The mean is f + tr(H S)/2. Spread and percentiles are those of the polynomial, of which many members of a Sobol
-        sequence are taken, as they cost nothing.
+        sequence are taken, as they cost nothing. Raises `SimulationError` where there are no second derivatives, as
+        `hessian` does.
         """
         values, gradient = self._derivatives
         hessian = self._hessian
@@ -223,15 +221,7 @@ class Tolerance(Generic[M]):
     @ft.cached_property
     def _hessian(self) -> np.ndarray:
         """Second derivatives of the results at the means."""
-
-        def results(x: Array) -> Array:
-            return self._program.results(self.free.with_values(self.model, x))[0]
-
-        with trials(), compiling("second derivatives of the results", self.model, results):
-            found = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(self.means)))
-        if not np.all(np.isfinite(found)):
-            raise SimulationError("The second derivatives of the results are not finite.")
-        return found
+        return hessians_of(self._program, self.means)
 
 
 def _resolved(free: Free, distributions: Mapping[Any, Distribution], model: Component) -> tuple[Distribution, ...]:

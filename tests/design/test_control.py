@@ -57,7 +57,11 @@ def test_soonest_from_rest_to_rest() -> None:
     # T = 2 sqrt(m d / F)
     assert course.design.multipliers["place"] == pytest.approx(-rest_to_rest() / (2.0 * WAY), rel=1e-5)
     assert "command.values[0]" in str(course)
-    assert course.plot("command.y.value", "mass.v").axes[0].get_ylabel() == "signal"
+    # Two samples at their bounds and two equations for three variables: prices are not unique, and named as is shown.
+    assert set(course.design.not_unique) <= {f"{active.name} ({active.side})" for active in course.design.active}
+    panels = course.plot("command.y.value", "mass.v", units=["mm/s"]).axes
+    assert [panel.get_ylabel() for panel in panels] == ["command.y.value\n[N]", "mass.v\n[mm/s]"]
+    assert np.max(panels[0].get_lines()[0].get_ydata()) == FORCE
 
 
 @pytest.mark.slow
@@ -75,6 +79,20 @@ def test_soonest_with_a_limit_of_the_speed(segments: int) -> None:
     (mass,) = (row for row in course.design.sensitivities if row.path == "mass.m")
     assert mass.slope == pytest.approx(FASTEST / FORCE, rel=1e-5)
     assert course.gap < 1e-9
+
+
+def test_bounds_of_the_duration_hold_where_instants_are_free() -> None:
+    course = control(cart(steps(5.0, -3.0)), BOUNDS, ("0.1 s", "0.8 s"), end=THERE, switching=True, sensitivities=False)
+    assert course.design.status == "infeasible"
+    assert "whole duration" in course.design.conflict
+    assert course.duration < rest_to_rest()
+
+
+@pytest.mark.slow
+def test_a_duration_is_no_shorter_than_it_may_be() -> None:
+    course = control(cart(steps(5.0, -3.0)), BOUNDS, ("1.2 s", "5 s"), end=THERE, switching=True, sensitivities=False)
+    assert course.duration == pytest.approx(1.2, rel=1e-9)
+    assert course.design.multipliers["whole duration, at least"] == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.slow

@@ -1,0 +1,137 @@
+"""Second derivatives of results by parameters: exact, and checked, as there are none where a slope has a kink."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._analyse.table import aligned
+from .._declare.component import Component
+from .._errors import SimulationError
+from .._integrate.failure import trials
+from .._progress import compiling
+from ._bounds import Scale
+from ._differences import from_sides
+from ._free import single_parameters
+from ._limits import objectives_of
+from ._program import Evaluation, Program
+
+STEPS = (1e-2, 1e-3, 1e-4)  # of the sizes of parameters, for differences: what is not smooth may lie beside the place
+APART = 1e-3  # of the largest derivatives, by which differences may be apart from what they are compared with
+LEAST = 1e-2  # of a result, for which a slope counts at least
+
+
+class Hessian(NamedTuple):
+    """The second derivatives of a result by parameters; `print` it.
+
+    `value` is in SI units, `gradient` and `matrix` are in these per units of the parameters, in the order of `names`.
+    """
+
+    result: str
+    scale: Scale
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    value: float
+    gradient: Float[np.ndarray, " k"]
+    matrix: Float[np.ndarray, "k k"]
+
+    def __str__(self) -> str:
+        shown = [[f"{self.scale.difference(entry):.6g}" for entry in row] for row in self.matrix]
+        rows = [[name, unit, *row] for name, unit, row in zip(self.names, self.units, shown, strict=True)]
+        value = f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}"
+        return f"{value}, second derivatives [{self.scale.unit}]\n{aligned([['', 'per', *self.names], *rows])}"
+
+
+def hessian(model: Component, over: Iterable[str], results: Any, *, run: Callable[[Any], Any] | None = None) -> Any:
+    """The second derivatives of results by parameters: a `Hessian` for one result, or one for each by name.
+
+        bent = hessian(drive, ["gear.ratio", "supply.V"], (lambda s: s.t1, "ms"), run=lambda m: simulate(...))
+        bent.matrix[0, 1]
+
+    - `over`: paths of parameters, elements of arrays one by one.
+    - `results` and `run`: as in `sensitivities`.
+
+    The run itself is differentiated twice, with the moments of its events. What comes out is compared with differences
+    of first derivatives on both sides of the place, over steps of 1, 0.1 and 0.01 % of a parameter until they agree, to
+    1e-3 of the largest ones.
+
+    Raises `SimulationError` where second derivatives are not defined, as at the kink of an absolute value or of the
+    larger one of two, or are lost on the way, as in a table with straight lines or by `stop_gradient`; and where the
+    results cannot be computed.
+    """
+    objectives = {objective.name: objective for objective in objectives_of(results, "result")}
+    free = single_parameters(model, over, "Second derivatives are by elements of arrays")
+    program = Program(model, free, {name: objective.function for name, objective in objectives.items()}, run)
+    x = free.values(model)
+    second, found = hessians_of(program, x), program(x)
+    columns = (program.names, program.owners, found.values.tolist(), found.jacobian, second)
+    tables = {
+        name: Hessian(name, objectives[owner].scale, free.names, free.units, value, gradient, matrix)
+        for name, owner, value, gradient, matrix in zip(*columns, strict=True)
+    }
+    return tables if isinstance(results, Mapping) else next(iter(tables.values()))
+
+
+def hessians_of(program: Program, x: Float[np.ndarray, " k"]) -> Float[np.ndarray, "m k k"]:
+    """The second derivatives of all results of a program at some values, checked."""
+    here = program(x)
+    if not here.is_good:
+        raise SimulationError(f"There are no second derivatives where there is no result: {here.why}.")
+
+    def results(x: Any) -> Any:
+        return program.results(program.free.with_values(program.model, x))[0]
+
+    with trials(), compiling("second derivatives of the results", program.model, results):
+        second = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(x)))
+    if not np.all(np.isfinite(second)):
+        raise SimulationError("The second derivatives of the results are not finite.")
+    for i in range(len(x)):
+        said: list[str] = []
+        for step in STEPS:
+            said.append(_against(program, here, second[:, i], i, step))
+            if not said[-1]:
+                break
+        if said[-1]:
+            raise SimulationError(said[0])
+    return second
+
+
+def _against(program: Program, here: Evaluation, bends: np.ndarray, i: int, step: float) -> str:
+    """What differences over a step of the i-th parameter say against its second derivatives; empty if nothing."""
+    size = np.where(here.x != 0.0, np.abs(here.x), 1.0)
+    change = step * size[i] * np.eye(len(size))[i]
+    sides = {k: program(here.x + k * change) for k in (-2, -1, 1, 2)}
+    good = {k: side for k, side in sides.items() if side.is_good} | {0: here}
+    slopes = from_sides({k: side.values for k, side in good.items()}, step)
+    bent = from_sides({k: side.jacobian * size for k, side in good.items()}, step)
+    where = f"{program.free.names[i]} = {here.x[i]:.6g}"
+    if not bent:
+        why = next(side.why for side in sides.values() if not side.is_good)
+        return f"The second derivatives at {where} cannot be checked, as there is no result on either side: {why}."
+    first, second = here.jacobian * size, bends * size[i] * size
+    largest = np.max(np.abs(first), axis=1)
+    room = APART * (largest + LEAST * np.abs(here.values))
+    rooms = APART * (largest + np.max(np.abs(second), axis=1))[:, None]
+    for row, name in enumerate(program.names):
+        of_one = [pair[row] for pair in slopes], [pair[row] for pair in bent]
+        if said := _said(of_one[0], first[row, i], room[row]) or _said(of_one[1], second[row], rooms[row]):
+            return f"{name} has no second derivatives at {where}: {said}."
+    return ""
+
+
+def _said(sides: list[Any], derivative: Any, room: Any) -> str:
+    """What derivatives by differences on one or both sides say against the exact one."""
+    if all(np.all(np.abs(side - derivative) <= room) for side in sides):
+        return ""
+    if np.any(np.abs(sides[0] - sides[-1]) > room):
+        return (
+            "its slopes on either side do not go together, as at a kink, where an event only just happens, or where "
+            "runs are not accurate enough (rtol=1e-9)"
+        )
+    return (
+        "differences on either side contradict them. Something on the way is not smooth, such as a table with straight "
+        "lines, or is hidden from derivatives by stop_gradient"
+    )
