@@ -5,8 +5,8 @@ from typing import Any, TypeVar
 
 import jax
 
-from .._errors import ModelError, suggestion
-from .._units.parsing import quotient
+from .._errors import ModelError, UnitError, suggestion
+from .._units.parsing import UnknownUnit, parsed, quotient
 from .annotations import Declaration
 from .component import Component
 from .converters import CONVERTERS
@@ -48,6 +48,10 @@ def parameters(model: Component, of: str | None = None) -> Parameters:
     leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param"]
     units = {leaf.path: leaf.declaration.unit for leaf in leaves}
     if of is not None:
+        try:
+            parsed(of)
+        except UnknownUnit as error:
+            raise UnitError(f"of: {error}") from error
         units = {path: quotient(of, unit) for path, unit in units.items()}
     return Parameters({leaf.path: leaf.value for leaf in leaves}, units)
 

@@ -12,7 +12,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .._errors import ModelError, ParameterError, UnknownNameError, suggestion
+from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, suggestion
 from .annotations import Declaration, declared
 from .arguments import check_arguments
 from .converters import CONVERTERS, Converter
@@ -165,8 +165,11 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         for sentence in broken(self):
             raise ParameterError(f"{type(self).__name__}.{sentence}")
         for field in dataclasses.fields(self):
+            where, value = f"{type(self).__name__}.{field.name}", getattr(self, field.name)
             if field.metadata.get("static"):
-                _check_static(f"{type(self).__name__}.{field.name}", getattr(self, field.name))
+                _check_static(where, value)
+            elif "declaration" not in field.metadata:
+                _check_parts(where, value)
 
     def _shown(self) -> tuple[str, "Node"]:
         """What stands for it in a tree: its kind, and what holds its parts."""
@@ -203,6 +206,12 @@ def _check_static(where: str, value: Any) -> None:
                 f"{path} holds {type(item).__name__}, but is not declared to: annotate an array with Param[...], a "
                 "part with its class, and several with tuple[..., ...] or Array[...] of it."
             )
+
+
+def _check_parts(where: str, value: Any) -> None:
+    for path, part in parts_of(value, where):
+        if not isinstance(part, Node):
+            raise ArgumentError(f"{path} must be a component, a port or a record, got {part!r}.")
 
 
 class Port(Node, partial=True):

@@ -51,6 +51,8 @@ def _named(items: Sequence[Item]) -> Iterator[tuple[str, Any]]:
     for item in items:
         if isinstance(item, Mapping):
             yield from item.items()
+        elif isinstance(item, list | tuple):
+            raise ModelError(f"Name what you want one by one, not in a {type(item).__name__}, got {item!r}.")
         else:
             yield item if isinstance(item, str) else getattr(item, "__name__", "expression"), item
 

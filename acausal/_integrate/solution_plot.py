@@ -42,8 +42,8 @@ def compare(
 
     Raises `ModelError` where there is nothing to compare, or for a batch instead of single runs.
     """
-    if not runs:
-        raise ModelError("There is nothing to compare: give solutions by name, as in compare({'cold': a, 'warm': b}).")
+    if not isinstance(runs, Mapping) or not runs:
+        raise ModelError("compare takes one solution or more by name, as in compare({'cold': a, 'warm': b}).")
     items = items or tuple(_common_states(list(runs.values())))
     if not items:
         raise ModelError("The runs have no states in common: say what to draw, as in compare(runs, 'load.w').")

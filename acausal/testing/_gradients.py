@@ -68,8 +68,10 @@ class _Derivatives:
 
     def __call__(self, z: Any, params: Params, modes: Modes, z_way: Any, p_way: Params, weight: Any) -> _Found:
         law = lambda z, params: self.laws(z, params, modes)  # noqa: E731
-        value, forward = jax.jvp(law, (z, params), (z_way, p_way))
-        z_slope, p_slope = jax.vjp(law, z, params)[1](weight)
+        # Reverse mode is the transpose of what forward mode computes, and both are compiled with one copy of the law.
+        value, tangent = jax.linearize(law, z, params)
+        forward = tangent(z_way, p_way)
+        z_slope, p_slope = jax.linear_transpose(tangent, z, params)(weight)
         pairs = [(z_slope, z_way), *zip(p_slope, p_way, strict=True)]
         # An infinite parameter does not vary.
         reverse = [jnp.where(way == 0.0, 0.0, slope * way).ravel() for slope, way in pairs]
@@ -77,8 +79,8 @@ class _Derivatives:
         def moved(share: Any) -> Any:
             return law(z + share * z_way, [p + share * way for p, way in zip(params, p_way, strict=True)])
 
-        double = 2.0 * STEPS[:, None]
-        ahead, behind = (jax.vmap(moved)(sign * STEPS) / double for sign in (1.0, -1.0))
+        both_ways = jax.vmap(moved)(np.concatenate([STEPS, -STEPS])) / (2.0 * np.tile(STEPS, 2)[:, None])
+        ahead, behind = jnp.split(both_ways, 2)
         of = jnp.abs(ahead) + jnp.abs(behind)
         return _Found(value, forward, ahead - behind, of, weight * forward, jnp.concatenate(reverse))
 

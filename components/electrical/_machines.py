@@ -5,7 +5,7 @@ from typing import Self
 from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq
 
 from .._data_sheet import DataSheet
-from ..rotational import Bearing, Flange, Inertia
+from ..rotational import Flange, Inertia, ViscousFriction
 from ..translational import Flange as Rod
 from ._interfaces import Pin
 from ._passive import Inductor, Resistor
@@ -70,7 +70,7 @@ class DCMotor(Component):
     inductor: Inductor | None
     emf: EMF
     rotor: Inertia
-    bearing: Bearing | None
+    bearing: ViscousFriction | None
     data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
@@ -90,7 +90,7 @@ class DCMotor(Component):
         self.inductor = None if L is None else Inductor(L=L)
         self.emf, self.data_sheet = EMF(k=k), data_sheet
         self.rotor = Inertia(J=J)
-        self.bearing = None if friction is None else Bearing(C=friction)
+        self.bearing = None if friction is None else ViscousFriction(C=friction)
         self.p, self.n, self.shaft = Pin(), Pin(), Flange()
 
     def connections(self) -> Connections:

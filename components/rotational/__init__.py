@@ -33,8 +33,8 @@ from ._dry_friction import ShaftFriction as ShaftFriction
 from ._dry_friction import StribeckFriction as StribeckFriction
 from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
 from ._encoder import Encoder as Encoder
-from ._friction import Bearing as Bearing
 from ._friction import SmoothStribeckFriction as SmoothStribeckFriction
+from ._friction import ViscousFriction as ViscousFriction
 from ._gears import EqualMeshLoss as EqualMeshLoss
 from ._gears import IdealGear as IdealGear
 from ._gears import MeshLoss as MeshLoss

@@ -10,8 +10,8 @@ from .._friction_laws import stribeck
 from ._interfaces import ToGround
 
 
-class Bearing(ToGround):
-    """Viscous bearing friction, tau = C w."""
+class ViscousFriction(ToGround):
+    """Viscous friction against the ground, tau = C w."""
 
     C: Param[Scalar, "N.m.s/rad", nonnegative]  # friction coefficient
 

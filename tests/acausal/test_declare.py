@@ -225,11 +225,6 @@ def test_annotation_with_unknown_option() -> None:
         Var[Scalar, "m", "large"]
 
 
-def test_a_number_where_a_part_belongs() -> None:
-    with pytest.raises(ModelError, match=r"law holds a number.*(Component|Port|Record)"):
-        simulate(Tank(k=2, law=3.0), 1.0)  # pyright: ignore[reportArgumentType]
-
-
 @pytest.mark.filterwarnings("ignore:A JAX array is being set as static")  # equinox, before we can say it better
 @pytest.mark.parametrize("value", [jnp.ones(2), np.ones(2), Law()], ids=["jax", "numpy", "part"])
 def test_static_field_that_holds_an_array_or_a_part(value: Any) -> None:
@@ -317,3 +312,9 @@ class Unnamed(Component):
 def test_equations_without_names() -> None:
     with pytest.raises(ModelError, match=r"Unnamed\.equations must return a dictionary.*got list"):
         simulate(Unnamed(), 1.0)
+
+
+@pytest.mark.parametrize("wrong", [0.2, "a", np.ones(2), (Lid(), 1.0)])
+def test_what_is_no_part_is_refused_where_a_part_belongs(wrong: Any) -> None:
+    with pytest.raises(ArgumentError, match=r"Tank\.lid(\[1\])? must be a component, a port or a record, got"):
+        Tank(n=1, k=1.0, lid=wrong)

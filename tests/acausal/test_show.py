@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from _models import RC, rc
 
-from acausal import Component, ModelError, Solution, compare, parameters, repeat, replace, simulate
+from acausal import Component, ModelError, Solution, UnitError, compare, parameters, repeat, replace, simulate
 from acausal._units.parsing import quotient
 from components.rotational import Inertia
 from components.translational import Mass
@@ -120,6 +120,8 @@ def test_parameters_and_sensitivities_with_units() -> None:
     doubled = jax.tree_util.tree_map(lambda x: 2.0 * x, parameters(rc(R=100.0)))
     assert doubled["r.R"] == 200.0
     assert "r.R       200 ohm" in str(doubled)
+    with pytest.raises(UnitError, match="of: the unit 'Volts' is not known"):
+        parameters(gradient, of="Volts")
 
 
 @pytest.mark.parametrize(
@@ -199,8 +201,11 @@ def test_several_runs(charge: Solution[RC]) -> None:
     (states,) = compare({"slow": charge, "fast": other})
     assert states.get_ylabel() == "c.v\n[V]"
     plt.close("all")
-    with pytest.raises(ModelError, match="There is nothing to compare"):
-        compare({})
+    for runs in ({}, [charge], charge):
+        with pytest.raises(ModelError, match="takes one solution or more by name, as in"):
+            compare(runs)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ModelError, match=r"one by one, not in a list, got \['c.v'\]"):
+        charge.plot(["c.v"])  # pyright: ignore[reportArgumentType]
     _, ax = plt.subplots()
     with pytest.raises(ModelError, match="There are 2 panels to draw, but 1 axes were given"):
         compare({"slow": charge}, "c.v", "r.v", axes=ax)

@@ -35,7 +35,7 @@ class Fan(Component):
 
     supply: electrical.ConstantVoltage
     motor: electrical.DCMotor
-    load: rotational.Bearing
+    load: rotational.ViscousFriction
     ground: electrical.Ground = electrical.Ground()
 
     def connections(self) -> Connections:
@@ -48,7 +48,7 @@ class Fan(Component):
 
 def fan(V: Any = 12.0, R: Any = 0.3, C: Any = 1e-3) -> Fan:
     motor = electrical.DCMotor(R=R, L=1e-4, k=0.04, J=5e-5)
-    return Fan(supply=electrical.ConstantVoltage(V=V), motor=motor, load=rotational.Bearing(C=C))
+    return Fan(supply=electrical.ConstantVoltage(V=V), motor=motor, load=rotational.ViscousFriction(C=C))
 
 
 def at_speed(model: Fan, **how: Any) -> Fan:

@@ -121,7 +121,7 @@ EXAMPLES: tuple[Component, ...] = (
     hydraulic.Volume(volume=1.3, bulk_modulus=0.7),
     rotational.AccelerationSensor(),
     rotational.AngleSensor(),
-    rotational.Bearing(C=1.3),
+    rotational.ViscousFriction(C=1.3),
     rotational.Cam(profile=rotational.EccentricDisc(eccentricity=0.4, radius=1.3), J=0.7),
     rotational.Cam(profile=rotational.LinearLift(rate=0.4)),
     rotational.Cam(profile=rotational.TabulatedLift(angles=ANGLES, lifts=LIFTS), J=0.7),

@@ -10,7 +10,7 @@ from acausal import Component, Connections, ModelError, ParameterError, connect,
 from acausal.design import control, optimise
 from components.blocks import Staircase, TimeSeries
 from components.electrical import EMF, Ground, Resistor, SignalVoltage
-from components.rotational import Bearing, Inertia
+from components.rotational import Inertia, ViscousFriction
 from components.translational import Fixed, Mass, SignalForce, SpringDamper
 
 FORCE, MASS, WAY, FASTEST = 10.0, 2.5, 0.8, 1.2  # N, kg, m, m/s
@@ -130,7 +130,7 @@ class Motor(Component):
     winding: Resistor
     emf: EMF
     rotor: Inertia
-    bearing: Bearing
+    bearing: ViscousFriction
     ground: Ground = Ground()
 
     def connections(self) -> Connections:
@@ -158,7 +158,7 @@ def test_motor_turns_an_inertia_with_least_loss(b: float, minimise: Any, rate: f
     # Euler and Lagrange: w'' = rate^2 w + constant, which is a parabola without friction.
     motor = Motor(
         command=lines(*np.linspace(1.0, 0.5, 41)), supply=SignalVoltage(), winding=Resistor(R=R), emf=EMF(k=K),
-        rotor=Inertia(J=J), bearing=Bearing(C=b),
+        rotor=Inertia(J=J), bearing=ViscousFriction(C=b),
     )  # fmt: skip
     course = control(
         motor, {"command": None}, TIME, minimise, sensitivities=False,
