@@ -26,9 +26,9 @@ def test_every_exported_component_is_on_the_page(package: types.ModuleType) -> N
 @page
 def test_every_parameter_is_listed_with_its_unit(package: types.ModuleType) -> None:
     """Whether it is a field, or an argument of a constructor of its own."""
+    entries = {entry.split()[0]: entry.splitlines()[1:] for entry in listing(package).split("\n\n")}
     for item in exported(package):
-        entry = next(entry for entry in listing(package).split("\n\n") if entry.split()[0] == item.__name__)
-        shown = {line.split()[0]: line.split(maxsplit=1)[1] for line in entry.splitlines()[1:]}
+        shown = {line.split()[0]: line.split(maxsplit=1)[1] for line in entries[item.__name__]}
         fields = {field.name: field.metadata.get("declaration") for field in dataclasses.fields(item)}
         for name in list(inspect.signature(item.__init__).parameters)[1:]:
             declaration = fields.get(name)
