@@ -90,6 +90,7 @@ NAMES: dict[str, tuple[str, str, str, str]] = {
     "ThermalAccumulator": ("-", "-", "-", "-"),
     "ThreeWayValve": ("-", "-", "3-Way Directional Valve", "-"),
     "TJunction": ("Fittings.TeeJunctionIdeal", "NJunction", "T-Junction", "-"),
+    "UnloadingValve": ("-", "-", "-", "-"),
     "UnsteadyFrictionPipe": ("-", "-", "-", "-"),
     "VariableOrifice": ("Valves.ValveIncompressible", "VariableRestriction", "Orifice", "Valve"),
     "VariablePump": ("-", "VariableDisplacementPump", _SLIDING, "-"),

@@ -219,10 +219,12 @@ class Port(Node, partial=True):
 
     A flow is positive into the component. With `needs_connection`, leaving the port open is an error. `reference` is
     what fixes the level of its across variables, as a message names it to someone who has forgotten it: "a Ground".
+    `storage` is what takes up the difference where more flows into a connection than out of it: "a Chamber".
     """
 
     needs_connection: ClassVar[bool] = False
     reference: ClassVar[str] = ""
+    storage: ClassVar[str] = ""
 
     def power(self, d: Any) -> Any:
         """The power into the component in W, from the variables and their time derivatives `d`.

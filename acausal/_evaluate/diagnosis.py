@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .._reduce.aliases import ZERO
 from .._reduce.tear import Torn
 from .plan import Pair
 from .starts import Inputs
@@ -24,3 +25,30 @@ def block_of(system: System, pair: Pair) -> Torn | None:
     """The simultaneous block that a pair is solved in; None where it is not."""
     unknowns = system.ordered.unknowns
     return next((torn for torn in system.torn if torn.tears and pair in [unknowns[u] for u in torn.unknowns]), None)
+
+
+def without_storage(system: System, block: Torn) -> list[tuple[str, str]]:
+    """Connections at components of a block that nothing is stored at and whose level the block has to find.
+
+    Of each the ports that meet there, and what could store what flows in.
+    """
+    table, flat, representative = system.ordered.table, system.flat, system.merged.representative
+    owners = {table.row_name(row).rpartition(".")[0] for row in block.rows}
+    met: dict[int, tuple[list[str], list[str], str]] = {}
+    for leaf in flat.leaves:
+        if leaf.port is None or not leaf.port.storage or leaf.declaration.role != "var":
+            continue
+        for node in range(leaf.first, leaf.first + leaf.count):
+            root = int(representative[node])
+            if root != ZERO and _level(system, table.number_of_node[root]) >= block.level:
+                port = flat.node_name(node).rpartition(".")[0]
+                ports, holders, _ = met.setdefault(root, ([], [], leaf.port.storage))
+                ports.append(port)
+                holders.append(port.rpartition(".")[0])
+    return [(" and ".join(ports), storage) for ports, holders, storage in met.values() if owners & set(holders)]
+
+
+def _level(system: System, variable: int) -> int:
+    """How late a variable is computed; -1 for a state."""
+    unknowns = system.ordered.unknowns
+    return next((torn.level for torn in system.torn if (variable, 0) in [unknowns[u] for u in torn.unknowns]), -1)

@@ -2,6 +2,7 @@
 
 import contextlib
 import contextvars
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, ParameterError, SimulationError
-from .._evaluate.diagnosis import block_of, first_not_finite
+from .._evaluate.diagnosis import block_of, first_not_finite, without_storage
 from .._evaluate.initial import checked_names
 from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
@@ -84,7 +85,7 @@ def _error(solution: Solution) -> Exception:
     if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
         return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
     if result == Result.refused:
-        return SimulationError(f"{where}{_refusal(solution)}")
+        return SimulationError(f"{where}{_refusal(solution) or sentence(result)}")
     if result == Result.undetermined:
         return SimulationError(
             where + sentence(result) + about_block(system, linear_blocks(system)[int(solution._culprit)])
@@ -94,7 +95,10 @@ def _error(solution: Solution) -> Exception:
     culprit = _first_not_finite(solution)
     if culprit is not None:
         name = system.ordered.table.variable_name(*culprit)
-        after = _events_at(solution, float(t))
+        since = float(t) - float(tick(float(t), solution._start[0]))
+        if refused := _refusal(solution, since):
+            return SimulationError(f"{where}{refused}")
+        after = _events_at(solution, since)
         said = f"After {after}, {name} is infinite or not a number." if after else ""
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
         said += about_range(system, culprit)
@@ -139,21 +143,22 @@ def _last_events(solution: Solution) -> str:
     return ", ".join(dict.fromkeys(events.labels[number] for number in listed))
 
 
-def _refusal(solution: Solution) -> str:
-    """What components say that cannot do what is asked of them."""
+def _refusal(solution: Solution, since: float = -math.inf) -> str:
+    """What components say that cannot do what is asked of them; empty where none says anything."""
     events = solution.system.events
-    assert events is not None
-    names = [events.labels[number] for _, number in _last(solution)]
+    if events is None:
+        return ""
+    names = [events.labels[number] for time, number in _last(solution) if time >= since]
     said = [f"{name}: {events.reasons[name]}" for name in dict.fromkeys(names) if events.reasons[name]]
-    return " ".join(said) or sentence(Result.refused)
+    return " ".join(said)
 
 
-def _events_at(solution: Solution, t: float) -> str:
-    """The events at one instant, empty if there were none."""
+def _events_at(solution: Solution, since: float) -> str:
+    """The events from a time on, empty if there were none."""
     if solution.system.events is None:
         return ""
-    labels, near = solution.system.events.labels, tick(t, solution._start[0])
-    names = [labels[number] for time, number in _last(solution) if abs(time - t) <= near]
+    labels = solution.system.events.labels
+    names = [labels[number] for time, number in _last(solution) if time >= since]
     return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
 
 
@@ -181,7 +186,10 @@ def about_block(system: System, pair: Pair) -> str:
         remedy = (
             f"give start values near the solution for {guesses}, or check the limits of what these equations describe"
         )
-    return f" The equations {equations} for {unknowns} {reason}. Remedy: {remedy}."
+    said = f" The equations {equations} for {unknowns} {reason}. Remedy: {remedy}."
+    for ports, storage in without_storage(system, block):
+        said += f" Nothing takes up what flows in at {ports}: if it has nowhere to go, connect {storage} there."
+    return said
 
 
 def _first_not_finite(solution: Solution) -> Pair | None:

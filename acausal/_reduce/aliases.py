@@ -120,14 +120,7 @@ def merge(flat: FlatModel) -> Merged:
         repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
         if repeated:
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
-            lacking = reference_of(family.leaves(repeated[0], flat))
-            complain(
-                StructureError(
-                    f"The equation {names} only repeats what other equations say. Either the circuit that it belongs "
-                    f"to has no reference: connect {lacking} to it. Or two ideal elements that fix a value or join two "
-                    "ports stand in parallel: remove one, or give it a resistance or compliance."
-                )
-            )
+            complain(StructureError(f"The equation {names} only repeats {_said_already(family, repeated[0], flat)}"))
     representative, sign = _resolved(flat, sets)
     for family in families:
         inner = family.nodes >= 0
@@ -135,6 +128,19 @@ def merge(flat: FlatModel) -> Merged:
         family.signs = np.where(inner, family.signs * sign[nodes], 1)
         family.nodes = np.where(inner, representative[nodes], -1)
     return Merged(families, representative, sign)
+
+
+def _said_already(family: Family, row: int, flat: FlatModel) -> str:
+    """What an equation repeats, and what to do."""
+    alone = {nodes[0] for nodes, _ in flat.flow_sets if len(nodes) == 1}
+    if unconnected := [flat.node_name(node) for node in family.nodes[row].tolist() if node in alone]:
+        ports = ", ".join(name.rpartition(".")[0] for name in unconnected)
+        return f"that nothing flows at {ports}, which is connected to nothing. Remedy: connect it."
+    return (
+        "what other equations say. Either the circuit that it belongs to has no reference: connect "
+        f"{reference_of(family.leaves(row, flat))} to it. Or two ideal elements that fix a value or join two ports "
+        "stand in parallel: remove one, or give it a resistance or compliance."
+    )
 
 
 def _is_alias(template: Template) -> bool:

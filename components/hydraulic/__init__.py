@@ -57,6 +57,7 @@ from ._pressure_valves import PilotCheckValve as PilotCheckValve
 from ._pressure_valves import PilotReliefValve as PilotReliefValve
 from ._pressure_valves import PressureReducingValve as PressureReducingValve
 from ._pressure_valves import SequenceValve as SequenceValve
+from ._pressure_valves import UnloadingValve as UnloadingValve
 from ._proportional import PilotStage as PilotStage
 from ._proportional import ProportionalValve as ProportionalValve
 from ._proportional import ServoValve as ServoValve

@@ -20,6 +20,7 @@ from acausal import (
     nonnegative,
     positive,
     prefer,
+    refuse,
     require,
     when,
 )
@@ -32,7 +33,8 @@ class Accumulator(Component, partial=True):
     """A volume V of liquid under a pressure p(V), behind an inlet: resistance q = p_port - p, dV/dt = q.
 
     At its ends, V = 0 and V = capacity, the inlet is shut, as by a poppet or a diaphragm, until the pressure outside
-    opens it again: both are events, and in between the pressure at the port is its own.
+    opens it again: both are events, and in between the pressure at the port is its own. A run ends with an error where
+    V starts beyond the ends, or `end` says otherwise than V.
     """
 
     capacity: Param[Scalar, "m3", positive]  # of liquid
@@ -62,7 +64,18 @@ class Accumulator(Component, partial=True):
             full=when((self.end < 0.5) & (self.capacity < self.V) & (self.drop > 0.0), end=1.0, V=self.capacity),
             fill=when((self.end < -0.5) & (self.drop > 0.0), end=0.0),
             drain=when((self.end > 0.5) & (self.drop < 0.0), end=0.0),
+            beyond=refuse(
+                self._beyond() > 1e-3 * self.capacity,
+                "V must be 0 where end is -1, capacity where it is 1, "
+                "and in between otherwise: give it a start value that is",
+            ),
         )
+
+    def _beyond(self) -> Scalar:
+        """How far V is from where `end` says that it is, in m3."""
+        empty, full = self.V, self.V - self.capacity
+        outside = jnp.maximum(jnp.maximum(-empty, full), 0.0)
+        return jnp.where(self.end < -0.5, jnp.abs(empty), jnp.where(self.end > 0.5, jnp.abs(full), outside))
 
 
 class SpringAccumulator(Accumulator):

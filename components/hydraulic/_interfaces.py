@@ -9,6 +9,7 @@ class FluidPort(Port):
     """An opening for liquid; p q is the power into the component."""
 
     reference: ClassVar[str] = "a Tank"
+    storage: ClassVar[str] = "a Chamber or a Volume"
 
     p: Var[Scalar, "Pa"] = 0.0  # pressure above the atmosphere
     q: Flow[Scalar, "m3/s"] = 0.0  # volume flow rate, positive into the component

@@ -66,6 +66,23 @@ class SequenceValve(PilotedValve):
         return self.a.p - self.pressure
 
 
+class UnloadingValve(PilotedValve):
+    """Opens from a to b when the pressure at the port `pilot`, which senses only, exceeds `pressure`: a pump idles.
+
+    With a check valve between a and the pilot, the large one of two pumps goes to the tank while the small one presses.
+    See `PilotedValve`; `SequenceValve` opens by the pressure at a.
+    """
+
+    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+    pilot: FluidPort = FluidPort()
+
+    def excess(self) -> Scalar:
+        return self.pilot.p - self.pressure
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+
 class PressureReducingValve(PilotedValve):
     """Keeps the pressure at b below `pressure`: open at pressure - band and less, closed at `pressure`.
 

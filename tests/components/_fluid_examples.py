@@ -102,6 +102,7 @@ FLUID: tuple[Component, ...] = (
     ),
     hydraulic.ThermalAccumulator(tau=0.4, T_0=0.9, T=1.1, kappa=1.3, **GAS),
     hydraulic.ThreeWayValve(**SPOOL),
+    hydraulic.UnloadingValve(pressure=0.4, **PILOTED),
     hydraulic.UnsteadyFrictionPipe(n=2, liquid=OIL, wall=0.1, memory=hydraulic.FrictionMemory.trikha(), **SIZE),
     hydraulic.VariableOrifice(leak=0.1, **HOLE),
     hydraulic.VariablePump(**PUMP),

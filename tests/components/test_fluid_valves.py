@@ -23,6 +23,7 @@ from components.hydraulic import (
     SequenceValve,
     ServoValve,
     SixWayValve,
+    UnloadingValve,
 )
 
 RATED = dict(rated_flow=5e-4, rated_drop=3.5e6)
@@ -45,6 +46,14 @@ def test_sequence_valve_does_not_feel_what_is_behind_it() -> None:
     for behind in (0.0, 9e6):
         given = {"a.p": np.array([9.9e6, 1.025e7, 1.2e7]), "b.p": behind, "x": 0.0}
         check_law(valve, given, {"der(x)": np.array([0.0, 0.25, 1.0]) / 2e-3, "q": 0.0}, atol=1e-6)
+
+
+def test_unloading_valve_feels_its_pilot_only() -> None:
+    valve, pilot = UnloadingValve(pressure=1e7, **PILOTED), np.array([9.9e6, 1.025e7, 1.2e7])
+    for ahead in (0.0, 3e6):
+        given = {"a.p": ahead, "b.p": 0.0, "pilot.p": pilot, "x": 0.5}
+        wanted = {"der(x)": (np.array([0.0, 0.25, 1.0]) - 0.5) / 2e-3, "q": 0.5 * K * np.sqrt(ahead), "pilot.q": 0.0}
+        check_law(valve, given, wanted, rtol=1e-8, atol=1e-8)
 
 
 def test_counterbalance_valve() -> None:

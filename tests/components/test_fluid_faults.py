@@ -1,0 +1,85 @@
+"""What circuits of fluid power cannot do is said, with the place and a remedy."""
+
+import pytest
+
+from acausal import Component, Connections, SimulationError, StructureError, connect, simulate
+from components.hydraulic import (
+    BypassCompensator,
+    Chamber,
+    ConstantFlow,
+    ConstantPressure,
+    GasAccumulator,
+    IdealCheckValve,
+    LinearLiquid,
+    Tank,
+)
+
+LIQUID = LinearLiquid(density=860.0, bulk_modulus=1.4e9)
+
+
+class Blocked(Component):
+    """A flow into a check valve that nothing opens before the pressure has risen."""
+
+    flow: ConstantFlow
+    valve: IdealCheckValve
+    chamber: Chamber | None = None
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        chambers = () if self.chamber is None else (self.chamber.port,)
+        return (connect(self.flow.port, self.valve.a, *chambers), connect(self.valve.b, self.tank.port))
+
+
+def test_flow_into_a_node_without_volume() -> None:
+    """The node is named and what it lacks, and with that it runs: to cracking + flow/conductance."""
+    flow, valve = ConstantFlow(flow=1e-5), IdealCheckValve(conductance=1e-9)
+    with pytest.raises(SimulationError, match=r"flows in at flow\.port and valve\.a: .*connect a Chamber or a Volume"):
+        simulate(Blocked(flow=flow, valve=valve), 1.0, save="end")
+    rig = Blocked(flow=flow, valve=valve, chamber=Chamber(volume=1e-4, liquid=LIQUID))
+    assert float(simulate(rig, 1.0, save="end").final.valve.dp) == pytest.approx(2e4 + 1e4, rel=1e-6)
+
+
+class Sensed(Component):
+    """A valve that senses a pressure at a port."""
+
+    flow: ConstantFlow
+    chamber: Chamber
+    valve: BypassCompensator
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flow.port, self.chamber.port, self.valve.a),
+            connect(self.valve.b, self.tank.port),
+        )
+
+
+def test_a_sensing_line_that_is_forgotten() -> None:
+    rig = Sensed(
+        flow=ConstantFlow(flow=1e-5),
+        chamber=Chamber(volume=1e-4, liquid=LIQUID),
+        valve=BypassCompensator(rated_flow=1e-3, rated_drop=1e6, band=1e5, margin=1e6),
+    )
+    with pytest.raises(StructureError, match=r"nothing flows at valve\.load, .*Remedy: connect it"):
+        simulate(rig, 1.0)
+
+
+class Charged(Component):
+    """An accumulator at a pressure."""
+
+    supply: ConstantPressure
+    accumulator: GasAccumulator
+
+    def connections(self) -> Connections:
+        return (connect(self.supply.port, self.accumulator.port),)
+
+
+@pytest.mark.parametrize(
+    ("V", "end"),
+    [(-1e-5, 0.0), (4.5e-4, 0.0), (5.5e-4, 0.0), (1e-4, -1.0), (0.0, 1.0)],
+    ids=["below empty", "above full", "no gas left", "not empty", "not full"],
+)
+def test_accumulators_start_where_they_can_be(V: float, end: float) -> None:
+    accumulator = GasAccumulator(capacity=4e-4, resistance=1e9, volume=5e-4, precharge=6e6, V=V, end=end)
+    with pytest.raises(SimulationError, match=r"accumulator\.beyond: V must be 0 where end is -1, capacity where"):
+        simulate(Charged(supply=ConstantPressure(pressure=7e6), accumulator=accumulator), 0.1, save="end")
