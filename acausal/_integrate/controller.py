@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from .state_vector import StateVector
 
 PER_OCTAVE = 4
+FAR = 100.0  # times as long as the way to an event in a step, the next one is not asked to be
 
 
 class Control(NamedTuple):
@@ -58,7 +59,7 @@ class Steps(diffrax.PIDController):
         wish = on_grid(next_t1 - next_t0)
         # A step that was cut short says little of how long the next one may be.
         wish = jnp.where(keep & (t1 - t0 < controller_state.wish), jnp.maximum(wish, controller_state.wish), wish)
-        wish = jax.lax.stop_gradient(wish)
+        wish = jax.lax.stop_gradient(self._no_farther(wish, keep, t0, t1, y1_candidate, controller_state))
         result = diffrax.RESULTS.where(wish < self.shortest, diffrax.RESULTS.dt_min_reached, result)
         scale = jnp.abs(y0) * self.rtol + self.atol
         held = jax.lax.stop_gradient
@@ -75,6 +76,16 @@ class Steps(diffrax.PIDController):
         status = jnp.where(keep & ~is_cut, y1_candidate, y0)
         next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0, next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
+
+    def _no_farther(self, wish: Any, keep: Any, t0: Any, t1: Any, y: Any, before: Control) -> Any:
+        """The wish, which does not grow far beyond an event in the step: where solutions in between are polynomials,
+        steps would become so much longer than the time to the next event that their rounding counts.
+        """
+        if not self.layout.has_status:
+            return wish
+        moment = y[self.layout.moment]
+        most = jnp.maximum(before.wish, FAR * (moment - t0))
+        return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
     def _up_to_instant(self, t0: Any, t1: Any, y: Any) -> Any:
         """The end of a step, if nothing is known to happen before."""

@@ -202,6 +202,16 @@ def test_array_of_components() -> None:
     np.testing.assert_allclose(sol.events.times[:3], impacts(0.8, 1)[0], rtol=1e-12)
 
 
+def test_each_of_many_rebounds_takes_one_step() -> None:
+    """Free flight is integrated without an error, but steps do not become much longer than flights."""
+    n, flight = 2000, 2.0 * np.sqrt(2.0 / G)
+    sol = simulate(Ball(e=1.0), n * flight, save="end", max_steps=100_000)
+    assert sol.final.impacts == n
+    np.testing.assert_allclose(sol.final.h, 1.0, atol=1e-9)
+    assert sol.stats["num_rejected_steps"] == 0
+    assert sol.stats["num_accepted_steps"] < 1.02 * n
+
+
 def test_rebound_that_dies_out_ends_in_a_named_result() -> None:
     with pytest.raises(SimulationError, match=r"ever faster.*band\. The last events were impact") as raised:
         simulate(Ball(), 5.0, max_steps=100_000)
