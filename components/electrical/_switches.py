@@ -9,21 +9,25 @@ from acausal import Component, Discrete, Energy, Equations, Events, Param, Scala
 from ..blocks import Input
 from ._interfaces import Pin, TwoPin
 
-NEAR = 1e-10  # V or A beyond which a diode surely changes over, whatever the rounding
-
 
 class IdealDiode(TwoPin):
     """A diode with two lines as its characteristic, forward from p to n (MSL `IdealDiode`).
 
     Conducting, v = Vknee + Ron (i - Goff Vknee); blocking, i = Goff v; they meet at v = Vknee. It changes over by an
     event where the path parameter s passes zero, which is i - Goff Vknee while it conducts and v - Vknee while it
-    blocks. Small positive Ron and Goff keep circuits determinate in which diodes are in series or parallel; a diode in
-    series with a coil needs a positive Goff, and one in parallel with a capacitor a positive Ron.
+    blocks. It does so beyond `near`, which has to be above errors of rounding, and well below the currents and voltages
+    of the circuit: a reverse current that is smaller is not blocked.
+
+    Small positive Ron and Goff keep circuits determinate in which diodes are in series or parallel; a diode in parallel
+    with a capacitor needs a positive Ron, and one in series with a coil a positive Goff. The voltage of the latter
+    while it blocks, and so when it conducts, is that of what leaks: it is accurate where this is well above the
+    tolerance of the coil's current, to which `nominal={"coil.i": ...}` gives a small size.
     """
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while blocking
     Vknee: Param[Scalar, "V", nonnegative] = 0.0  # forward threshold voltage
+    near: Param[Scalar, "", nonnegative] = 1e-10  # current in A and voltage in V beyond which it surely changes over
     s: Var[Scalar, ""] = 0.0  # path parameter, in A or V
     on: Discrete[Scalar, "1"] = 0.0  # 1 while it conducts
 
@@ -37,8 +41,8 @@ class IdealDiode(TwoPin):
     def events(self) -> Events:
         on = self.on > 0.5
         return dict(
-            conduct=when(~on & (self.s > NEAR), on=1.0),
-            block=when(on & (self.s < -NEAR), on=0.0),
+            conduct=when(~on & (self.s > self.near), on=1.0),
+            block=when(on & (self.s < -self.near), on=0.0),
         )
 
     def energy(self) -> Energy:

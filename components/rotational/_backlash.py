@@ -46,5 +46,6 @@ class ElastoBacklash(Compliant):
 
     def events(self) -> Events:
         x, half = self.phi_rel - self.phi_rel0, 0.5 * self.play
-        ends = pieces.passes(x, self.contact, -half, half, name="contact")
-        return ends | contact.limits(self.d * self.w_rel, self._most(), self.damped, self.contact != 1.0)
+        place = x - contact.SLACK * (1.0 - self.contact)
+        ends = pieces.passes(place, self.contact, -half, half, name="contact")
+        return ends | contact.limits(self.d, self.w_rel, self._most(), self.damped, self.contact != 1.0)

@@ -68,5 +68,6 @@ class ElastoGap(Compliant):
         return Energy(stored=stored, dissipated=self._damping() * self.v_rel)
 
     def events(self) -> Events:
-        ends = pieces.passes(self.s_rel, self.apart, self.s_rel0, name="apart")
-        return ends | contact.limits(self.d * self.v_rel, self._elastic(), self.damped, self.apart < 0.5)
+        place = self.s_rel - contact.SLACK * (1.0 - self.apart)
+        ends = pieces.passes(place, self.apart, self.s_rel0, name="apart")
+        return ends | contact.limits(self.d, self.v_rel, self._elastic(), self.damped, self.apart < 0.5)

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
+from numpy.typing import NDArray
 
 from acausal import Connections, ParameterError, Scalar, connect, simulate
 from acausal.testing import check_law
@@ -67,3 +68,49 @@ def test_rebound_of_an_elastic_ball() -> None:
     np.testing.assert_allclose(end(c).s, 2.0 * (1.0 - 0.25 - contact), rtol=1e-7)
     slope = jax.jacfwd(lambda c: end(c).s)(jnp.asarray(c))
     np.testing.assert_allclose(slope, contact / c, rtol=1e-7)
+
+
+def wire_row(first: Any, gap: Any, second: Any, other: Any, third: Any) -> Connections:
+    return connect(first.b, gap.a), connect(gap.b, second.a), connect(second.b, other.a), connect(other.b, third.a)
+
+
+def by_small_steps(cases: NDArray[Any], c: float, end: float, steps: int = 5000) -> NDArray[Any]:
+    """Places and speeds of three masses of 1 kg, by the method of Runge and Kutta."""
+    first, last, gap, other, d = cases
+
+    def rates(y: NDArray[Any]) -> NDArray[Any]:
+        s, v = y[:3], y[3:]
+        depth, speed = np.maximum(s[:-1] - s[1:], 0.0), v[:-1] - v[1:]
+        force = c * depth + np.clip(d * speed, -c * depth, c * depth)
+        return np.stack([*v, -force[0], force[0] - force[1], force[1]])
+
+    y, h = np.stack([-gap, 0.0 * gap, other, first, 0.0 * gap, last]), end / steps
+    for _ in range(steps):
+        k1 = rates(y)
+        k2 = rates(y + 0.5 * h * k1)
+        k3 = rates(y + 0.5 * h * k2)
+        y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rates(y + h * k3))
+    return y
+
+
+def test_masses_in_a_row() -> None:
+    """They hit each other one after the other or at one instant; some touch at the start, and damping is heavy."""
+    c, end = 1e4, 0.5
+
+    def run(first: Any, last: Any, gap: Any, other: Any, d: Any) -> Any:
+        masses = [translational.Mass(m=1.0, s=s, v=v) for s, v in ((-gap, first), (0.0, 0.0), (other, last))]
+        gaps = [translational.ElastoGap(c=c, d=d) for _ in range(2)]
+        parts = (masses[0], gaps[0], masses[1], gaps[1], masses[2])
+        final = simulate(Rig(parts=parts, wiring=wire_row), end, save="end", rtol=1e-8).final.parts
+        return jnp.stack([getattr(part, name) for name in "sv" for part in final[::2]])
+
+    draw = np.random.default_rng(0)
+    n = 16
+    cases = np.stack([
+        draw.uniform(0.5, 2.0, n), draw.choice([0.0, -1.0, -2.0], n), draw.choice([0.0, 0.1, 0.2], n),
+        draw.choice([0.0, 0.1], n), draw.choice([0.0, 1.0, 50.0, 200.0, 1000.0], n),
+    ])  # fmt: skip
+    cases[:, 0] = 1.0, -1.0, 0.1, 0.1, 20.0
+    cases[:, 1] = 2.0, 0.0, 0.1, 0.0, 200.0
+    found = jax.jit(jax.vmap(run))(*cases)
+    np.testing.assert_allclose(found.T, by_small_steps(cases, c, end), atol=1e-4)

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -33,28 +34,63 @@ def wire_half(sine: Any, source: Any, diode: Any, resistor: Any, coil: Any, grou
 
 
 def test_half_wave_rectifier_with_coil() -> None:
-    """It conducts from v = Vknee on, and blocks where the current of the closed form has come back to zero."""
-    V, omega, R, L, knee = 10.0, 2.0 * math.pi, 2.0, 0.5, 0.7
+    """It conducts from v = Vknee on, and blocks where the current of the closed form has come back to what leaks."""
+    V, omega, R, L, knee, Goff = 10.0, 2.0 * math.pi, 2.0, 0.5, 0.7, 1e-5
     parts = (
         blocks.Sine(amplitude=V, frequency=1.0),
         electrical.SignalVoltage(),
-        electrical.IdealDiode(Ron=0.0, Goff=1e-10, Vknee=knee),
+        electrical.IdealDiode(Ron=0.0, Goff=Goff, Vknee=knee),
         electrical.Resistor(R=R),
         electrical.Inductor(L=L),
         electrical.Ground(),
     )
-    solution = simulate(Rig(parts=parts, wiring=wire_half), 1.9, save=jnp.array([0.3, 1.4]), rtol=TIGHT)
+    # The voltage of the blocking diode is that of what leaks, which has to be resolved.
+    sizes = {"parts[4].i": 1e-9}
+    rig = Rig(parts=parts, wiring=wire_half)
+    solution = simulate(rig, 1.9, save=jnp.array([0.3, 1.4]), rtol=TIGHT, nominal=sizes)
     impedance, phase = math.hypot(R, omega * L), math.atan2(omega * L, R)
 
     def current(t: float, start: float) -> float:
         forced = lambda t: V / impedance * math.sin(omega * t - phase) - knee / R  # noqa: E731
-        return forced(t) - forced(start) * math.exp(-R / L * (t - start))
+        return forced(t) + (leak - forced(start)) * math.exp(-R / L * (t - start))
 
-    start = math.asin(knee / V) / omega
-    stop = float(brentq(current, 0.45, 0.95, args=(start,), xtol=1e-14))  # pyright: ignore[reportArgumentType]
+    leak = Goff * knee
+    slope = omega * math.sqrt(V**2 - knee**2)
+    start = math.asin((knee + R * leak + L * Goff * slope) / V) / omega
+    stop = float(brentq(lambda t: current(t, start) - leak, 0.45, 0.95, xtol=1e-14))  # pyright: ignore[reportArgumentType]
     np.testing.assert_allclose(times_of(solution, "parts[2].conduct"), [start, start + 1.0], atol=1e-8)
     np.testing.assert_allclose(times_of(solution, "parts[2].block"), [stop, stop + 1.0], atol=1e-8)
     np.testing.assert_allclose(solution.parts[4].i, [current(0.3, start), current(0.4, start)], atol=1e-8)
+
+
+def wire_resistive(sine: Any, source: Any, diode: Any, resistor: Any, ground: Any) -> Connections:
+    return (
+        connect(sine.y, source.u),
+        connect(source.p, diode.p),
+        connect(diode.n, resistor.p),
+        connect(resistor.n, source.n, ground.p),
+    )
+
+
+def test_a_diode_blocks_currents_of_any_size() -> None:
+    """From 1e-16 A on, where it conducts and leaks in proportion to the load, and is told what counts as none."""
+    share = 1e-6
+
+    def voltages(V: Any, R: Any) -> Any:
+        parts = (
+            blocks.Sine(amplitude=V, frequency=1.0),
+            electrical.SignalVoltage(),
+            electrical.IdealDiode(Ron=share * R, Goff=share / R, near=1e-9 * jnp.minimum(V, V / R)),
+            electrical.Resistor(R=R),
+            electrical.Ground(),
+        )
+        rig = Rig(parts=parts, wiring=wire_resistive)
+        return simulate(rig, 1.0, save=jnp.array([0.25, 0.75])).parts[3].v / V
+
+    draw = np.random.default_rng(0)
+    V, R = 10.0 ** draw.uniform(-4.0, 3.0, 32), 10.0 ** draw.uniform(-3.0, 12.0, 32)
+    found = jax.jit(jax.vmap(voltages))(V, R)
+    np.testing.assert_allclose(found, [[1.0 / (1.0 + share), -share / (1.0 + share)]] * 32, rtol=1e-9)
 
 
 def test_six_diode_rectifier() -> None:
