@@ -2,6 +2,7 @@
 
 import dataclasses
 import enum
+import functools as ft
 import hashlib
 import re
 from collections.abc import Iterator
@@ -95,7 +96,7 @@ def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
     def atoms(found: Any) -> Iterator[bytes]:
         yield f"atoms {len(found)}".encode()
         for atom in found:
-            yield str(atom.aval).encode()
+            yield _said(atom.aval)
             if isinstance(atom, Literal):
                 yield from _pieces(np.asarray(atom.val))
             else:
@@ -111,6 +112,11 @@ def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
         yield from atoms(eqn.outvars)
         yield from _parameters(eqn, order)
     yield from atoms(jaxpr.outvars)
+
+
+@ft.lru_cache(maxsize=4096)
+def _said(aval: Any) -> bytes:
+    return str(aval).encode()
 
 
 def _parameters(eqn: JaxprEqn, order: int) -> Iterator[bytes]:

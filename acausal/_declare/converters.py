@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -59,3 +60,20 @@ class Converter:
 
 
 CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": as_start, "discrete": as_start}
+
+
+def plain_number(kind: type) -> Callable[[Any], Any] | None:
+    """A converter for fields annotated as plain numbers, None for others.
+
+    Models are found again by their static fields, and of 1, 1.0 and True each is found for the other, as is 0.0 for
+    -0.0: what equals a number of the kind that is annotated becomes that.
+    """
+    if kind not in (bool, int, float):
+        return None
+
+    def converted(value: Any) -> Any:
+        if type(value) not in (bool, int, float) or not math.isfinite(value):
+            return value
+        return kind(value + 0) if kind(value) == value else value
+
+    return converted

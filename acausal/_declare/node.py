@@ -15,7 +15,7 @@ import numpy as np
 from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, suggestion
 from .annotations import Declaration, declared
 from .arguments import check_arguments
-from .converters import CONVERTERS, Converter
+from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join
 from .requirements import Requirements, broken
 
@@ -132,7 +132,7 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
     if isinstance(default, dataclasses.Field):
         return default
     if declaration is None and not _holds_parts(annotation):
-        return eqx.field(static=True, kw_only=True, default=default)
+        return eqx.field(static=True, kw_only=True, default=default, converter=plain_number(annotation))
     if declaration is None:
         if isinstance(default, Node) and any(leaf.declaration.role == "param" for leaf in leaves_of(default)):
             raise ModelError(

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import types
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import jax
@@ -11,23 +11,25 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError
+from .._fingerprint import NoFingerprintError, fingerprint
 from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
 from .._reduce.flatten import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
-from .._tracing import is_traced
 
 
 @dataclasses.dataclass(frozen=True)
 class UserFunction:
     """A function of the leaves of a model, without the numbers in it: those are passed as `constants`.
 
-    Two functions that compute the same from other numbers are equal, whatever Python function they came from.
+    Two functions that compute the same from other numbers are equal, whatever Python function they came from; where it
+    cannot be told what they compute, only if it is the same one.
     """
 
     text: str
     closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
     leaves: tuple[int, ...]  # the leaves of the model that it reads; those of a second argument are counted on
     tree: Any  # the structure in which the function returned its results
+    owner: Any = dataclasses.field(default=None, compare=False)  # what `text` names by its address
 
     @property
     def n_outputs(self) -> int:
@@ -66,39 +68,32 @@ def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int
 
 def _key_of(function: Callable[..., Any]) -> Hashable | None:
     """What a plain function computes: its code and the numbers and modules it refers to; None if it refers to more."""
-    if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
+    code, *others = _refers_to(function)
+    if not isinstance(code, types.CodeType):
         return None
-    code = function.__code__
-    if any(isinstance(constant, types.CodeType) for constant in code.co_consts):
-        return None
-    cells = tuple(cell.cell_contents for cell in function.__closure__ or ())
-    named = tuple(function.__globals__[name] for name in code.co_names if name in function.__globals__)
-    if all(isinstance(value, int | float) or id(value) in _LIBRARIES for value in cells + named):
-        return code, cells, named
+    if all(type(value) in _NUMBERS or id(value) in _LIBRARIES for value in others):
+        return code, *map(_named, others)
     return None
 
 
+def _refers_to(function: Any) -> tuple[Any, ...]:
+    """The code of a plain function and what it refers to; anything else itself."""
+    if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
+        return (function,)
+    code = function.__code__
+    if any(isinstance(constant, types.CodeType) for constant in code.co_consts):
+        return (function,)
+    cells = (cell.cell_contents for cell in function.__closure__ or ())
+    return code, *cells, *(function.__globals__[name] for name in code.co_names if name in function.__globals__)
+
+
+def _named(value: Any) -> str:
+    """A number by what it prints, since 1, 1.0 and True are equal, and so are both zeros; anything else by address."""
+    return repr(value) if type(value) in _NUMBERS else f"{id(value)}"
+
+
+_NUMBERS = (bool, int, float)
 _LIBRARIES = frozenset(map(id, (jax, jnp, np, math)))  # modules that do not change
-
-
-def _fingerprint(closed: ClosedJaxpr | Jaxpr) -> str:
-    """The text of a jaxpr with the constants of functions that it calls, which the text alone leaves out."""
-    jaxpr = closed.jaxpr if isinstance(closed, ClosedJaxpr) else closed
-    constants = [_content(value) for value in getattr(closed, "consts", ())]
-    inner = [_fingerprint(part) for eqn in jaxpr.eqns for part in _inner(eqn.params.values())]
-    return "\n".join([str(jaxpr), *constants, *inner])
-
-
-def _content(value: Any) -> str:
-    return f"tracer {id(value)}" if is_traced(value) else f"{jnp.shape(value)} {np.asarray(value).tobytes().hex()}"
-
-
-def _inner(params: Iterable[Any]) -> Iterator[ClosedJaxpr | Jaxpr]:
-    for param in params:
-        if isinstance(param, ClosedJaxpr | Jaxpr):
-            yield param
-        elif isinstance(param, tuple | list):
-            yield from _inner(param)
 
 
 def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[UserFunction, list[Any]]:
@@ -124,7 +119,12 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
     leaves = tuple(i for i, var in enumerate(jaxpr.invars[held:]) if var in read)
     invars = jaxpr.invars[:held] + [jaxpr.invars[held + i] for i in leaves]
     slim = ClosedJaxpr(assembled(invars, jaxpr.outvars, jaxpr.eqns), [])
-    return UserFunction(_fingerprint(slim), slim, leaves, trees[0]), constants
+    try:
+        return UserFunction(fingerprint(slim), slim, leaves, trees[0]), constants
+    except NoFingerprintError:  # it is the same if it is the same Python function
+        owner = tuple(item for held in _refers_to(function) for item in _refers_to(held))
+        text = " ".join([str(slim), *map(_named, owner)])
+        return UserFunction(text, slim, leaves, trees[0], owner), constants
 
 
 def _check_real(results: list[Any], what: str) -> None:

@@ -21,22 +21,25 @@ from .template import Input, Template, sliced
 _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 
 
-@ft.cache
 def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     """The equations of a component kind, in the order in which its class states them; with `split`, by element.
 
     Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
     """
-    whole = _stated(kind, "equations")
-    return tuple(part for template in whole for part in _by_element(template)) if split else whole
+    return _split(kind) if split else _stated(kind, "equations")
 
 
 @ft.cache
+def _split(kind: Kind) -> tuple[Template, ...]:
+    return tuple(part for template in _stated(kind, "equations") for part in _by_element(template))
+
+
 def initial_templates(kind: Kind) -> tuple[Template, ...]:
     """The initial equations of a component kind; raises as `templates` does."""
     return _stated(kind, "initial_equations")
 
 
+@ft.cache
 def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
     where = f"{kind.cls.__name__}.{method}"
     roles = [declaration.role for declaration in kind.declarations]

@@ -1,15 +1,18 @@
 """What is compiled again, and what must be."""
 
 import types
-from typing import Any
+from typing import Any, Self
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from _models import rc
 
-from acausal import simulate
+from acausal import Component, Equations, Scalar, Var, eq, simulate
+from acausal._evaluate.building import system_of
 from acausal._integrate.run import run
+from acausal._integrate.user_function import trace
 
 LIMITS = types.ModuleType("limits")
 
@@ -87,3 +90,89 @@ def test_a_new_level_is_honoured_without_compiling() -> None:
     for level in (1.0, 4.5):
         t1 = simulate(rc(), 1.0, until=above(level), rtol=1e-9, save="end").t1
         np.testing.assert_allclose(t1, charging_time(level), rtol=1e-7)
+
+
+def with_slope(slope: float) -> Any:
+    """The voltage, whose derivative is stated."""
+
+    @jax.custom_jvp
+    def same(x: Any) -> Any:
+        return x
+
+    same.defjvp(lambda point, rates: (same(*point), slope * rates[0]))
+    return lambda s: same(s.c.v)
+
+
+def with_reverse_slope(slope: float) -> Any:
+    @jax.custom_vjp
+    def same(x: Any) -> Any:
+        return x
+
+    same.defvjp(lambda x: (x, None), lambda _, rate: (slope * rate,))
+    return lambda s: same(s.c.v)
+
+
+def with_sign(zero: float) -> Any:
+    return lambda s: s.c.v + jnp.copysign(1.0, zero)
+
+
+def with_power(n: float) -> Any:
+    return lambda s: s.c.v * (2.0 if n is True else 3.0)
+
+
+def outside(function: Any) -> Any:
+    return lambda s: jax.pure_callback(function, jax.ShapeDtypeStruct((), float), s.c.v)
+
+
+OTHERS: dict[str, tuple[Any, Any]] = {
+    "a derivative of its own": (with_slope(1.0), with_slope(2.0)),
+    "a derivative of its own in reverse": (with_reverse_slope(1.0), with_reverse_slope(2.0)),
+    "signs of zero": (with_sign(0.0), with_sign(-0.0)),
+    "one or true": (with_power(1), with_power(True)),
+    "a function of Python": (outside(lambda x: np.sin(x)), outside(lambda x: np.cos(x))),
+}
+
+
+def made_of(function: Any) -> Any:
+    found, constants = trace(function, system_of(rc()).flat, "until")
+    return found, [(np.signbit(number).tolist(), np.asarray(number).tolist()) for number in constants]
+
+
+@pytest.mark.parametrize("case", OTHERS)
+def test_functions_that_only_look_alike_are_told_apart(case: str) -> None:
+    one, other = OTHERS[case]
+    assert made_of(one) == made_of(one) != made_of(other)
+
+
+def test_functions_with_equal_derivatives_of_their_own_are_the_same() -> None:
+    assert made_of(with_slope(1.0)) == made_of(with_slope(1.0))
+
+
+class Stated(Component):
+    """Notes when its equations are traced; its structure holds plain numbers."""
+
+    x: Var[Scalar, ""] = 1.0
+    power: float = 1.0
+    n: int = 1
+    flag: bool = True
+
+    def equations(self, d: Self) -> Equations:
+        traced.append(self.power)
+        return dict(decay=eq(d.x, -(self.x**self.power) * self.n))
+
+
+traced: list[float] = []
+
+
+def test_equations_are_traced_once() -> None:
+    assert system_of(Stated()) is system_of(Stated())
+    assert traced == [1.0]
+
+
+def test_plain_numbers_of_a_structure_are_of_the_kind_that_is_annotated() -> None:
+    """Each of 1, 1.0 and True would be found for the others."""
+    odd: Any = Stated(power=2, n=1.0, flag=1)  # pyright: ignore[reportArgumentType]
+    assert [repr(value) for value in (odd.power, odd.n, odd.flag)] == ["2.0", "1", "True"]
+    assert repr(Stated(power=-0.0).power) == "0.0"
+    kept: Any = Stated(power=float("inf"), n=2.5, flag=3)  # pyright: ignore[reportArgumentType]
+    assert (kept.power, kept.n, kept.flag) == (float("inf"), 2.5, 3)
