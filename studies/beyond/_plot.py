@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.pyplot as plt
 import numpy as np
 
+from .._opening import opening
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._row import Row
 
@@ -88,11 +89,25 @@ def plot_passages(rows: Sequence[Row]) -> "Figure":
 
 
 def plot_profiles(rows: Sequence[Row]) -> "Figure":
-    """Opening times at full voltage and softly."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 3.4), layout="constrained", sharey=True)
-    _bars(left, _of(rows, OPENING), 1e3, "opening time [ms]")
-    _bars(right, _of(rows, "speed of arrival"), 1e3, "speed of arrival [mm/s]")
-    right.invert_yaxis()
+    """Voltage, travel and speed over time, at full voltage and softly."""
+    names = list(_profiles.ACTUATORS)
+    figure, axes = plt.subplots(3, len(names), figsize=(12.0, 6.6), layout="constrained", sharex="col")
+    for name, (top, middle, bottom) in zip(names, axes.T, strict=True):
+        full = opening(_profiles.ACTUATORS[name](), rtol=1e-6)
+        soft = _profiles.landing(name, _profiles.RTOL)
+        times = {row.case.rpartition(", ")[2]: 1e3 * row.value for row in _of(rows, OPENING, within=name)}
+        top.plot(1e3 * full.ts, np.full(len(full.ts), _profiles.VOLTAGE), "--", color="0.5", label="full voltage")
+        top.plot(1e3 * soft.times, soft["command.y.value"], color="tab:blue", label="soft")
+        for ax, path, factor in ((middle, "slave.rod.s", 1e3), (bottom, "piston.v", 1e3)):
+            ax.plot(1e3 * full.ts, factor * np.asarray(full[path]), "--", color="0.5")
+            ax.plot(1e3 * soft.times, factor * soft[path], color="tab:blue")
+        top.set_title(f"{name}: {times['full voltage']:.1f} ms, softly {times['soft']:.1f} ms", fontsize="medium")
+        bottom.set_xlabel("time [ms]")
+    for ax, label in zip(axes[:, 0], ("voltage [V]", "travel of the slave [mm]", "speed [mm/s]"), strict=True):
+        ax.set_ylabel(label)
+    for ax in axes.flat:
+        ax.grid(alpha=0.3)
+    axes[0, 0].legend(frameon=False, loc="lower left")
     return figure
 
 

@@ -5,6 +5,7 @@ voltage with a brake at the end, to within what the compression of the line asks
 them free. With a limit of the current and with the least heat see `python -m studies control`.
 """
 
+import functools as ft
 from typing import Any
 
 import jax.numpy as jnp
@@ -18,11 +19,13 @@ from ..actuators import commanded, ehs_maxon, ema_fise, ema_maxon
 from ._row import Row
 
 ITEM = "profiles"
+RTOL = 1e-8
 VOLTAGE, SOFT = 13.5, 5e-3  # V, m/s
 ACTUATORS: dict[str, Any] = {"EMA, FISE": ema_fise, "EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
 
 
-def landing(name: str, rtol: float = 1e-8) -> Course[Any]:
+@ft.cache
+def landing(name: str, rtol: float) -> Course[Any]:
     """The soonest course that lands softly."""
     actuator = ACTUATORS[name]()
     full = float(opening(actuator, save="end", rtol=rtol).t1)
@@ -37,7 +40,7 @@ def landing(name: str, rtol: float = 1e-8) -> Course[Any]:
     )  # fmt: skip
 
 
-def rows(rtol: float = 1e-8) -> list[Row]:
+def rows(rtol: float = RTOL) -> list[Row]:
     """Times and speeds of arrival at full voltage and softly."""
     table = []
     for name, build in ACTUATORS.items():

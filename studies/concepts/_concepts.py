@@ -110,6 +110,14 @@ class Concept:
             sensitivities=False,
         )  # fmt: skip
 
+    def thriftiest(self, motor: Motor, time: float) -> Design[Any]:
+        """The least energy of a hold by the motor, with an opening time in s at most."""
+        limits = {**self.limits, "opening time": (lambda s: s.t1, f"<= {time} s")}
+        return optimise(
+            self.of(motor), self.free, HOLDING_ENERGY, run=opening, constraints=limits, progress=False,
+            sensitivities=False,
+        )  # fmt: skip
+
     def front(self, motor: Motor, points: int) -> Front[Any]:
         """Opening time, within the target, against the energy of a hold."""
         return pareto(

@@ -9,11 +9,15 @@ from .._output import plain_table, print_table, progress, require_matplotlib, wr
 from . import _products as products
 from ._concepts import EHS, EMA, MOTORS
 from ._rows import (
+    DISTANCE_HEADS,
     HEADS,
     STATEMENT_HEADS,
+    Distance,
     Row,
     Statement,
     cells,
+    distance_cells,
+    distances,
     on_front,
     optima,
     prices,
@@ -32,6 +36,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     if out is not None:
         require_matplotlib()
     rows, said = study(rtol), statements(rtol)
+    away = distances(rows)
     choice = products.study()
     bought = products.front(choice)
     fronts = [
@@ -41,14 +46,15 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     ]
     print_table("Designs under 800 N", HEADS, cells(rows))
     print(f"What holds the optima, and what one unit more buys\n{prices(rows)}\n")
+    print_table("How far the prototypes were from the best of their kind", DISTANCE_HEADS, distance_cells(away))
     print_table("Fronts of opening time and energy of a hold, within the target of 200 ms", HEADS, cells(fronts))
     print_table("Products, none worse in time, energy and mass", products.HEADS, products.cells(bought))
     print(f"{choice}\n")
     print_table("Ratios", STATEMENT_HEADS, _said(said))
     if json is not None:
-        write_json(json, rows, fronts=fronts, products=bought, statements=said)
+        write_json(json, rows, distances=away, fronts=fronts, products=bought, statements=said)
     if out is not None:
-        _report(rows, fronts, bought, choice, said, out)
+        _report(rows, away, fronts, bought, choice, said, out)
     return rows
 
 
@@ -65,6 +71,7 @@ def _said(said: Sequence[Statement]) -> list[tuple[str, ...]]:
 
 def _report(
     rows: Sequence[Row],
+    away: Sequence[Distance],
     fronts: Sequence[Row],
     bought: Sequence[Row],
     choice: Choice,
@@ -80,6 +87,7 @@ def _report(
     parts = [
         ("Designs under 800 N", plain_table(HEADS, list(cells(rows))), [picture]),
         ("What holds the optima, and what one unit more buys", prices(rows), []),
+        ("How far the prototypes were", plain_table(DISTANCE_HEADS, distance_cells(away)), []),
         ("Fronts of opening time and energy of a hold", plain_table(HEADS, list(cells(fronts))), []),
         ("Products", f"{plain_table(products.HEADS, products.cells(bought))}\n\n{choice}", []),
         ("Ratios", plain_table(STATEMENT_HEADS, _said(said)), []),

@@ -11,14 +11,19 @@ from acausal.design import Design, Front
 
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..validate._ratios import best_ratio, least_ratio
-from ._concepts import ALLOWED, CONCEPTS, EHS_VALVE, EMA, MOTORS, Concept, Motor
-from ._targets import LOAD, STROKE, holding_current, holding_energy, opening
+from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor
+from ._targets import LOAD, POWER, STROKE, WORN, holding_current, holding_energy, lift, opening
 
+_CURRENTS = ("holding current", "peak current")
 TORQUE = 12.0 / 38.0  # N.m, that the FISE gives: 12 N.m behind its worm, 38:1
 NO_LOAD_FRICTION = 8e-4  # N.m.s/rad, of the thesis' test of motor and pump without load
 HEADS = (
     "design", "motor", "opening time [ms]", "of the thesis [ms]", "holding current [A]", "of the thesis [A]",
     "energy of a hold [J]", "mass [kg]", "KKT residual",
+)  # fmt: skip
+DISTANCE_HEADS = (
+    "prototype under 800 N", "opening time [ms]", "best within limits [ms]", "energy of a hold [J]",
+    "best as fast [J]", "limits it does not keep",
 )  # fmt: skip
 STATEMENT_HEADS = ("statement", "thesis", "found", "why")
 
@@ -77,6 +82,61 @@ def prototypes(rtol: float = 1e-9) -> list[Row]:
                 )
             )  # fmt: skip
     return rows
+
+
+@dataclasses.dataclass(frozen=True)
+class Distance:
+    """How far a prototype was from the best of its kind with its motor, under 800 N, in SI units.
+
+    The best time is that within all limits, the best energy that with the opening time of the prototype at any current.
+    """
+
+    prototype: str
+    opening_time: float
+    best_opening_time: float
+    holding_energy: float
+    best_holding_energy: float
+    breaks: str  # which limits the prototype does not keep
+
+
+def distances(built: Sequence[Row]) -> list[Distance]:
+    """Those of the prototypes under 800 N."""
+    found = []
+    loaded = [row for row in built if "2012" in row.design and "spring" not in row.design]
+    for row, concept, motor, model in zip(
+        loaded, (EMA, EMA, EHS), MOTORS[:3], (ema_fise(), ema_maxon(), ehs_maxon()), strict=True
+    ):
+        limits = {name: limit for name, limit in concept.limits.items() if name not in _CURRENTS}
+        thrifty = dataclasses.replace(concept, limits=limits).thriftiest(motor, row.opening_time)
+        found.append(
+            Distance(
+                f"{row.design.partition(',')[0]}, {motor.name}", row.opening_time, concept.solve(motor).objective,
+                row.holding_energy, thrifty.objective, _broken(row, motor, model),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _broken(row: Row, motor: Motor, model: Any) -> str:
+    """Limits that a prototype does not keep."""
+    worn = lift(model, WORN) if hasattr(model, "cam") else 0.0
+    figures = (
+        ("rated power", motor.power, POWER, "W"), ("holding current", row.holding_current, 20.0, "A"),
+        ("peak current", float(model.supply.V / model.motor.resistor.R), 70.0, "A"),
+        ("lift, worn clutch", float(worn), 1.0, ""),
+    )  # fmt: skip
+    return ", ".join(f"{name} {value:.3g} {unit}".strip() for name, value, limit, unit in figures if value > limit)
+
+
+def distance_cells(found: Iterable[Distance]) -> list[tuple[str, ...]]:
+    """The table as texts."""
+    return [
+        (
+            one.prototype, _text(one.opening_time, 1e3), _text(one.best_opening_time, 1e3), _text(one.holding_energy),
+            _text(one.best_holding_energy), one.breaks or "-",
+        )
+        for one in found
+    ]  # fmt: skip
 
 
 def optimum(concept: Concept, motor: Motor, design: Design[Any], name: str = "") -> Row:

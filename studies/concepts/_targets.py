@@ -54,7 +54,7 @@ def holding_energy(model: Any) -> Scalar:
     return HOLD * model.motor.resistor.R * holding_current(model) ** 2
 
 
-def _lift(model: Any, stroke: Scalar) -> Scalar:
+def lift(model: Any, stroke: Scalar) -> Scalar:
     """The share of the cam's lift that a stroke needs."""
     return RESERVE * held(model, stroke)[0] / (2.0 * model.cam.profile.eccentricity)
 
@@ -86,7 +86,7 @@ ANY = {
 CAM = ANY | {
     "motor speed": (motor_speed, "<= 6000 rpm"),  # of the gearhead GP 52
     "pressure angle": (_of_model(pressure_angle), "<= 30 deg"),
-    "lift": (ft.partial(_of_model, _lift)(STROKE), "<= 1"),
-    "lift, worn clutch": (ft.partial(_of_model, _lift)(WORN), "<= 1"),
+    "lift": (ft.partial(_of_model, lift)(STROKE), "<= 1"),
+    "lift, worn clutch": (ft.partial(_of_model, lift)(WORN), "<= 1"),
 }
 PUMP = ANY | {"motor speed": (motor_speed, "<= 5000 rpm")}  # of the pump UK 0.5 D

@@ -10,7 +10,7 @@ from acausal import replace
 from studies.__main__ import main
 from studies.concepts import CONCEPTS, MOTORS
 from studies.concepts._rows import optimum, statements
-from studies.concepts._targets import LOAD, STROKE, opening
+from studies.concepts._targets import LOAD, OVERALL, STROKE, opening
 
 EMA, EHS, EHS_VALVE = CONCEPTS
 
@@ -39,6 +39,12 @@ def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
     assert row.holding_energy == pytest.approx(10.0 * 12.0 * 1.62)
 
 
+def times_of(fronts: list[dict[str, Any]], product: dict[str, Any]) -> float:
+    """The opening time of the next point of the front that takes more energy than a product: a bound from below."""
+    own = [row for row in fronts if (row["design"], row["motor"]) == ("EHS, motor holds, front", product["motor"])]
+    return max(row["opening_time"] for row in own if row["holding_energy"] >= product["holding_energy"])
+
+
 @pytest.mark.slow
 def test_rows_and_report(tmp_path: Any) -> None:
     main(["concepts", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
@@ -53,6 +59,19 @@ def test_rows_and_report(tmp_path: Any) -> None:
     prototype = built[f"EMA of 2012, {LOAD:g} N", "RE 50"]
     assert prototype["holding_current"] < 20.0
     assert times["EMA", "RE 50"] < prototype["opening_time"]
+    for one in written["distances"]:
+        assert one["best_holding_energy"] < one["holding_energy"]
+    # Along a front, time is bought with energy; no product betters the front of its motor.
+    for design, motor in {(row["design"], row["motor"]) for row in written["fronts"]}:
+        front = [row for row in written["fronts"] if (row["design"], row["motor"]) == (design, motor)]
+        times, energies = ([row[name] for row in front] for name in ("opening_time", "holding_energy"))
+        assert np.all(np.diff(times) > 0.0)
+        assert np.all(np.diff(energies) < 0.0)
+        assert times[-1] == pytest.approx(OVERALL)
+    bought = [row for row in written["products"] if row["design"] == "product, EHS" and "by motor" in row["remark"]]
+    assert bought
+    for row in bought:
+        assert row["opening_time"] > times_of(written["fronts"], row)
     assert {"concepts.png", "concepts.html"} <= {path.name for path in tmp_path.iterdir()}
 
 
