@@ -1,7 +1,7 @@
 """What an author of components writes: `Component`, its equations, connections and energy account."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import equinox as eqx
 
@@ -132,9 +132,11 @@ class Component(Node, partial=True):
     (`class TwoPin(Component, partial=True)`) holds what several final ones share and cannot be instantiated.
 
     `nominal` gives sizes of variables where those of their units do not fit, as in `Capacitor(C=1e-9, nominal=dict(
-    v=1e-5))`: see `sized`.
+    v=1e-5))`: see `sized`. `if_singular` says what it means, and what to do, where the component's equations become
+    singular in a run.
     """
 
+    if_singular: ClassVar[str] = ""
     nominal: Mapping[str, Any] = eqx.field(static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False)
 
     def __check_init__(self) -> None:

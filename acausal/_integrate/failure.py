@@ -24,6 +24,7 @@ from .schedule import tick
 from .solution import Solution
 
 SHOWN = 3  # variables with large errors
+SMALL = 1e-3  # of the tolerance: an error that tells nothing, as those of the short step after an event
 _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
 
 
@@ -114,13 +115,14 @@ def _about_steps(solution: Solution) -> str:
     lines = []
     if np.all(np.isfinite(errors)):
         largest = np.argsort(-errors[: len(names)], kind="stable")[:SHOWN]
-        said = [f"{names[i]} (now {values[i]:.6g}, {errors[i]:.3g} tolerances)" for i in largest if errors[i] > 0]
+        said = [f"{names[i]} (now {values[i]:.6g}, {errors[i]:.3g} tolerances)" for i in largest if errors[i] > SMALL]
         if said:
             lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
     else:
         lines.append("The last step led to numbers that are infinite or not a number.")
-    if _last(solution):
-        lines.append(f"The last events were {_last_events(solution)}.")
+    if last := _last(solution):
+        span = float(solution._end[0]) - last[0][0]
+        lines.append(f"The last events were {_last_events(solution)}, {len(last)} within {span:.3g} s.")
     return "".join(f" {line}" for line in lines)
 
 
@@ -181,6 +183,9 @@ def about_block(system: System, pair: Pair) -> str:
     if block.kind == "linear":
         reason = "are singular there: they do not determine their unknowns"
         remedy = "look for parameters of zero, or for ideal elements that fix one value twice"
+        owners = [family.instances for family, _ in map(table.place, block.rows) if family.instances is not None]
+        meanings = dict.fromkeys(owner.kind.cls.if_singular for owner in owners)
+        remedy = "; ".join(filter(None, meanings)) or remedy
     else:
         reason = "have no solution there, or none that iterations reach"
         remedy = (

@@ -1,6 +1,6 @@
 """Chambers filled with a liquid."""
 
-from typing import Self
+from typing import ClassVar, Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
@@ -14,6 +14,8 @@ class Chamber(Component):
 
     `Volume` is the same for a constant bulk modulus, without a liquid of its own.
     """
+
+    if_singular: ClassVar[str] = content.EMPTY
 
     volume: Param[Scalar, "m3", positive]  # at atmospheric pressure
     liquid: AnyLiquid

@@ -8,6 +8,8 @@ from acausal import Energy
 
 from ._liquids import AnyLiquid
 
+EMPTY = "nothing is left there of its liquid but vapour: limit what is drawn from it, or let it be filled again"
+
 
 def capacity(liquid: AnyLiquid, volume: Any, p: Any, wall: Any) -> Any:
     """C in m3/Pa, the inflow q over dp/dt, with volume in m3 at atmospheric pressure and wall in 1/Pa."""

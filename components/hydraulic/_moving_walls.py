@@ -1,6 +1,6 @@
 """Chambers with a moving wall: of one piston, and of a vane that turns."""
 
-from typing import Self
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -21,6 +21,8 @@ class SingleActingCylinder(Component):
     the atmosphere. `SlaveCylinder` is the incompressible one. Return spring, mass, friction and ends are
     translational parts on its flange; a run ends with an error where half of the dead volume is lost.
     """
+
+    if_singular: ClassVar[str] = content.EMPTY
 
     bore: Param[Scalar, "m", positive]  # diameter of the piston
     liquid: AnyLiquid

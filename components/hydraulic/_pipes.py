@@ -1,6 +1,6 @@
 """Pipes in which pressure waves run: compressible liquid, its inertia and its friction, in segments."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
@@ -40,6 +40,8 @@ class Segments(Component, partial=True):
     The segments follow a wave whose length is above some ten of them; a front that is steeper rings (Viersma,
     `Analysis, Synthesis and Design of Hydraulic Servosystems and Pipelines`, 1980).
     """
+
+    if_singular: ClassVar[str] = content.EMPTY
 
     n: int  # number of segments, at least 2
     inner: int  # n - 1

@@ -1,7 +1,7 @@
 """What cylinders and rotary actuators share: two chambers of a liquid on both sides of a piston or a vane."""
 
 import abc
-from typing import Any
+from typing import Any, ClassVar
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
@@ -12,6 +12,8 @@ from ._liquids import AnyLiquid
 
 class TwoChambers(Component, partial=True):
     """d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with Q = leakage (p_a - p_b)."""
+
+    if_singular: ClassVar[str] = content.EMPTY
 
     liquid: AnyLiquid
     dead_a: Param[Scalar, "m3", positive]  # volume of chamber a at its end, lines included

@@ -12,6 +12,7 @@ from components.hydraulic import (
     IdealCheckValve,
     LinearLiquid,
     Tank,
+    iso_vg_46,
 )
 
 LIQUID = LinearLiquid(density=860.0, bulk_modulus=1.4e9)
@@ -37,6 +38,24 @@ def test_flow_into_a_node_without_volume() -> None:
         simulate(Blocked(flow=flow, valve=valve), 1.0, save="end")
     rig = Blocked(flow=flow, valve=valve, chamber=Chamber(volume=1e-4, liquid=LIQUID))
     assert float(simulate(rig, 1.0, save="end").final.valve.dp) == pytest.approx(2e4 + 1e4, rel=1e-6)
+
+
+class Drained(Component):
+    """A chamber that a flow is drawn from, whatever its pressure."""
+
+    flow: ConstantFlow
+    chamber: Chamber
+
+    def connections(self) -> Connections:
+        return (connect(self.flow.port, self.chamber.port),)
+
+
+def test_a_chamber_that_is_drawn_empty() -> None:
+    """All of it is gone after 1e-4 m3/1e-6 m3/s, but for what a step takes."""
+    rig = Drained(flow=ConstantFlow(flow=-1e-6), chamber=Chamber(volume=1e-4, liquid=iso_vg_46()))
+    with pytest.raises(SimulationError, match=r"chamber\.compression .*nothing is left there of its liquid") as raised:
+        simulate(rig, 200.0, save="end")
+    assert float(str(raised.value).split()[3]) == pytest.approx(100.0, rel=1e-2)
 
 
 class Sensed(Component):
