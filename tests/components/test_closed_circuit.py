@@ -1,10 +1,11 @@
-"""A vehicle's closed circuit with charge pump and purge: through no displacement into reverse, and its energy."""
+"""A vehicle's closed circuit with charge pump and purge: through no displacement into reverse, energy, gradients."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Connections, connect, simulate
+from acausal import Component, Connections, connect, replace, simulate
 from components.blocks import TimeSeries
 from components.hydraulic import (
     Chamber,
@@ -102,3 +103,21 @@ def test_transmission_through_no_displacement() -> None:
     assert float(sol.final.pump.swash.x) == pytest.approx(-1.0, abs=1e-6)
     supplied = np.trapezoid(np.asarray(sol["drive.flange.tau"]) * 200.0, np.asarray(sol.ts))
     assert abs(float(sol.energy.imbalance)) < 1e-6 * abs(supplied)
+
+
+@pytest.mark.slow
+def test_gradients_of_the_transmission() -> None:
+    """Of the speed while the swash plate swings, by both modes and by differences."""
+    rig = transmission()
+    base = {"pump.pump.displacement": 28.0 * PER_REVOLUTION, "load.J": 2.0, "charge.displacement": 6.0 * PER_REVOLUTION}
+
+    def speed(scales: jax.Array, rtol: float = 1e-6) -> jax.Array:
+        changed = replace(rig, {name: scales[i] * value for i, (name, value) in enumerate(base.items())})
+        return jnp.asarray(simulate(changed, 0.6, save="end", rtol=rtol).final.load.w)
+
+    ones = jnp.ones(3)
+    forward, reverse = jax.jacfwd(speed)(ones), jax.grad(speed)(ones)
+    np.testing.assert_allclose(forward, reverse, rtol=1e-7)
+    run = jax.jit(lambda scales: speed(scales, 1e-9))
+    differences = [(run(ones + step) - run(ones - step)) / 2e-4 for step in 1e-4 * np.eye(3)]
+    np.testing.assert_allclose(forward, differences, rtol=1e-3, atol=1e-3 * float(jnp.max(jnp.abs(forward))))
