@@ -9,6 +9,7 @@ from ._duty import open_clutch as open_clutch
 from ._duty import whole_duty as whole_duty
 from ._families import ARCHITECTURES as ARCHITECTURES
 from ._main import as_text as as_text
+from ._main import conditions_as_text as conditions_as_text
 from ._main import main as main
 from ._main import stored as stored
 from ._main import study as study

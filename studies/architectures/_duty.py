@@ -17,6 +17,7 @@ from .._opening import LONGEST, STROKE
 HOLD = 10.0  # s
 CLOSING = 1.0  # s, by the 3-4-5 polynomial, so that it starts and ends at rest
 SETTLING = 0.2  # s, after the end of the profile
+METERED = 0.3  # s, of an opening along the profile, in which valves are partly open
 BEYOND = 10e-3  # m, above the stroke while it opens
 NEVER = 1e3  # s and m, beyond any run
 
@@ -59,6 +60,15 @@ def _closing(opened: Scalar) -> Any:
     return opened + HOLD + CLOSING * jnp.linspace(0.0, 1.0, 11)
 
 
+def _open_by_profile() -> dict[str, Any]:
+    share = jnp.linspace(0.0, 1.0, 11)
+    return {
+        "demand.beyond.start_time": 0.0,
+        "demand.profile.times": METERED * share,
+        "demand.profile.values": STROKE * Polynomial345().share(share),
+    }
+
+
 def run(model: Any, t1: Scalar, level: Scalar, *, rtol: Scalar, save: Any = "steps", account: bool = True) -> Solution:
     """The run until the slave has travelled `level` in m, of t1 in s at most; one program for opening and whole duty.
 
@@ -88,3 +98,8 @@ def whole_duty(model: Any, opened: Scalar, *, rtol: Scalar) -> Solution:
         "demand.closing.start_time": opened + HOLD,
     }
     return run(replace(model, times), opened + HOLD + CLOSING + SETTLING, NEVER, rtol=rtol)
+
+
+def half_open_by_profile(model: Any, *, rtol: Scalar) -> Solution:
+    """From rest to half the stroke, on the way of an opening that follows the profile in `METERED`."""
+    return run(replace(model, _open_by_profile()), LONGEST, 0.5 * STROKE, rtol=rtol)

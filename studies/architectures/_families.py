@@ -12,6 +12,7 @@ from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power
 # In kg, as the thesis states them (tables 6.2 to 6.4, conclusions).
 _PUMP: Mapping[str, float] = MappingProxyType({"motor RE40": 0.48, "pump": 0.9})
 _RELIEVED: Mapping[str, float] = MappingProxyType({**_PUMP, "relief valve": 0.05})
+_VARIABLE: Mapping[str, float] = MappingProxyType({"motor RE40": 0.48, "relief valve": 0.05})
 _HELD: Mapping[str, float] = MappingProxyType({**_PUMP, "holding valve with coil": 0.29})
 _GEARED: Mapping[str, float] = MappingProxyType({"motor RE50": 1.1, "gearbox GP52": 0.46})
 _OF_METERING = ("pump.displacement", "valve.rated_flow", "motor.resistor.R")
@@ -28,11 +29,11 @@ ARCHITECTURES = (
     ),
     Architecture(
         "pressure compensated", "(3) variable pump, pressure compensated", pressure_compensated,
-        (*_OF_METERING, "slave.bore"), {"motor RE40": 0.48}, "variable pump, proportional valve, block, cylinder",
+        (*_OF_METERING, "slave.bore"), _VARIABLE, "variable pump, proportional valve, block, cylinder",
     ),
     Architecture(
         "power matched", "(4) variable pump, power matched", power_matched,
-        (*_OF_METERING, "pump.margin"), {"motor RE40": 0.48}, "variable pump, proportional valve, block, cylinder",
+        (*_OF_METERING, "pump.margin"), _VARIABLE, "variable pump, proportional valve, block, cylinder",
     ),
     Architecture(
         "bleed-off", "(5) fixed pump, bleed-off", bleed_off, _OF_PUMPS, _PUMP, "proportional valve, block, cylinder",

@@ -3,11 +3,12 @@
 import concurrent.futures
 import multiprocessing
 from collections.abc import Iterable, Sequence
-from json import loads
 from pathlib import Path
 
-from .._output import print_table, progress, require_matplotlib, write_json
+from .._compile import compiled_quickly
+from .._output import plain_table, print_table, progress, read_json, require_matplotlib, write_json
 from ._architecture import Architecture
+from ._conditions import CONDITIONS
 from ._families import ARCHITECTURES
 from ._parts import ASSUMED
 from ._rows import Row, row_of
@@ -16,6 +17,8 @@ HEADS = (
     "architecture", "opening [ms]", "peak [A]", "holding [A]", "holding [W]", "energy [J]", "opening [J]", "mass [kg]",
     "imbalance",
 )  # fmt: skip
+OTHER_HEADS = ("architecture", *(f"{what}, {when}" for what in ("opening [ms]", "holding [W]", "energy [J]")
+                                 for when in ("40 C", *CONDITIONS)))  # fmt: skip
 RTOL = 1e-8  # at least, of the runs: the accounts are then balanced far better than to 1e-6
 STORED = Path(__file__).parent / "rows.json"
 WORKERS = 2  # processes; each compiles programs of its own
@@ -27,6 +30,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) 
         require_matplotlib()
     rows = study(max(rtol, RTOL))
     print_table("Clutch actuators: one duty for all", HEADS, cells(rows))
+    print_table("Cold, hot, and with a worn clutch", OTHER_HEADS, _other_cells(rows))
     if json is not None:
         write_json(json, rows)
     if out is not None:
@@ -44,17 +48,31 @@ def study(rtol: float = RTOL, names: Sequence[str] | None = None) -> list[Row]:
 
 
 def _row(name: str, rtol: float) -> Row:
-    return row_of(next(item for item in ARCHITECTURES if item.name == name), rtol)
+    with compiled_quickly():
+        return row_of(next(item for item in ARCHITECTURES if item.name == name), rtol)
 
 
 def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
     """The table as texts."""
     for row in rows:
         yield (
-            row.architecture, f"{1e3 * row.opening_time:.1f}", f"{row.peak_current:.1f}", f"{row.holding_current:.2f}",
-            f"{row.holding_power:.1f}", f"{row.energy:.0f}", f"{row.energies['opening']:.1f}", f"{row.mass:.2f}",
-            f"{row.imbalance:.0e}",
+            row.architecture, f"{1e3 * row.opening_time:.1f}", f"{row.peak_current:z.1f}",
+            f"{row.holding_current:z.2f}", f"{row.holding_power:z.1f}", f"{row.energy:.0f}",
+            f"{row.energies['opening']:.1f}", f"{row.mass:.2f}", f"{row.imbalance:.0e}",
         )  # fmt: skip
+
+
+def _other_cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
+    """Opening time, power of the hold and energy under all conditions."""
+    for row in rows:
+        base = {"opening_time": row.opening_time, "holding_power": row.holding_power, "energy": row.energy}
+        sets = [base, *(row.conditions[name] for name in CONDITIONS)]
+        yield (
+            row.architecture,
+            *(f"{1e3 * one['opening_time']:.1f}" for one in sets),
+            *(f"{one['holding_power']:z.1f}" if "holding_power" in one else "-" for one in sets),
+            *(f"{one['energy']:.0f}" if "energy" in one else "-" for one in sets),
+        )
 
 
 def report(rows: Sequence[Row], out: Path) -> None:
@@ -70,6 +88,7 @@ def report(rows: Sequence[Row], out: Path) -> None:
     parts = [
         ("Table", as_text(rows), [energies]),
         ("Pressure over flow", "Outer area: what pump or master cylinder give.", [areas]),
+        ("Cold, hot, and with a worn clutch", conditions_as_text(rows), []),
         ("What limits each", "\n".join(f"{row.architecture}: {row.limit}" for row in rows), []),
         ("Masses", "\n".join(map(_mass, ARCHITECTURES)), []),
         ("Assumed", "\n".join(f"{what}: {reason}" for what, reason in ASSUMED.items()), []),
@@ -79,14 +98,17 @@ def report(rows: Sequence[Row], out: Path) -> None:
 
 def stored() -> list[Row]:
     """The rows as they were when the documentation was written: `python -m studies architectures --json` gives them."""
-    return [Row(**row) for row in loads(STORED.read_text())["rows"]]
+    return read_json(STORED, rows=Row)["rows"]
 
 
 def as_text(rows: Sequence[Row]) -> str:
     """The table with a line for each row."""
-    lines = [HEADS, *cells(rows)]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(HEADS))]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+    return plain_table(HEADS, cells(rows))
+
+
+def conditions_as_text(rows: Sequence[Row]) -> str:
+    """The duty under other conditions, a line for each row."""
+    return plain_table(OTHER_HEADS, _other_cells(rows))
 
 
 def _mass(item: Architecture) -> str:

@@ -31,6 +31,8 @@ ASSUMED: Mapping[str, str] = MappingProxyType(
         "liquid of 1050 kg/m3, 1.5 GPa, 8 mm2/s": "DOT 4 at 40 C; the modulus is that behind the line's stiffness",
         "valves of 4 l/min at 5 bar an edge, 50 Hz, damping 0.8": "twice the flow of the fastest opening; usual for a "
         "small proportional valve",
+        "variable pumps swing back with 20 ms, relief valves 10 bar above them": "usual for small ones; without the "
+        "valve the pump would press 200 bar against the shut spool, until its motor stalls",
         "chamber of 5 cm3 between pump and valve": "drilled passages of a block",
         "drain of 4 mm": "the bore of the thesis' holding valve, as in the study of the hold",
         "controllers": "PI, as fast as the slowest valve lets it; while it opens all are at their limits",

@@ -20,6 +20,13 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "surplus flow": "#d55e00", "line, seals, rest": "#7a7a7a",
     }
 )  # fmt: skip
+WHEN: Mapping[str, str] = MappingProxyType(
+    {
+        "opening": "at half the stroke, opening at full speed",
+        "metered": "at half the stroke, opening along a profile",
+        "holding": "holding",
+    }
+)
 SURPLUS = ("relief", "compensator", "bleed")
 TO_BAR, TO_LITRES = 1e-5, 6e4  # from Pa, and from m3/s to l/min
 
@@ -40,16 +47,16 @@ def kind_of(path: str) -> str:
 
 def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
     """Pressure over flow: the whole area is what the source gives; its parts are the clutch and the losses."""
-    figure = figure or Figure(figsize=(7.0, 2.3 * len(rows) + 0.6), layout="constrained")
-    panels = np.asarray(figure.subplots(len(rows), 2, squeeze=False, sharex=True, sharey=True))
+    figure = figure or Figure(figsize=(10.0, 2.3 * len(rows) + 0.6), layout="constrained")
+    panels = np.asarray(figure.subplots(len(rows), len(WHEN), squeeze=False, sharex=True, sharey=True))
     widest = max(row.flows[when]["source_q"] for row in rows for when in row.flows)
     highest = max(row.flows[when]["source_p"] for row in rows for when in row.flows)
     for line, row in zip(panels, rows, strict=True):
-        for panel, when in zip(line, ("opening", "holding"), strict=True):
+        for panel, (when, said) in zip(line, WHEN.items(), strict=True):
             _areas(panel, row.flows[when])
             panel.grid(alpha=0.3)
-        line[0].set_title(f"{titles[row.architecture]}\nopening, at half the stroke", fontsize=9, loc="left")
-        line[1].set_title("\nholding", fontsize=9, loc="left")
+            title = titles[row.architecture] if when == "opening" else ""
+            panel.set_title(f"{title}\n{said}", fontsize=9, loc="left")
         line[0].set_ylabel("pressure [bar]")
     panels[0, 0].set_xlim(0.0, 1.05 * TO_LITRES * widest)
     panels[0, 0].set_ylim(0.0, 1.1 * TO_BAR * highest)
@@ -67,7 +74,7 @@ def _areas(panel: Axes, flows: Mapping[str, float]) -> None:
     _area(panel, "drop of the valve", 0.0, load_p, used, p - load_p)
     _area(panel, "surplus flow, compression", used, 0.0, q - used, p)
     powers = {name: 100.0 / 60.0 * area for name, area in (("source", p * q), ("clutch", load_p * used))}
-    text = f"{powers['source']:.1f} W, clutch {abs(powers['clutch']):.1f} W"
+    text = f"{powers['source']:z.1f} W, clutch {powers['clutch']:z.1f} W"
     panel.text(0.97, 0.93, text, transform=panel.transAxes, ha="right", va="top", fontsize=8)
 
 

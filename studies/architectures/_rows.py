@@ -13,18 +13,22 @@ from acausal import Solution, parameters, replace
 
 from .._opening import STROKE
 from ._architecture import Architecture
-from ._duty import HOLD, open_clutch, whole_duty
+from ._conditions import CONDITIONS
+from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
     """An architecture put to the duty, in SI units; currents are those of its battery.
 
-    Peak current is that of the opening, holding current and power are means over the hold, energies are what the
-    battery gives. `losses` and `stored` are by component over the whole duty. `gradients` are those of the opening time
-    by the path of a size, `modes` the largest difference between both modes of differentiation, over the largest one.
-    `lowest` and `highest` bound the position from a second after the opening to the end of the hold. `flows` are
-    pressure and flow of the source and of the clutch: at half the stroke as it opens, and in the hold.
+    Peak current is that of the opening, holding current and power are means over the hold; the resting current is what
+    the motor's supply gives at its end. Energies are what the battery gives. `losses` by component, `stored` and
+    `compression` are over the whole duty; `compression` is what the account counts as supplied beside the battery: a
+    `LinearLiquid` of energy density e that a cylinder takes in, the integral of e dV. `gradients` are those of the
+    opening time by the path of a size, `modes` the largest difference between both modes of differentiation, over the
+    largest one. `lowest` and `highest` bound the position from a second after the opening to the end of the hold.
+    `flows` are pressure and flow of the source and of the clutch: at half the stroke as it opens at full speed and,
+    metered, along a profile, and in the hold. `conditions` has some of these figures for the duty under others.
     """
 
     architecture: str
@@ -32,10 +36,12 @@ class Row:
     peak_current: float
     holding_current: float
     holding_power: float
+    resting_current: float  # at the end of the hold
     energy: float
     energies: Mapping[str, float]  # of opening, holding, closing
     losses: Mapping[str, float]
     stored: float
+    compression: float
     mass: float
     imbalance: float  # of the account, over what is supplied
     gradients: Mapping[str, float]
@@ -44,43 +50,71 @@ class Row:
     highest: float
     closed: float  # position at the end
     flows: Mapping[str, Mapping[str, float]]
+    conditions: Mapping[str, Mapping[str, float]]
     limit: str
 
 
 def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = True) -> Row:
     """Simulate an architecture and, unless told otherwise, differentiate its opening time."""
     model = architecture.build()
-    opening = open_clutch(model, rtol=rtol)
-    opened = float(opening.t1)
-    if not np.isfinite(opened):
-        raise ValueError(f"{architecture.name} does not open the clutch: {opening.result}")
-    duty = whole_duty(model, opened, rtol=rtol)
+    opened, duty = _done(architecture.name, model, rtol)
     energies = _energies(duty, opened)
     gradients, modes = gradients_of(architecture, model, rtol) if differentiated else ({}, 0.0)
     losses = {path: float(lost) for path, lost in duty.energy.dissipated.items() if lost != 0.0}
     supplied, stored, _ = (float(total) for total in duty.energy.totals)
-    held = _between(duty, opened + 1.0, opened + HOLD)
+    position, held = np.asarray(duty.piston.a.s), _during(duty, opened + 1.0, opened + HOLD)
     row = Row(
         architecture=architecture.name,
         opening_time=opened,
-        peak_current=float(np.max(np.abs(np.asarray(opening.supply.i)))),
+        peak_current=float(np.max(np.abs(np.asarray(duty.supply.i)[_during(duty, 0.0, opened)]))),
         holding_current=_mean(duty, "charge", opened),
         holding_power=_mean(duty, "energy", opened),
+        resting_current=float(np.interp(opened + HOLD, np.asarray(duty.ts), -np.asarray(duty.supply.i))),
         energy=sum(energies.values()),
         energies=energies,
         losses=losses,
         stored=stored,
+        compression=supplied - sum(energies.values()),
         mass=sum(architecture.masses.values()),
         imbalance=abs(float(duty.energy.imbalance)) / supplied,
         gradients=gradients,
         modes=modes,
-        lowest=float(held.min()),
-        highest=float(held.max()),
-        closed=float(duty.final.piston.a.s),
-        flows={"opening": _flows(architecture, opening, None), "holding": _flows(architecture, duty, opened + HOLD)},
+        lowest=float(position[held].min()),
+        highest=float(position[held].max()),
+        closed=float(position[-1]),
+        flows={
+            "opening": _flows(architecture, duty, np.interp(0.5 * STROKE, *_rising(duty, opened))),
+            "metered": _flows(architecture, half_open_by_profile(model, rtol=rtol), None),
+            "holding": _flows(architecture, duty, opened + HOLD),
+        },
+        conditions={name: _figures(architecture.name, change(model), rtol) for name, change in CONDITIONS.items()},
         limit="",
     )
     return dataclasses.replace(row, limit=_limit(row, model))
+
+
+def _done(name: str, model: Any, rtol: float) -> tuple[float, Solution]:
+    """The opening time and the run of the whole duty."""
+    opening = open_clutch(model, rtol=rtol)
+    opened = float(opening.t1)
+    if not np.isfinite(opened):
+        raise ValueError(f"{name} does not open the clutch: {opening.result}")
+    return opened, whole_duty(model, opened, rtol=rtol)
+
+
+def _figures(name: str, model: Any, rtol: float) -> dict[str, float]:
+    """What is compared under other conditions."""
+    opened, duty = _done(name, model, rtol)
+    if duty.ts[-1] < opened + HOLD + CLOSING:
+        # The run gave up on the way, and its energies are not those of the duty.
+        return {"opening_time": opened}
+    return {
+        "opening_time": opened,
+        "holding_current": _mean(duty, "charge", opened),
+        "holding_power": _mean(duty, "energy", opened),
+        "energy": sum(_energies(duty, opened).values()),
+        "closed": float(duty.final.piston.a.s),
+    }
 
 
 def opening_time_of(architecture: Architecture, model: Any, rtol: float) -> Callable[[Any], Any]:
@@ -128,19 +162,25 @@ def _mean(duty: Solution, name: str, opened: float) -> float:
     return (_integral(duty, name, opened + HOLD) - _integral(duty, name, opened)) / HOLD
 
 
-def _between(duty: Solution, begin: float, end: float) -> np.ndarray:
+def _during(duty: Solution, begin: float, end: float) -> np.ndarray:
+    """Which saved times are in between."""
     times = np.asarray(duty.ts)
-    return np.asarray(duty.piston.a.s)[(times >= begin) & (times <= end)]
+    return (times >= begin) & (times <= end)
+
+
+def _rising(duty: Solution, opened: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and times of the opening."""
+    chosen = _during(duty, 0.0, opened)
+    return np.asarray(duty.piston.a.s)[chosen], np.asarray(duty.ts)[chosen]
 
 
 def _flows(architecture: Architecture, solution: Solution, time: float | None) -> dict[str, float]:
-    """At a time, or where the slave passes half of its stroke."""
-    times = np.asarray(solution.ts)
-    if time is None:
-        time = float(np.interp(0.5 * STROKE, np.asarray(solution.piston.a.s), times))
-    signals = (*architecture.delivered(solution), *architecture.taken(solution))
-    values = [float(np.interp(time, times, np.asarray(signal))) for signal in signals]
-    return dict(zip(("source_p", "source_q", "clutch_p", "clutch_q"), values, strict=True))
+    """Pressure and flow of source and clutch at a time, or at the end."""
+    seen = solution if time is not None else solution.final
+    signals = [np.asarray(signal) for signal in (*architecture.delivered(seen), *architecture.taken(seen))]
+    if time is not None:
+        signals = [np.interp(time, np.asarray(solution.ts), signal) for signal in signals]
+    return dict(zip(("source_p", "source_q", "clutch_p", "clutch_q"), map(float, signals), strict=True))
 
 
 def _limit(row: Row, model: Any) -> str:

@@ -34,6 +34,8 @@ from ._parts import (
 )
 
 MARGIN = 7e5  # Pa, of load sensing above the load: the valve's drop at its rated flow, and the band
+ABOVE = 1e6  # Pa, of relief valves above what variable pumps are set to
+SWING = 0.02  # s, time constant of a swash plate
 BAND = 3e5  # Pa, over which load sensing and pressure compensation act
 
 
@@ -55,38 +57,35 @@ class PumpSupplied(Controlled, partial=True):
 
 
 class Metered(PumpSupplied, partial=True):
-    """A three-way valve joins the line with the pump to open, with the tank to close."""
+    """A three-way valve joins the line with the pump to open, with the tank to close; a relief valve bounds its supply.
+
+    With a fixed pump it sets the pressure; a variable one needs it for as long as its swash plate takes to swing back.
+    """
 
     chamber: Volume
     valve: ThreeWayValve
+    relief: ReliefValve
 
     def connections(self) -> Connections:
         return (
             *super().connections(),
             connect(self.spool.y, self.valve.u),
-            connect(self.pump.b, self.chamber.port, self.valve.p),
-            connect(self.valve.t, self.tank.port),
+            connect(self.pump.b, self.chamber.port, self.valve.p, self.relief.a),
+            connect(self.valve.t, self.relief.b, self.tank.port),
             connect(self.valve.a, self.line.a),
         )
 
 
-class Relieved(Metered, partial=True):
-    """A fixed pump, whose pressure a relief valve bounds."""
-
-    pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
-    relief: ReliefValve
-
-    def connections(self) -> Connections:
-        return *super().connections(), connect(self.pump.b, self.relief.a), connect(self.relief.b, self.tank.port)
-
-
-class ConstantPressureActuator(Relieved):
+class ConstantPressureActuator(Metered):
     """What the valve does not take goes through the relief valve."""
 
+    pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
 
-class LoadSensingActuator(Relieved):
+
+class LoadSensingActuator(Metered):
     """A compensator lets the surplus go at a pressure that is a margin above that of the load."""
 
+    pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
     compensator: BypassCompensator
 
     def connections(self) -> Connections:
@@ -129,25 +128,25 @@ class BleedOffActuator(PumpSupplied):
 
 def constant_pressure() -> ConstantPressureActuator:
     """(1) Fixed pump, constant supply pressure."""
-    return ConstantPressureActuator(pump=FixedPump(**pump_data()), relief=relief(), **_metered())
+    return ConstantPressureActuator(pump=FixedPump(**pump_data()), **_metered())
 
 
 def load_sensing() -> LoadSensingActuator:
     """(2) Fixed pump, pressure matched by load sensing."""
     compensator = BypassCompensator(rated_flow=1e-4, rated_drop=5e5, band=BAND, margin=MARGIN)
-    return LoadSensingActuator(pump=FixedPump(**pump_data()), relief=relief(), compensator=compensator, **_metered())
+    return LoadSensingActuator(pump=FixedPump(**pump_data()), compensator=compensator, **_metered())
 
 
 def pressure_compensated() -> PressureCompensatedActuator:
     """(3) Variable pump, flow matched."""
-    pump = PressureCompensatedPump(tau=0.02, x=1.0, p_set=HIGHEST, band=BAND, **pump_data())
-    return PressureCompensatedActuator(pump=pump, **_metered())
+    pump = PressureCompensatedPump(tau=SWING, x=1.0, p_set=HIGHEST, band=BAND, **pump_data())
+    return PressureCompensatedActuator(pump=pump, **_metered(ABOVE))
 
 
 def power_matched() -> PowerMatchedActuator:
     """(4) Variable pump, pressure and flow matched."""
-    pump = LoadSensingPump(tau=0.02, x=1.0, margin=MARGIN, band=BAND, p_set=HIGHEST, band_set=BAND, **pump_data())
-    return PowerMatchedActuator(pump=pump, **_metered())
+    pump = LoadSensingPump(tau=SWING, x=1.0, margin=MARGIN, band=BAND, p_set=HIGHEST, band_set=BAND, **pump_data())
+    return PowerMatchedActuator(pump=pump, **_metered(ABOVE))
 
 
 def bleed_off() -> BleedOffActuator:
@@ -159,5 +158,8 @@ def _drive() -> dict[str, Any]:
     return dict(supply=ConstantVoltage(V=VOLTAGE), motor=re40(), spool=spool(), **load())
 
 
-def _metered() -> dict[str, Any]:
-    return dict(chamber=chamber(), valve=three_way_valve(), controller=valve_control(), **_drive())
+def _metered(above: float = 0.0) -> dict[str, Any]:
+    return dict(
+        chamber=chamber(), valve=three_way_valve(), relief=relief(HIGHEST + above), controller=valve_control(),
+        **_drive(),
+    )  # fmt: skip

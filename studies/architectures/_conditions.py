@@ -1,0 +1,67 @@
+"""Other conditions of the duty: cold, hot, and with a worn clutch.
+
+All sizes are those at 40 C; away from it the liquid is DOT 4, windings are of copper, and magnets lose 0.1 % of their
+flux per kelvin, as those of neodymium do. Friction of the drives stays: what part of it is the liquid's is not known.
+"""
+
+import functools as ft
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from acausal import Scalar, parameters, replace
+from components.hydraulic import dot_4
+
+from .._opening import STROKE
+
+BASE = 40.0  # C
+COPPER, MAGNET = 3.93e-3, -1e-3  # 1/K, at 20 C
+WORN_FORCE = 800.0  # N, on the open clutch, as the thesis states it for limited wear
+WORN_LEAKS = 10.0  # times those past new seals; assumed
+PRESSURE = 2e6  # Pa, at which stiffnesses are compared
+
+
+def at_temperature(celsius: Scalar, model: Any) -> Any:
+    """The model with windings, magnets and liquid at a temperature in C."""
+    thinner, softer = _liquid(celsius)
+    windings = _linear(COPPER, celsius) / _linear(COPPER, BASE)
+    magnets = _linear(MAGNET, celsius) / _linear(MAGNET, BASE)
+    factors = {
+        "motor.resistor.R": windings, "coil.R": windings, "motor.emf.k": magnets, "viscosity": thinner,
+        "leak.resistance": thinner, "bulk_modulus": softer, "line.stiffness": softer,
+    }  # fmt: skip
+    return _multiplied(model, factors)
+
+
+def worn(model: Any) -> Any:
+    """The model with a clutch that takes `WORN_FORCE` to open, and with seals that leak more."""
+    return _multiplied(replace(model, {"clutch.rate": WORN_FORCE / STROKE}), {"leak.resistance": 1.0 / WORN_LEAKS})
+
+
+CONDITIONS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+    {"-30 C": ft.partial(at_temperature, -30.0), "120 C": ft.partial(at_temperature, 120.0), "worn": worn}
+)
+
+
+def _multiplied(model: Any, factors: Mapping[str, Scalar]) -> Any:
+    """The model with all parameters multiplied whose path ends in a name."""
+    changed = {
+        path: value * factor
+        for path, value in parameters(model).items()
+        for name, factor in factors.items()
+        if path == name or path.endswith(f".{name}")
+    }
+    return replace(model, changed)
+
+
+def _linear(coefficient: Scalar, celsius: Scalar) -> Scalar:
+    return 1.0 + coefficient * (celsius - 20.0)
+
+
+def _liquid(celsius: Scalar) -> tuple[Scalar, Scalar]:
+    """Viscosity and bulk modulus of DOT 4, over those at the base temperature."""
+    now, base = (dot_4(temperature=273.15 + value, air=1e-6) for value in (celsius, BASE))
+    return (
+        now.kinematic_viscosity(PRESSURE) / base.kinematic_viscosity(PRESSURE),
+        now.bulk_modulus_at(PRESSURE) / base.bulk_modulus_at(PRESSURE),
+    )
