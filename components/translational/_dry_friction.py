@@ -150,7 +150,9 @@ class StribeckFriction(DryFriction):
 class TustinFriction(DryFriction):
     """Sliding force F_prop |v| + F_Coulomb + F_Stribeck exp(-fexp |v|), break-away at F_Coulomb + F_Stribeck.
 
-    The law of Tustin (1947) and of MSL `MassWithStopAndFriction`.
+    The law of Tustin (1947) and of MSL `MassWithStopAndFriction`. The peak falls off within a speed of 1/fexp. Where
+    that is not well above the tolerance of the speed, errors of a run make it stick and break away again and again:
+    give the speed of the mass a small size, as in `nominal={"mass.v": 1e-6}`.
     """
 
     F_prop: Param[Scalar, "N.s/m", nonnegative]  # viscous friction coefficient

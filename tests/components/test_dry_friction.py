@@ -256,3 +256,30 @@ TABLE = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.5, 1.0]))
 def test_bad_parameters(build: Callable[[], Component], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         build()
+
+
+def wire_pulled(pull: Any, spring: Any, mass: Any, friction: Any) -> Connections:
+    return connect(pull.flange, spring.a), connect(spring.b, mass.a), connect(mass.b, friction.flange)
+
+
+@pytest.mark.slow
+def test_a_steep_peak_breaks_away_once_in_each_cycle() -> None:
+    """With a size of the speed below that within which the peak falls off."""
+
+    def run(fexp: Any, static: Any, speed: Any) -> Any:
+        parts = (
+            translational.ConstantSpeed(speed=speed),
+            translational.SpringDamper(c=100.0, d=1.0),
+            translational.Mass(m=1.0),
+            translational.TustinFriction(F_prop=0.1, F_Coulomb=1.0, F_Stribeck=static, fexp=fexp),
+        )
+        log = simulate(Rig(parts=parts, wiring=wire_pulled), 3.0, save="end", nominal={"parts[2].v": 1e-6}).events
+        return log.count, log.of_event("parts[3].forward")[:2]
+
+    draw, n = np.random.default_rng(2), 16
+    fexp, static = 10.0 ** draw.uniform(4.0, 7.0, n), draw.uniform(0.2, 1.0, n)
+    speed = 10.0 ** draw.uniform(-4.0, -0.3, n)
+    count, times = jax.jit(jax.vmap(run))(fexp, static, speed)
+    first = (1.0 + static - speed) / (100.0 * speed)
+    np.testing.assert_allclose(np.min(times, axis=1), np.where(first < 3.0, first, np.inf), rtol=1e-6)
+    assert np.all(count < 20)
