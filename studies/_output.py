@@ -1,19 +1,24 @@
 """What the studies share: tables, progress, JSON and pictures."""
 
 import dataclasses
+import hashlib
 import importlib.util
 import json
 import math
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import acausal
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _T = TypeVar("_T")
+UNFINISHED = "unfinished"  # folder of what an interrupted study goes on from
 ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "sila": "present (worm 38:1)",
@@ -47,6 +52,30 @@ def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
             yield item
     else:
         yield from track(items, what, console=Console(stderr=True), transient=True)
+
+
+def resumed(out: Path | None, name: str, make: Callable[[], _T]) -> _T:
+    """What an interrupted run of the same code has left in the folder; else what `make` makes, which is left there.
+
+    `finished` removes it.
+    """
+    if out is None:
+        return make()
+    code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
+    path = out / UNFINISHED / f"{name}_{hashlib.sha256(code).hexdigest()[:16]}.acausal"
+    if path.exists():
+        return acausal.load(path)
+    made = make()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    acausal.save(path.with_suffix(".part"), made)
+    path.with_suffix(".part").rename(path)  # so that half a file is none
+    return made
+
+
+def finished(out: Path | None) -> None:
+    """Remove what would have been gone on from."""
+    if out is not None:
+        shutil.rmtree(out / UNFINISHED, ignore_errors=True)
 
 
 def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -30,6 +30,7 @@ LONGEST = 0.15  # s, given up after this time
 LARGEST = 40.0  # ratio; with more than that no motor is fast enough
 INCH = 25.4e-3  # m
 FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
+HOLDING = "holding current of the supply"  # a limit
 HEADS = ("", "opening time [ms]", "holding current [A]", "what")
 
 
@@ -110,7 +111,7 @@ def pressure_angle(s: Solution) -> Scalar:
 MINIMISE = {"opening time": (lambda s: s.t1, "ms"), "holding current": (holding_current, "A")}
 LIMITS = {
     "peak current": (lambda s: s.final.supply.V / s.final.motor.resistor.R, "<= 70 A"),
-    "holding current of the supply": (holding_current, "<= 20 A"),
+    HOLDING: (holding_current, "<= 20 A"),
     "line pressure": (lambda s: s.final.line.p, "<= 40 bar"),
     "rated speed": (speed, "<= 1"),
     "rated pressure": (pressure, "<= 1"),
@@ -182,7 +183,14 @@ def _cells(choice: Choice, design: Design) -> list[Sequence[str]]:
             what = ", ".join(list(choice.combination(i).values())[1:])
             cells.append((f"best with a {name}", *(f"{x:.4g}" for x in choice.values[i] * (1e3, 1.0)), what))
     values = ", ".join(f"{path} {value:.5g}" for path, value in design.values.items())
-    return [*cells, ("continuous optimum", f"{1e3 * design.objective:.4g}", "", values)]
+    time, current = _objectives(design)
+    return [*cells, ("continuous optimum", f"{1e3 * time:.4g}", f"{current:.4g}", values)]
+
+
+def _objectives(design: Design) -> tuple[float, float]:
+    """Opening time and holding current of the continuous optimum."""
+    (current,) = (result.value for result in design.results if result.limit.name == HOLDING)
+    return design.objective, current
 
 
 def _report(choice: Choice, design: Design, out: Path) -> None:
@@ -193,16 +201,22 @@ def _report(choice: Choice, design: Design, out: Path) -> None:
 
     figure, ax = plt.subplots(figsize=(7.0, 3.0), layout="constrained")
     names, counts = list(choice.reasons), list(choice.reasons.values())
-    ax.barh(names, [number for number, _ in counts], color="0.75", label="by this among others")
+    bars = ax.barh(names, [number for number, _ in counts], color="0.75", label="by this among others")
     ax.barh(names, [alone for _, alone in counts], color="tab:blue", label="by this alone")
+    ax.bar_label(bars, padding=3, fontsize="small")
+    ax.set_xscale("log")
+    ax.set_xlim(1.0, 5.0 * max(number for number, _ in counts))
     ax.set_xlabel("combinations ruled out")
     ax.invert_yaxis()
     ax.legend(frameon=False)
-    pictures = {"catalogue": choice.plot(beside=design).figure, "catalogue_limits": figure}
+    pictures = {
+        "catalogue": choice.plot(beside={"continuous optimum": _objectives(design)}).figure,
+        "catalogue_limits": figure,
+    }
     for name, picture in pictures.items():
         save(picture, out, name)
     parts = [
         ("What one can buy", str(choice), list(pictures.values())),
         ("What is between the products", str(design), [design.plot()]),
     ]
-    write_report(out, "catalogue", "Parts for the least opening time", parts)
+    write_report(out, "catalogue", "Parts for the least opening time", parts, __doc__)

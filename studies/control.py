@@ -6,6 +6,8 @@ speed. The voltage found is that of a bridge, piecewise linear between evenly sp
 """
 
 import dataclasses
+import functools as ft
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,17 @@ from acausal.design import Course, control
 from components.blocks import TimeSeries
 
 from ._opening import STROKE, opening
-from ._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, write_json
+from ._output import (
+    ACTUATOR_NAMES,
+    finished,
+    legend,
+    plain_table,
+    print_table,
+    progress,
+    require_matplotlib,
+    resumed,
+    write_json,
+)
 from .actuators import commanded, ehs_maxon, ema_maxon
 
 ACTUATORS = {
@@ -52,8 +64,8 @@ def heat(s: Any) -> Any:
     return s.motor.resistor.R * s.motor.p.i**2
 
 
-def courses(name: str, rtol: float = 1e-8) -> dict[str, Course[Any]]:
-    """The voltages found for an actuator."""
+def courses(name: str, rtol: float = 1e-8) -> dict[str, Callable[[], Course[Any]]]:
+    """What finds voltages for an actuator."""
     actuator, allowed = ACTUATORS[name]
     full = float(opening(actuator, save="end", rtol=rtol).t1)
     times = jnp.linspace(0.0, SLOWER * full, INTERVALS + 1)
@@ -69,8 +81,8 @@ def courses(name: str, rtol: float = 1e-8) -> dict[str, Course[Any]]:
     )
     bounds = {"command": (f"-{VOLTAGE} V", f"{VOLTAGE} V")}
     return {
-        SOONEST: control(model, bounds, (0.8 * full, 3.0 * full), **asked),
-        COOLEST: control(model, bounds, SLOWER * full, {"heat": (heat, "J")}, **asked),
+        SOONEST: ft.partial(control, model, bounds, (0.8 * full, 3.0 * full), **asked),
+        COOLEST: ft.partial(control, model, bounds, SLOWER * full, {"heat": (heat, "J")}, **asked),
     }
 
 
@@ -103,16 +115,23 @@ def _peak(course: Course[Any]) -> float:
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-8) -> list[Row]:
-    """Find the voltages, print, and write rows to the file `json`, pictures and a report to the folder `out`."""
+    """Find the voltages, print, and write rows to the file `json`, pictures and a report to the folder `out`.
+
+    With `out`, the study goes on where it was interrupted.
+    """
     if out is not None:
         require_matplotlib()
-    found = {name: courses(name, rtol) for name in progress(list(ACTUATORS), "controlling")}
+    ways = [(name, problem, find) for name in ACTUATORS for problem, find in courses(name, rtol).items()]
+    found: dict[str, dict[str, Course[Any]]] = {}
+    for name, problem, find in progress(ways, "controlling"):
+        found.setdefault(name, {})[problem] = resumed(out, f"{name}_{problem.replace(' ', '_')}_{rtol:g}", find)
     rows = [row for name, ways in found.items() for row in rows_of(name, ways, rtol)]
     print_table("Ways to open the clutch", HEADS, map(_cells, rows))
     if json is not None:
         write_json(json, rows)
     if out is not None:
         _report(found, rows, out)
+    finished(out)
     return rows
 
 
@@ -132,8 +151,8 @@ def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path
             figure.suptitle(f"{ACTUATOR_NAMES[name]}: {problem}", fontsize="medium")
             save(figure, out, f"control_{name}_{problem.replace(' ', '_')}")
             parts.append((f"{ACTUATOR_NAMES[name]}: {problem}", str(course), [figure]))
-    table = "\n".join("  ".join(f"{cell:>22}" for cell in cells) for cells in [HEADS, *map(_cells, rows)])
-    write_report(out, "control", "Voltages that open a clutch", [("Overview", table, []), *parts])
+    overview = ("Overview", plain_table(HEADS, map(_cells, rows)), [])
+    write_report(out, "control", "Voltages that open a clutch", [overview, *parts], __doc__)
 
 
 def picture(name: str, course: Course[Any]) -> Any:
@@ -148,6 +167,5 @@ def picture(name: str, course: Course[Any]) -> Any:
         panel.set_ylabel(label)
         panel.get_lines()[0].set_label("found")
     figure.axes[1].axhline(allowed, color="C3", linewidth=1.0, label="limit")
-    for panel in figure.axes:
-        panel.legend(frameon=False, fontsize="small")
+    legend(figure, 3)
     return figure

@@ -95,4 +95,4 @@ def _report(found: dict[str, Fit[Any]], out: Path) -> None:
     for name, figure in pictures.items():
         save(figure, out, name)
     parts = [(case, str(fit), list(pictures.values()) if fit is noisy else []) for case, fit in found.items()]
-    write_report(out, "identify", "Parameters of the RE50 actuator from measurements", parts)
+    write_report(out, "identify", "Parameters of the RE50 actuator from measurements", parts, __doc__)

@@ -102,4 +102,4 @@ def _report(tolerance: Tolerance[Any], found: list[Spread], text: str, out: Path
         ("Causes", str(indices), [pictures["tolerance_causes"]]),
         ("Sensitivities to all parameters", str(slopes), [pictures["tolerance_sensitivities"]]),
     ]
-    write_report(out, "tolerance", "Scatter of the opening time of the RE50 actuator", parts)
+    write_report(out, "tolerance", "Scatter of the opening time of the RE50 actuator", parts, __doc__)

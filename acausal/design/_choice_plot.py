@@ -29,7 +29,11 @@ def plot_choice(choice: "Choice", ax: Any, beside: dict[str, np.ndarray]) -> Any
         places = first.scale.value(front[:, 0]), second.scale.value(front[:, 1])
         ax.plot(*places, "o-", color="tab:blue", markerfacecolor="none", zorder=1, label="front")
     for (name, values), style in zip(beside.items(), ("-", "--", ":", "-.") * len(beside), strict=False):
-        ax.axvline(first.scale.value(values[0]), color="tab:orange", ls=style, label=name)
+        if second is not None and len(values) > 1:
+            ax.plot(*(o.scale.value(value) for o, value in zip((first, second), values, strict=False)), "*",
+                    color="tab:orange", markersize=11, label=name)  # fmt: skip
+        else:
+            ax.axvline(first.scale.value(values[0]), color="tab:orange", ls=style, label=name)
     ax.set_xlabel(first.scale.headed(first.name))
     ax.set_ylabel("rank" if second is None else second.scale.headed(second.name))
     ax.legend(frameon=False, fontsize="small")

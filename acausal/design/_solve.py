@@ -11,8 +11,18 @@ from ._task import Point
 At = Callable[[np.ndarray], Point | None]
 Watch = Callable[[np.ndarray], None]
 Method = Literal["SLSQP", "trust-constr"]
-RADIUS = 0.1  # of scaled variables, the first step of a trust-region method: a whole one leaves what can be computed
+# Of a trust-region method: the first step in scaled variables, and how far it first keeps inside of limits, in sizes of
+# the objective. Larger ones, which are scipy's own, leave what can be computed.
+RADIUS, BARRIER = 0.1, 0.01
 FAILED = 1e10  # the objective, in units of its size, of what cannot be computed: line searches step back from it
+
+
+class _Updated(optimize.BFGS):
+    """A Hessian that is learnt from steps on which the gradient changes."""
+
+    def update(self, delta_x: Any, delta_grad: Any) -> None:
+        if np.any(delta_grad):
+            super().update(delta_x, delta_grad)
 
 
 class Guarded:
@@ -64,16 +74,18 @@ def solve(
     box = optimize.Bounds(*bounds, keep_feasible=True)  # pyright: ignore[reportArgumentType]
     if method == "SLSQP":
         constraints = [_as_dictionary(guarded, rows, kind) for rows, kind in _kinds(is_equation)]
-        options = {"ftol": tolerance, "maxiter": most}
+        options, hessian = {"ftol": tolerance, "maxiter": most}, None
     else:
         low = np.where(is_equation, 0.0, -np.inf)
         nonlinear: Any = optimize.NonlinearConstraint
-        made = nonlinear(guarded.constraints, low, np.zeros(len(low)), jac=guarded.jacobian, hess=optimize.BFGS())
+        made = nonlinear(guarded.constraints, low, np.zeros(len(low)), jac=guarded.jacobian, hess=_Updated())
         constraints = [made] if len(low) else []
         options = {"gtol": 1e-9, "xtol": 1e-11, "barrier_tol": 1e-9, "maxiter": most, "initial_tr_radius": RADIUS}
+        hessian = _Updated()
+        options |= {"initial_barrier_parameter": BARRIER, "initial_barrier_tolerance": BARRIER}
     found = optimize.minimize(
-        guarded.objective, start, jac=guarded.gradient, bounds=box, constraints=constraints, method=method,
-        options=options, callback=lambda z, *state: watch(np.array(z)),
+        guarded.objective, start, jac=guarded.gradient, hess=hessian, bounds=box, constraints=constraints,
+        method=method, options=options, callback=lambda z, *state: watch(np.array(z)),
     )  # fmt: skip
     end = np.clip(found.x, *bounds)
     return end if at(end) is not None else guarded.good

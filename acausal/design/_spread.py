@@ -80,13 +80,15 @@ class Spread:
             bins = int(np.clip(np.sqrt(len(self.samples)), 10, 60))
             ax.hist(self.scale.value(self.samples), bins=bins, density=True, color="tab:blue", alpha=0.45)
         x = np.linspace(mean - 4.0 * std, mean + 4.0 * std, 200)
-        ax.plot(x, np.exp(-0.5 * ((x - mean) / std) ** 2) / (std * np.sqrt(2.0 * np.pi)), color="0.3", linewidth=1.0)
-        for p in (1.0, 99.0):
-            ax.axvline(self.scale.value(self.percentile(p)), color="tab:blue", linewidth=1.0, linestyle="--")
-        for limit in np.ravel(limits):
-            ax.axvline(self.scale.value(limit), color="tab:red", linewidth=1.5)
+        normal = np.exp(-0.5 * ((x - mean) / std) ** 2) / (std * np.sqrt(2.0 * np.pi))
+        ax.plot(x, normal, color="0.3", linewidth=1.0, label="normal")
+        for p, label in ((1.0, "1 % and 99 %"), (99.0, "")):
+            ax.axvline(self.scale.value(self.percentile(p)), color="tab:blue", linewidth=1.0, ls="--", label=label)
+        for number, limit in enumerate(np.ravel(limits)):
+            ax.axvline(self.scale.value(limit), color="tab:red", linewidth=1.5, label="" if number else "limit")
         ax.set_xlabel(self.scale.headed(self.result))
         ax.set_ylabel("density")
+        ax.legend(frameon=False, fontsize="small")
         lost = f", {sum(self.failed.values())} failed" if self.failed else ""
         ax.set_title(f"{self.method}: {mean:.5g} ± {std:.3g}{self.scale.text}{lost}", fontsize="medium")
         return ax

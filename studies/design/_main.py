@@ -1,17 +1,20 @@
 """`python -m studies design`."""
 
-import base64
 import dataclasses
-import html
-import io
+import functools as ft
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from acausal.design import Design
 
-from .._output import print_table, progress, require_matplotlib, write_json
+from .._output import finished, plain_table, print_table, progress, require_matplotlib, resumed, save, write_json
+from .._report import write_report
 from ._problems import PROBLEMS
 
+ABOUT = """Actuators of a clutch, each with the values of some parameters that open it soonest while limits are kept.
+
+For each: the design, the margins of its limits, what each active limit costs, and what else the optimum depends on.
+"""
 HEADS = (
     "problem", "starts", "opening time [ms]", "status", "KKT residual", "active, one unit more buys", "simulations",
 )  # fmt: skip
@@ -34,12 +37,15 @@ class Row:
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
-    """Optimise, print each certificate, and write rows to the file `json` and a report to the folder `out`."""
+    """Optimise, print each certificate, and write rows to the file `json` and a report to the folder `out`.
+
+    With `out`, the study goes on where it was interrupted.
+    """
     if out is not None:
         require_matplotlib()
     designs: dict[str, Design] = {}
-    for problem in progress(PROBLEMS, "designing"):
-        designs[problem.name] = problem.solve(rtol)
+    for number, problem in enumerate(progress(PROBLEMS, "designing")):
+        designs[problem.name] = resumed(out, f"design_{number}_{rtol:g}", ft.partial(problem.solve, rtol))
         print(f"\n{problem.name}\n{'=' * len(problem.name)}\n{designs[problem.name]}")
     rows = [_row(name, end) for name, best in designs.items() for end in (best, *best.others)]
     print()
@@ -47,7 +53,8 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     if json is not None:
         write_json(json, rows)
     if out is not None:
-        write_report(designs, out)
+        _report(designs, out)
+    finished(out)
     return rows
 
 
@@ -72,20 +79,11 @@ def _cells(designs: Mapping[str, Design]) -> Iterable[tuple[str, ...]]:
         )  # fmt: skip
 
 
-def write_report(designs: Mapping[str, Design], out: Path) -> None:
+def _report(designs: Mapping[str, Design], out: Path) -> None:
     """Pictures of all problems, and one page with them and the certificates."""
-    out.mkdir(parents=True, exist_ok=True)
-    parts = []
-    for number, (name, design) in enumerate(designs.items(), start=1):
-        buffer = io.BytesIO()
-        figure = design.plot()
-        figure.savefig(buffer, format="png", dpi=110)
-        (out / f"design_{number}.png").write_bytes(buffer.getvalue())
-        picture = base64.b64encode(buffer.getvalue()).decode()
-        parts.append(
-            f"<h2>{html.escape(name)}</h2>\n<pre>{html.escape(str(design))}</pre>\n"
-            f'<img alt="{html.escape(name)}" src="data:image/png;base64,{picture}">'
-        )
-    head = '<!doctype html>\n<meta charset="utf-8">\n<title>Least opening times</title>\n<h1>Least opening times</h1>'
-    (out / "design.html").write_text("\n".join([head, *parts]) + "\n")
-    print(f"wrote {out / 'design.html'}")
+    pictures = {name: design.plot() for name, design in designs.items()}
+    for number, figure in enumerate(pictures.values(), start=1):
+        save(figure, out, f"design_{number}")
+    parts = [(name, str(design), [pictures[name]]) for name, design in designs.items()]
+    overview = ("Overview", plain_table(HEADS, _cells(designs)), [])
+    write_report(out, "design", "Least opening times", [overview, *parts], ABOUT)

@@ -2,12 +2,13 @@
 
 import builtins
 import importlib.util
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from studies.__main__ import main
-from studies._output import print_table
+from studies._output import finished, print_table, resumed
 
 STUDIES = (
     "validate",
@@ -63,3 +64,18 @@ def test_table_without_rich(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     monkeypatch.setattr(builtins, "__import__", without_rich)
     print_table("Title", ("a", "bb"), [("1", "2")])
     assert capsys.readouterr().out == "Title\na  bb\n1  2\n"
+
+
+def test_what_an_interrupted_study_has_finished_is_not_done_again(tmp_path: Path) -> None:
+    made: list[float] = []
+
+    def make() -> list[float]:
+        made.append(1.0)
+        return made
+
+    assert resumed(tmp_path, "first", make) == resumed(tmp_path, "first", make) == [1.0]
+    assert len(made) == 1
+    finished(tmp_path)
+    assert not list(tmp_path.iterdir())
+    resumed(tmp_path, "first", make)
+    assert resumed(None, "first", make) == [1.0, 1.0, 1.0]
