@@ -1,14 +1,24 @@
 """Packages that only some calls need."""
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ._errors import ModelError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+else:
+    Axes: TypeAlias = Any  # what a picture is drawn into; matplotlib may be missing
 
 
 def pyplot() -> Any:
     """matplotlib's pyplot."""
     return needed("matplotlib.pyplot", "plots", "A picture")
+
+
+def given_or_new(ax: Axes | None, width: float, height: float) -> Axes:
+    """The axes to draw into: those that are given, or those of a new figure of this size in inches."""
+    return ax if ax is not None else pyplot().subplots(figsize=(width, height), layout="constrained")[1]
 
 
 def needed(module: str, extra: str, what: str) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from .._errors import ModelError, suggestion
+from .._extras import Axes
 from . import realisation, responses
 from .margins import Margins, margins
 from .modes import Modes, Shares, modes_of, poles_of
@@ -189,7 +190,7 @@ class LinearSystem(eqx.Module):
 
         return to_control(self)
 
-    def plot_bode(self, w: Any = None, axes: Any = None) -> Any:
+    def plot_bode(self, w: Any = None, axes: Any = None) -> np.ndarray:
         """Plot gains and phases over the frequency, a column for each input; returns the matplotlib axes.
 
         `w` are angular frequencies in rad/s, by default from below the slowest to above the fastest pole or zero.
@@ -198,13 +199,13 @@ class LinearSystem(eqx.Module):
 
         return plot_bode(self, w, axes)
 
-    def plot_step(self, ts: Any = None, axes: Any = None) -> Any:
+    def plot_step(self, ts: Any = None, axes: Any = None) -> np.ndarray:
         """Plot the step responses, a row for each unit of the outputs and a column for each input; returns the axes."""
         from .plots import plot_step
 
         return plot_step(self, ts, axes)
 
-    def plot_poles(self, ax: Any = None) -> Any:
+    def plot_poles(self, ax: Axes | None = None) -> Any:
         """Plot poles (crosses) and transmission zeros (circles) in the complex plane; returns the matplotlib axes."""
         from .plots import plot_poles
 

@@ -1,17 +1,20 @@
 """Pictures of linear systems; needs matplotlib."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import pyplot
+from .._extras import Axes, given_or_new, pyplot
+
+if TYPE_CHECKING:
+    from .linear_system import LinearSystem
 
 PANEL = (4.6, 2.1)  # inches, width and height of a panel
 POINTS = 600
 
 
-def plot_bode(system: Any, w: Any, axes: Any) -> Any:
+def plot_bode(system: "LinearSystem", w: Any, axes: Any) -> np.ndarray:
     """Gain over phase, a column for each input; see `LinearSystem.plot_bode`."""
     _check_channels(system)
     w = _frequencies(system) if w is None else np.asarray(w, float)
@@ -33,7 +36,7 @@ def plot_bode(system: Any, w: Any, axes: Any) -> Any:
     return _with_grid(axes)
 
 
-def plot_step(system: Any, ts: Any, axes: Any) -> Any:
+def plot_step(system: "LinearSystem", ts: Any, axes: Any) -> np.ndarray:
     """A row for each unit, a column for each input; see `LinearSystem.plot_step`."""
     _check_channels(system)
     ts = np.linspace(0.0, _duration(system), POINTS) if ts is None else np.asarray(ts, float)
@@ -51,12 +54,11 @@ def plot_step(system: Any, ts: Any, axes: Any) -> Any:
     return _with_grid(axes)
 
 
-def plot_poles(system: Any, ax: Any) -> Any:
+def plot_poles(system: "LinearSystem", ax: Axes | None) -> Any:
     """Crosses and circles; see `LinearSystem.plot_poles`."""
     poles: Any = np.asarray(system.poles)
     zeros: Any = system.zeros if system.inputs and system.outputs else np.zeros(0, complex)
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(5.6, 4.2), layout="constrained")
+    ax = given_or_new(ax, 5.6, 4.2)
     ax.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
     ax.axvline(0.0, color="0.6", linewidth=0.8, zorder=0)
     ax.plot(poles.real, poles.imag, "x", color="tab:blue", markersize=8, markeredgewidth=1.8, label="poles")
@@ -72,7 +74,7 @@ def plot_poles(system: Any, ax: Any) -> Any:
     return ax
 
 
-def _spread(ax: Any, points: Any) -> None:
+def _spread(ax: Axes, points: Any) -> None:
     """Axes that are linear about the origin and logarithmic beyond, where a linear one would hide the slow poles."""
     sizes = _sizes(points)
     if len(sizes) and sizes[-1] > 30.0 * sizes[0]:
@@ -88,7 +90,7 @@ def _sizes(points: Any) -> np.ndarray:
     return sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
 
 
-def _frequencies(system: Any) -> np.ndarray:
+def _frequencies(system: "LinearSystem") -> np.ndarray:
     """From a decade below the slowest to a decade above the fastest pole or zero, in rad/s; closest about the poles."""
     poles, zeros = np.asarray(system.poles), system.zeros
     sizes = _sizes(np.concatenate([poles, zeros]))
@@ -99,7 +101,7 @@ def _frequencies(system: Any) -> np.ndarray:
     return np.sort(np.concatenate([grid, near]))
 
 
-def _duration(system: Any) -> float:
+def _duration(system: "LinearSystem") -> float:
     """Five time constants of the slowest mode that decays, or ten periods of the slowest where none does."""
     poles: Any = np.asarray(system.poles)
     sizes = _sizes(poles)
@@ -109,7 +111,7 @@ def _duration(system: Any) -> float:
     return float(20.0 * np.pi / sizes[0]) if len(sizes) else 1.0
 
 
-def _check_channels(system: Any) -> None:
+def _check_channels(system: "LinearSystem") -> None:
     if not system.inputs or not system.outputs:
         raise ModelError("There is no channel to plot: call linearise(model, inputs=[...], outputs=[...]).")
 
@@ -121,7 +123,7 @@ def _panels(axes: Any, rows: int, columns: int, **options: Any) -> np.ndarray:
     return np.reshape(axes, (rows, columns))
 
 
-def _labelled(system: Any, name: str) -> str:
+def _labelled(system: "LinearSystem", name: str) -> str:
     return f"{name} [{system.unit(name)}]" if system.unit(name) else name
 
 
@@ -132,7 +134,7 @@ def _locator() -> Any:
     return MaxNLocator(nbins=6, steps=[1, 1.5, 1.8, 3, 4.5, 9, 10])
 
 
-def _with_grid(axes: Any) -> Any:
+def _with_grid(axes: Any) -> np.ndarray:
     for ax in axes.ravel():
         ax.grid(alpha=0.3)
     return axes

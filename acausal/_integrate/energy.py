@@ -10,6 +10,7 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import Component, Energy
+from .._extras import Axes
 from .._reduce.connections import children
 
 
@@ -71,7 +72,7 @@ class EnergyAccount:
         supplied, stored, dissipated = self.totals
         return supplied - stored - dissipated - sum(self.events.values())
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
         from .energy_plot import plot_energy
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import pyplot
+from .._extras import Axes, given_or_new
 from .energy import EnergyAccount
 
 COLOURS = {
@@ -66,7 +66,7 @@ def _merged(side: list[Flow], least: float) -> list[Flow]:
     return large
 
 
-def plot_energy(account: EnergyAccount, ax: Any) -> Any:
+def plot_energy(account: EnergyAccount, ax: Axes | None) -> Any:
     """See `EnergyAccount.plot`."""
     if np.ndim(account.imbalance):
         raise ModelError("The account is one of a batch: take one run of it.")
@@ -76,8 +76,7 @@ def plot_energy(account: EnergyAccount, ax: Any) -> Any:
         raise ModelError("There is nothing to draw: no energy was supplied, stored or dissipated.")
     heights = [[max(flow.amount / total, LINE) for flow in side] for side in (came, went)]
     tall = max(sum(side) + GAP * (len(side) - 1) for side in heights)
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(7.5, 0.6 + INCHES * tall), layout="constrained")
+    ax = given_or_new(ax, 7.5, 0.6 + INCHES * tall)
     for side, place in ((came, LEFT), (went, RIGHT)):
         _draw_side(ax, side, place, total)
     ax.fill_between([MIDDLE - BAR, MIDDLE + BAR], -0.5, 0.5, color="0.3", linewidth=0.0)
@@ -87,7 +86,7 @@ def plot_energy(account: EnergyAccount, ax: Any) -> Any:
     return ax
 
 
-def _draw_side(ax: Any, side: list[Flow], place: float, total: float) -> None:
+def _draw_side(ax: Axes, side: list[Flow], place: float, total: float) -> None:
     """Bands between the bar in the middle and one place for each flow."""
     sign, align = (1.0, "left") if place == RIGHT else (-1.0, "right")
     share = np.linspace(0.0, 1.0, 50)

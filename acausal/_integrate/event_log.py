@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError, suggestion
-from .._extras import pyplot
+from .._extras import Axes, given_or_new
 from .._tracing import known
 from .record import Record
 
@@ -60,12 +60,11 @@ class EventLog(eqx.Module):
             raise ModelError(f"The model has no event {name!r}.{suggestion(name, self.labels)}")
         return jnp.where(self.numbers == self.labels.index(name), self.times, jnp.inf)
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Mark the events of a single run on a time axis, a row for each; returns the matplotlib axes."""
         times, names = np.asarray(self.times), self.names
         rows = list(dict.fromkeys(names))
-        if ax is None:
-            _, ax = pyplot().subplots(figsize=(7.0, 1.0 + 0.3 * len(rows)), layout="constrained")
+        ax = given_or_new(ax, 7.0, 1.0 + 0.3 * len(rows))
         for i, row in enumerate(rows):
             marks = times[np.array(names) == row]
             ax.plot(marks, np.full(len(marks), i), "|", markersize=12, color="black")

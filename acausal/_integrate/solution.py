@@ -308,7 +308,7 @@ class Solution(eqx.Module, Generic[M]):
         """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
         return to_xarray(self, items, units)
 
-    def plot(self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Any = None) -> Any:
+    def plot(self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Any = None) -> np.ndarray:
         """Draw variables over time, a panel for each unit; returns the matplotlib axes.
 
         - `items`: paths, scalar functions of the variables, or several of both by label, as in

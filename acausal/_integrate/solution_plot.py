@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import pyplot
+from .._extras import Axes, pyplot
 from .columns import Column, Item, columns
 from .solution import Solution
 
 
-def plot_solution(solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Any) -> Any:
+def plot_solution(
+    solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Any
+) -> np.ndarray:
     """A panel for each unit; see `Solution.plot`."""
     found = columns(solution, items or _states(solution), units)
     panels = list(dict.fromkeys(column.unit for column in found))
@@ -33,7 +35,7 @@ def compare(
     units: Sequence[str] = (),
     events: bool = False,
     axes: Any = None,
-) -> Any:
+) -> np.ndarray:
     """Draw several runs over each other, a panel for each variable or expression; returns the matplotlib axes.
 
     `runs` are solutions by the name that the legend gives them, as in `{"ratio 10": a, "ratio 20": b}`; they may be of
@@ -82,7 +84,7 @@ def axes_below(axes: Any, count: int) -> np.ndarray:
     return axes
 
 
-def _draw(ax: Any, solution: Solution, column: Column, label: str, **style: Any) -> None:
+def _draw(ax: Axes, solution: Solution, column: Column, label: str, **style: Any) -> None:
     """The trajectory, of an array variable one for each element."""
     times, values = np.asarray(solution.ts), column.values
     for place in np.ndindex(values.shape[1:]):
@@ -90,7 +92,7 @@ def _draw(ax: Any, solution: Solution, column: Column, label: str, **style: Any)
         ax.plot(times, values[(slice(None), *place)], label=f"{label}{number}", **style)
 
 
-def _mark_events(axes: Sequence[Any], solution: Solution, colour: str) -> None:
+def _mark_events(axes: np.ndarray, solution: Solution, colour: str) -> None:
     if solution.system.events is not None:
         for ax in axes:
             for time in np.asarray(solution.events.times).tolist():

@@ -11,6 +11,7 @@ from jaxtyping import Complex, Float
 from .._analyse.power_ports import equilibrated
 from .._declare.component import Component
 from .._errors import ModelError
+from .._extras import Axes
 from .bond_causality import causality
 
 RANK = 1e-11  # relative size of a singular value that counts as zero
@@ -149,7 +150,7 @@ class BondGraph:
         found = self.places[place]
         return f"{found.kind}:{found.name or place}"
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Draw it with half arrows and causal strokes, coloured by domain; returns the matplotlib axes."""
         from .bond_plot import plot_bond_graph
 

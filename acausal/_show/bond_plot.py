@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .._extras import pyplot
+from .._extras import Axes, given_or_new
 from .bond_graph import BondGraph
 from .diagram import COLOURS
 from .diagram_plot import apart, placed
@@ -16,14 +16,13 @@ TIED = "#b00020"  # colour of the name of a store whose energy variable is not f
 STROKE, HALF = 0.09, 0.12  # inches: half a causal stroke, and a half arrow
 
 
-def plot_bond_graph(graph: BondGraph, ax: Any) -> Any:
+def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Any:
     """See `BondGraph.plot`."""
     sizes = np.array([_size(graph, i) for i in range(len(graph.places))]).reshape(-1, 2)
     edges = np.array([(bond.tail, bond.head) for bond in graph.bonds], dtype=int).reshape(-1, 2)
     points = apart(placed(edges, len(sizes)) * SPREAD, sizes + 0.12)
-    if ax is None:
-        extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.4
-        _, ax = pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
+    extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.4
+    ax = given_or_new(ax, *np.maximum(extent, 2.0))
     domains = dict.fromkeys(bond.domain for bond in graph.bonds)
     colours = {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
     for bond, stroke in zip(graph.bonds, graph.strokes, strict=True):
@@ -53,7 +52,7 @@ def _value(graph: BondGraph, i: int) -> str:
     return "" if value is None else f"{value:.4g}"
 
 
-def _draw_place(ax: Any, graph: BondGraph, i: int, x: float, y: float) -> None:
+def _draw_place(ax: Axes, graph: BondGraph, i: int, x: float, y: float) -> None:
     place = graph.places[i]
     tied = place.kind in ("I", "C") and place.name in graph.derivative
     if place.kind in SIZE:
@@ -64,7 +63,7 @@ def _draw_place(ax: Any, graph: BondGraph, i: int, x: float, y: float) -> None:
     ax.text(x, y - 0.13, _value(graph, i), ha="center", va="center", fontsize=7, color="0.4")
 
 
-def _draw_bond(ax: Any, points: np.ndarray, sizes: np.ndarray, bond: Any, stroke: int, colour: str) -> None:
+def _draw_bond(ax: Axes, points: np.ndarray, sizes: np.ndarray, bond: Any, stroke: int, colour: str) -> None:
     """A line between the edges of two places, with its half arrow at the head and its stroke at one end."""
     tail, head = points[bond.tail], points[bond.head]
     way = head - tail

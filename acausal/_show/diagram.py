@@ -11,6 +11,7 @@ from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.node import Node, Port
 from .._errors import ModelError
+from .._extras import Axes
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, flatten
 from .._reduce.graph import connected
@@ -68,7 +69,7 @@ class Diagram:
             for box, port in joint.ports:
                 yield f'  "joint {number}" -- "{box}" [{colour}, headlabel="{port}"];'
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Draw components as boxes and connections as lines, coloured by domain; returns the matplotlib axes."""
         from .diagram_plot import plot_diagram
 
@@ -78,7 +79,8 @@ class Diagram:
         """For a notebook."""
         from .._extras import pyplot
 
-        picture, figure = io.BytesIO(), self.plot().figure
+        picture = io.BytesIO()
+        figure: Any = self.plot().figure
         figure.savefig(picture, format="png", dpi=100)
         pyplot().close(figure)
         return picture.getvalue()

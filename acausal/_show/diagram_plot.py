@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from .._extras import pyplot
+from .._extras import Axes, given_or_new
 from .diagram import Diagram
 
 SPREAD = np.array([2.1, 1.25])  # inches between neighbours
@@ -13,16 +13,15 @@ HEIGHT, PER_LETTER, MARGIN = 0.46, 0.078, 0.24  # inches, of boxes
 ROUNDS = 300
 
 
-def plot_diagram(diagram: Diagram, ax: Any) -> Any:
+def plot_diagram(diagram: Diagram, ax: Axes | None) -> Any:
     """See `Diagram.plot`."""
     names = list(diagram.boxes)
     sizes = np.array([_size(name, diagram.boxes[name]) for name in names]).reshape(-1, 2)
     edges = _edges(diagram)
     sizes = np.concatenate([sizes, np.full((edges.max(initial=-1) + 1 - len(names), 2), 0.1)]) if len(edges) else sizes
     points = apart(placed(edges, len(sizes)) * SPREAD, sizes)
-    if ax is None:
-        extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.3
-        _, ax = pyplot().subplots(figsize=tuple(np.maximum(extent, 2.0)), layout="constrained")
+    extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.3
+    ax = given_or_new(ax, *np.maximum(extent, 2.0))
     _draw_lines(ax, diagram, points)
     for name, point, size in zip(names, points, sizes, strict=False):
         _draw_box(ax, diagram, name, point, size)
@@ -106,7 +105,7 @@ def apart(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return points
 
 
-def _draw_lines(ax: Any, diagram: Diagram, points: np.ndarray) -> None:
+def _draw_lines(ax: Axes, diagram: Diagram, points: np.ndarray) -> None:
     place = {name: i for i, name in enumerate(diagram.boxes)}
     junction = len(place)
     for joint in diagram.joints:
@@ -119,7 +118,7 @@ def _draw_lines(ax: Any, diagram: Diagram, points: np.ndarray) -> None:
             ax.plot(*np.transpose([middle, end]), color=colour, linewidth=1.6, zorder=1)
 
 
-def _draw_box(ax: Any, diagram: Diagram, name: str, point: np.ndarray, size: np.ndarray) -> None:
+def _draw_box(ax: Axes, diagram: Diagram, name: str, point: np.ndarray, size: np.ndarray) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     left, low = point - size / 2.0

@@ -6,6 +6,7 @@ from typing import Any
 from .._declare.component import Component
 from .._evaluate.building import system_of
 from .._evaluate.system import System
+from .._extras import Axes
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
 from .._unit_check.check import unchecked_equations
@@ -54,7 +55,7 @@ class Structure:
     def __str__(self) -> str:
         return "\n".join(_lines(self))
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Draw the block-triangular incidence: equations down, unknowns across; returns the matplotlib axes."""
         from .structure_plot import plot_structure
 

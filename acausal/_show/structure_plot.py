@@ -5,21 +5,20 @@ from typing import Any
 import numpy as np
 
 from .._evaluate.system import System
-from .._extras import pyplot
+from .._extras import Axes, given_or_new
 from .._reduce.sort import Sorted
 
 _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
 
 
-def plot_structure(system: System, ax: Any) -> Any:
+def plot_structure(system: System, ax: Axes | None) -> Any:
     """Incidence of the sorted equations, blocks outlined, tearing variables and residual equations marked."""
     ordered = system.ordered
     rows = [row for torn in system.torn for row in torn.rows]
     unknowns = [unknown for torn in system.torn for unknown in torn.unknowns]
     column_of = {unknown: i for i, unknown in enumerate(unknowns)}
-    if ax is None:
-        side = min(4.0 + 0.14 * len(rows), 12.0)
-        _, ax = pyplot().subplots(figsize=(side + 1.5, side), layout="constrained")
+    side = min(4.0 + 0.14 * len(rows), 12.0)
+    ax = given_or_new(ax, side + 1.5, side)
     points = [
         (column_of[int(ordered.column[entry])], i)
         for i, row in enumerate(rows)
@@ -51,7 +50,7 @@ def _short(name: str) -> str:
     return name.replace("sum of flows at the connection of ", "flows at ").partition(",")[0]
 
 
-def _outline(system: System, ax: Any) -> None:
+def _outline(system: System, ax: Axes) -> None:
     from matplotlib.patches import Patch, Rectangle
 
     start = 0

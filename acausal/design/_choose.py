@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError, SimulationError
+from .._extras import Axes
 from ._alternatives import Structure, held, on_pair, run_of_pair, structure_of
 from ._bar import bar
 from ._batches import COMPUTED, Outcomes, Task, said
@@ -145,7 +146,7 @@ class Choice:
         free = {path: structure.span(path) for path in paths}
         return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
 
-    def plot(self, ax: Any = None, beside: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None, beside: Any = None) -> Any:
         """Feasible combinations by two objectives with the front, or in order by one.
 
         - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.

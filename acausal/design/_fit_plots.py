@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._extras import pyplot
+from .._extras import Axes, given_or_new, pyplot
 
 if TYPE_CHECKING:
     from ._fit import Channel, Fit
     from ._profile import Profile
 
 
-def plot_fit(fit: "Fit", axes: Any) -> Any:
+def plot_fit(fit: "Fit", axes: Any) -> np.ndarray:
     """Measured values as dots and the fitted model as a line, or one against the other where there are no times."""
     axes = _panels(axes, len(fit.channels), 1)
     for ax, channel in zip(axes[:, 0], fit.channels, strict=True):
@@ -27,7 +27,7 @@ def plot_fit(fit: "Fit", axes: Any) -> Any:
     return axes
 
 
-def plot_residuals(fit: "Fit", axes: Any) -> Any:
+def plot_residuals(fit: "Fit", axes: Any) -> np.ndarray:
     """A row for each channel: residuals in their order, and their quantiles over those of the normal distribution."""
     from scipy.special import ndtri
 
@@ -44,7 +44,7 @@ def plot_residuals(fit: "Fit", axes: Any) -> Any:
     return axes
 
 
-def _draw_order(ax: Any, channel: "Channel", residuals: np.ndarray) -> None:
+def _draw_order(ax: Axes, channel: "Channel", residuals: np.ndarray) -> None:
     x = np.arange(1, len(residuals) + 1) if channel.times is None else channel.times
     ax.axhspan(-2.0, 2.0, color="tab:blue", alpha=0.08, linewidth=0)
     ax.axhline(0.0, color="0.5", linewidth=0.8)
@@ -55,11 +55,10 @@ def _draw_order(ax: Any, channel: "Channel", residuals: np.ndarray) -> None:
     ax.grid(alpha=0.3)
 
 
-def plot_correlation(fit: "Fit", ax: Any) -> Any:
+def plot_correlation(fit: "Fit", ax: Axes | None) -> Any:
     """A square for each pair, blue for negative and red for positive correlation, with its number."""
     n = len(fit.names)
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(2.6 + 0.6 * n, 1.8 + 0.6 * n), layout="constrained")
+    ax = given_or_new(ax, 2.6 + 0.6 * n, 1.8 + 0.6 * n)
     correlation = fit.correlation
     ax.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     for i, j in np.ndindex(n, n):
@@ -73,10 +72,9 @@ def plot_correlation(fit: "Fit", ax: Any) -> Any:
     return ax
 
 
-def plot_profile(profile: "Profile", ax: Any) -> Any:
+def plot_profile(profile: "Profile", ax: Axes | None) -> Any:
     """chi2 over the parameter, the threshold, and the interval in colour."""
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(5.5, 3.5), layout="constrained")
+    ax = given_or_new(ax, 5.5, 3.5)
     ax.plot(profile.values, profile.chi2, ".-", color="tab:blue")
     ax.axhline(profile.threshold, color="0.4", linewidth=0.8, linestyle="--")
     low, high = max(profile.low, profile.values[0]), min(profile.high, profile.values[-1])

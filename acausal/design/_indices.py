@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from .._analyse.table import aligned
 from .._errors import SimulationError
-from .._extras import needed
+from .._extras import Axes, given_or_new
 from ._batches import Outcomes
 
 REPLICATES = 200  # of the bootstrap
@@ -31,13 +31,11 @@ class Indices:
     total_error: Float[np.ndarray, "m k"]
     lost: int
 
-    def plot(self, ax: Any = None, result: str = "") -> Any:
+    def plot(self, ax: Axes | None = None, result: str = "") -> Any:
         """Bars of both indices of one result with their errors, the largest on top; returns the matplotlib axes."""
         row = self.results.index(result) if result else 0
         order = np.argsort(self.total[row])
-        if ax is None:
-            plt = needed("matplotlib.pyplot", "plots", "A picture")
-            _, ax = plt.subplots(figsize=(7.0, 1.4 + 0.45 * len(order)), layout="constrained")
+        ax = given_or_new(ax, 7.0, 1.4 + 0.45 * len(order))
         places = np.arange(len(order))
         for shift, values, errors, label, colour in (
             (0.2, self.total, self.total_error, "in total", "tab:blue"),

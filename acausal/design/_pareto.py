@@ -9,7 +9,7 @@ import numpy as np
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError
-from .._extras import needed
+from .._extras import Axes, given_or_new
 from .._integrate.options import count, one_of
 from ._bounds import Scale
 from ._certified import certified
@@ -52,10 +52,9 @@ class Front(Generic[M]):
     def __repr__(self) -> str:
         return f"<Front of {self.names[0]} and {self.names[1]}: {len(self.designs)} designs>"
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """Draw the front; returns the matplotlib axes."""
-        if ax is None:
-            _, ax = needed("matplotlib.pyplot", "plots", "A picture").subplots(layout="constrained")
+        ax = given_or_new(ax, 6.4, 4.8)
         ax.plot(*(scale.value(column) for scale, column in zip(self.scales, self.values.T, strict=True)), "o-")
         ax.set_xlabel(self.scales[0].headed(self.names[0]))
         ax.set_ylabel(self.scales[1].headed(self.names[1]))

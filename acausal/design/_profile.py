@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._errors import ParameterError, SimulationError
+from .._extras import Axes
 from ._least_squares import minimise
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Profile:
     low: float
     high: float
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Any:
         """chi2 over the parameter with the threshold and the interval."""
         from ._fit_plots import plot_profile
 

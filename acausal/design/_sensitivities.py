@@ -9,7 +9,7 @@ from .._analyse.table import aligned
 from .._declare.by_name import parameters
 from .._declare.component import Component
 from .._errors import SimulationError, UnknownNameError, suggestion
-from .._extras import needed
+from .._extras import Axes, given_or_new
 from ._bounds import Scale
 from ._free import free_parameters
 from ._limits import objectives_of
@@ -59,12 +59,10 @@ class SensitivityTable(NamedTuple):
         ]  # fmt: skip
         return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
 
-    def plot(self, ax: Any = None, most: int = MOST) -> Any:
+    def plot(self, ax: Axes | None = None, most: int = MOST) -> Any:
         """Bars of the change in per cent for one per cent of each parameter, the largest on top; returns the axes."""
         rows = [row for row in self.rows if row.relative][:most][::-1]
-        if ax is None:
-            plt = needed("matplotlib.pyplot", "plots", "A picture")
-            _, ax = plt.subplots(figsize=(7.5, 1.2 + 0.3 * len(rows)), layout="constrained")
+        ax = given_or_new(ax, 7.5, 1.2 + 0.3 * len(rows))
         colours = ["tab:red" if row.relative > 0.0 else "tab:blue" for row in rows]
         ax.barh([row.parameter for row in rows], [row.relative for row in rows], color=colours)
         for i, row in enumerate(rows):

@@ -1,6 +1,6 @@
 """The electrical port and what all elements with two pins share."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -13,7 +13,7 @@ class Pin(Port):
     v: Var[Scalar, "V"] = 0.0  # potential
     i: Flow[Scalar, "A"] = 0.0  # current, positive into the component
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         del d
         return self.v * self.i
 

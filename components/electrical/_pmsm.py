@@ -1,6 +1,6 @@
 """Synchronous machine with permanent magnets in rotor coordinates, its inverter, and both as a controlled drive."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax.numpy as jnp
 
@@ -34,7 +34,7 @@ class DqPort(Port):
     i_d: Flow[Scalar, "A"] = 0.0
     i_q: Flow[Scalar, "A"] = 0.0
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         del d
         return 1.5 * (self.v_d * self.i_d + self.v_q * self.i_q)
 

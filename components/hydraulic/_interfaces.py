@@ -1,6 +1,6 @@
 """The hydraulic port and what all elements with two ports share."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -14,7 +14,7 @@ class FluidPort(Port):
     p: Var[Scalar, "Pa"] = 0.0  # pressure above the atmosphere
     q: Flow[Scalar, "m3/s"] = 0.0  # volume flow rate, positive into the component
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         del d
         return self.p * self.q
 

@@ -1,6 +1,6 @@
 """Restrictions whose flow turns from laminar to turbulent at a Reynolds number, by the viscosity of the liquid."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax.numpy as jnp
 
@@ -139,7 +139,7 @@ class LocalLoss(Resistance):
         """From a large vessel at a into a pipe with a sharp edge, 0.5, and out of it, 1."""
         return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=0.5, zeta_ba=1.0)
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         liquid, mean = self.liquid, 0.5 * (self.zeta_ab + self.zeta_ba)
         p, c = 0.5 * (self.a.p + self.b.p), 1.0 / jnp.sqrt(mean)
         width = transition(liquid, p, temperature(self.heat), self.area, c, self.transition_reynolds)

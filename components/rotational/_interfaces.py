@@ -1,6 +1,6 @@
 """The rotational port and what families of elements share."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -13,7 +13,7 @@ class Flange(Port):
     phi: Var[Scalar, "rad"] = 0.0  # angle
     tau: Flow[Scalar, "N.m"] = 0.0  # torque, positive into the component
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         return d.phi * self.tau
 
 

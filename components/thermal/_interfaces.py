@@ -1,6 +1,6 @@
 """The thermal port."""
 
-from typing import Any, ClassVar
+from typing import ClassVar, Self
 
 from acausal import Flow, Port, Scalar, Var, positive
 
@@ -13,6 +13,6 @@ class HeatPort(Port):
     T: Var[Scalar, "K", positive] = 293.15  # temperature
     Q_flow: Flow[Scalar, "W"] = 0.0  # heat flow rate, positive into the component
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         del d
         return self.Q_flow

@@ -1,6 +1,6 @@
 """The translational port and what families of elements share."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
@@ -13,7 +13,7 @@ class Flange(Port):
     s: Var[Scalar, "m"] = 0.0  # position
     f: Flow[Scalar, "N"] = 0.0  # force, positive into the component
 
-    def power(self, d: Any) -> Scalar:
+    def power(self, d: Self) -> Scalar:
         return d.s * self.f
 
 

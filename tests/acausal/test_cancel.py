@@ -1,7 +1,7 @@
 """Equations that depend on each other although their structure does not show it."""
 
 from fractions import Fraction
-from typing import Any
+from typing import Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -111,7 +111,7 @@ class Twice(Component):
     y: Var[Scalar, "1"] = 0.0
     z: Var[Scalar, "1"] = 0.0
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return dict(
             one=eq(self.x + self.y, self.z),
             two=eq(self.x + self.y, self.z + self.offset),
@@ -132,7 +132,7 @@ class Mirrored(Component):
     a: Var[Scalar, "1"] = 0.0
     b: Var[Scalar, "1"] = 0.0
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return dict(
             one=eq(d.x + d.y, self.a, check_units=False),
             two=eq(d.x + d.y, self.b, check_units=False),

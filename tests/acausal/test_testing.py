@@ -46,7 +46,7 @@ class Fan(ToGround):
     def torque(self) -> Scalar:
         return self.k * self.w * jnp.abs(self.w)
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drag=eq(self.flange.tau, self.torque()))
 
     def energy(self) -> Energy:
@@ -62,7 +62,7 @@ class ForgetfulFan(ToGround):
 
     k: Param[Scalar, "N.m.s2/rad2", nonnegative]
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drag=eq(self.flange.tau, self.k * self.w * jnp.abs(self.w)))
 
     def energy(self) -> Energy:
@@ -74,7 +74,7 @@ class DrivingFan(ToGround):
 
     k: Param[Scalar, "N.m.s2/rad2", nonnegative]
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drag=eq(self.flange.tau, -self.k * self.w * jnp.abs(self.w)))
 
     def energy(self) -> Energy:
@@ -84,7 +84,7 @@ class DrivingFan(ToGround):
 class WrongUnits(ToGround):
     k: Param[Scalar, "N.m.s2/rad2", nonnegative]
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drag=eq(self.flange.tau, self.k * self.w))
 
     def energy(self) -> Energy:
@@ -112,7 +112,7 @@ class Law(TwoPin):
     R: Param[Scalar, "ohm"]
     kind: str
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         match self.kind:
             case "wrong rule":
                 law = square(self.i)
@@ -181,7 +181,7 @@ def test_given_values_that_cannot_be() -> None:
 
 
 class Contradiction(TwoPin):
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(one=eq(self.v**2, -1.0, check_units=False))
 
 

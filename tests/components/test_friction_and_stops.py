@@ -1,6 +1,6 @@
 """Friction and stops together, and friction at its edges, against closed forms."""
 
-from typing import Any
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
@@ -153,7 +153,7 @@ class Wet(translational.DryFriction):
     def breakaway(self) -> Scalar:
         return 3.0 * self.F0
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d)
 
 
@@ -166,7 +166,7 @@ class Seal(rotational.ShaftFriction):
         del speed
         return self.tau0
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d)
 
 
@@ -178,7 +178,7 @@ class Wrong(rotational.ShaftFriction):
     def sliding(self, speed: Scalar) -> Scalar:
         return self.tau0 * speed
 
-    def equations(self, d: Any) -> Equations:
+    def equations(self, d: Self) -> Equations:
         return super().equations(d)
 
 
