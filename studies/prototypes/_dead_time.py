@@ -104,17 +104,20 @@ EXPLANATIONS: Mapping[str, Explanation] = MappingProxyType(
 
 def predict(model: StickingActuator) -> dict[str, Scalar]:
     """Opening time, time without motion, and largest current."""
-    run = opening(model, t_max=LONGEST, save=GRID, rtol=1e-7)
-    return {
-        "opening time": run.t1,
-        "dead time": opening(model, stroke=MOVED * STROKE, t_max=LONGEST, save="end", rtol=1e-7).t1,
-        "peak current": _peak(model, run),
-    }
+    strokes = STROKE * jnp.array([1.0, MOVED])
+
+    def run(stroke: Scalar) -> tuple[Any, Any]:
+        solution = opening(model, stroke=stroke, t_max=LONGEST, save=GRID, rtol=1e-7)
+        return solution.t1, solution.motor.p.i
+
+    times, currents = jax.vmap(run)(strokes)
+    peak = _peak(model, times[0], currents[0])
+    return {"opening time": times[0], "dead time": times[1], "peak current": peak}
 
 
-def _peak(model: StickingActuator, run: Solution) -> Scalar:
+def _peak(model: StickingActuator, opened: Scalar, current: Float[jax.Array, " t"]) -> Scalar:
     if isinstance(model.command, Ramp):
-        return jnp.max(jnp.where(jax.lax.stop_gradient(run.t1) >= GRID, run.motor.p.i, -jnp.inf))
+        return jnp.max(jnp.where(jax.lax.stop_gradient(opened) >= GRID, current, -jnp.inf))
     # The voltage jumps while the shaft is at rest.
     voltage = model.command.height if isinstance(model.command, Step) else model.command.k
     return voltage / model.motor.resistor.R

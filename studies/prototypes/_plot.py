@@ -67,11 +67,11 @@ def plot_dead_time(records: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def plot_proposals(proposals: Sequence[Proposal], subject: str) -> Figure:
+def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure | None = None) -> Figure:
     """What each explanation predicts of measurements that were not made; bars are two sigma of their noise."""
     chosen = [item for item in proposals if item.subject == subject]
     measurements = list(dict.fromkeys(item.measurement for item in chosen))
-    figure = Figure(figsize=(4.0 * len(measurements), 4.2), layout="constrained")
+    figure = figure or Figure(figsize=(4.0 * len(measurements), 4.2), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(measurements))))
     for panel, measurement in zip(panels, measurements, strict=True):
         _predictions(panel, [item for item in chosen if item.measurement == measurement])

@@ -12,14 +12,15 @@ from acausal import replace
 
 from .._opening import opening
 from ..actuators import ElectromechanicalActuator, StickingActuator
-from ._cases import LONGEST, held_after_opening
-from ._dead_time import at_voltage, record, times
+from ._cases import held
+from ._dead_time import at_voltage, times
 from ._measured import FULL
 
 LOW = 8.0  # V, at which the RE50 still opens the clutch
 BATTERY = 12.0  # V, of a car that does not run
 THOUSAND_RPM = 1000.0 * 2.0 * math.pi / 60.0  # rad/s
 GRID = 1e-3 * np.arange(1, 131)  # s, of the records
+EARLY = 14  # place in it of 15 ms
 NOISE_CURRENT, NOISE_STROKE = 0.5, 0.1e-3  # A, m, of a clamp and of a potentiometer
 
 
@@ -54,28 +55,22 @@ def re50(models: Mapping[str, ElectromechanicalActuator]) -> Iterator[Proposal]:
         stall = FULL * motor.emf.k / motor.resistor.R
         speed = (stall - dry) / (motor.emf.k**2 / motor.resistor.R + motor.bearing.C)
         idle = (dry + motor.bearing.C * speed) / motor.emf.k
-        run = opening(replace(model, {"supply.V": FULL}), t_max=LONGEST, save="end", rtol=1e-7)
         slow = opening(replace(model, {"supply.V": LOW}), t_max=3.0, save="end", rtol=1e-7)
-        back = held_after_opening(model, run.final.motor.shaft.phi, direction=-1.0)
+        back = held(model, direction=-1.0)
         for measurement, unit, noise, value in (
             ("voltage of the motor turned at 1000 rpm", "V", 0.02, motor.emf.k * THOUSAND_RPM),
-            (
-                "current of the motor and gear without cam at 13.5 V",
-                "A",
-                0.3,
-                idle,
-            ),
+            ("current of the motor and gear without cam at 13.5 V", "A", 0.3, idle),
             ("holding current as the clutch is let back", "A", 0.5, back),
             ("opening time at 8 V", "s", 1e-3, slow.t1),
         ):
             yield Proposal("RE50", measurement, unit, noise, name, float(value))
 
 
-def dead_time(models: Mapping[str, StickingActuator]) -> Iterator[Proposal]:
-    """For explanations of the dead time, in single numbers."""
+def dead_time(models: Mapping[str, StickingActuator], records: Mapping[str, Any]) -> Iterator[Proposal]:
+    """For explanations of the dead time, in single numbers; `records` are of `GRID`."""
     for name, model in models.items():
         other = times(at_voltage(name, model, BATTERY))
-        early = record(model, GRID[:15]).motor.p.i[-1]
+        early = records[name].motor.p.i[EARLY]
         for measurement, unit, noise, value in (
             ("current 15 ms after the voltage was switched on", "A", NOISE_CURRENT, early),
             (f"dead time at {BATTERY:g} V", "s", 1e-3, other["dead time"]),

@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _designs import DESIGNS
+from _thesis_reference import HOLDING
 
 from studies.__main__ import main
+from studies.prototypes._cases import CASES, held, model_of
 from studies.prototypes._proposals import Proposal, separations
 
 # Parameters with which hand-written equations, integrated to 1e-12, give what was measured.
@@ -23,6 +26,14 @@ def test_separations() -> None:
     assert distances["a / b"] == pytest.approx(6.0)
     assert distances["a / c"] == math.inf
     assert distances["c / d"] == 0.0
+
+
+def test_current_that_holds() -> None:
+    """On the point of motion: without friction as at rest; with it more to go on than to give way."""
+    for design, current, _ in HOLDING:
+        assert held(DESIGNS[design]()) == pytest.approx(current, rel=1e-10)
+    sticky = model_of(next(case for case in CASES if "friction.Tc" in case.free))
+    assert held(sticky) - held(sticky, direction=-1.0) == pytest.approx(2.0 * 0.1 / 0.0385, rel=1e-9)
 
 
 @pytest.fixture(scope="module")

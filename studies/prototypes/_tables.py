@@ -1,0 +1,185 @@
+"""What the study says, as tables."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from acausal.design import Fit
+
+from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
+from ._proposals import Proposal, Separation
+
+# Tables 8.1 to 8.3 of the thesis, and the data sheets' torque constants.
+THESIS: Mapping[str, Mapping[str, float]] = {
+    "ema_fise": {"motor.resistor.R": 0.133, "motor.bearing.C": 16e-4, "line.damping": 6.8e11, "seal.C": 2e-3},
+    "ema_maxon": {
+        "motor.resistor.R": 0.309, "motor.bearing.C": 4e-3, "line.damping": 6.8e11, "seal.C": 2e-3,
+        "motor.emf.k": 0.0385,
+    },
+    "ehs_maxon": {"motor.resistor.R": 0.4, "motor.bearing.C": 4e-3, "line.damping": 6.8e11, "seal.C": 2e-3},
+}  # fmt: skip
+OPEN = 0.5  # relative standard deviation from which a combination of parameters counts as left open
+STORED = Path(__file__).parent / "rows.json"
+
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, heads, cells
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """An identified parameter with its interval of 95 %, in SI units; the thesis' value where it has one."""
+
+    prototype: str
+    case: str
+    parameter: str
+    unit: str
+    thesis: float | None
+    estimate: float
+    low: float
+    high: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Meeting:
+    """How a fit meets a measurement."""
+
+    prototype: str
+    case: str
+    measurement: str
+    unit: str
+    measured: float
+    sigma: float
+    fitted: float
+
+    @property
+    def distance(self) -> float:
+        return (self.fitted - self.measured) / self.sigma
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """The sum of squares of a fit, and the directions in which the data say next to nothing."""
+
+    prototype: str
+    case: str
+    chi2: float
+    dof: int
+    left_open: list[str]
+
+
+@dataclasses.dataclass(frozen=True)
+class Tables:
+    """All tables of the study."""
+
+    rows: list[Row]
+    meetings: list[Meeting]
+    outcomes: list[Outcome]
+    proposals: list[Proposal]
+    separations: list[Separation]
+
+    @classmethod
+    def of(
+        cls, found: list[tuple[str, str, Fit[Any]]], proposals: list[Proposal], separations: list[Separation]
+    ) -> "Tables":
+        """From fits, each with its prototype and case."""
+        return cls(
+            [row for place in found for row in _rows(*place)],
+            [meeting for place in found for meeting in _meetings(*place)],
+            [_outcome(*place) for place in found],
+            proposals,
+            separations,
+        )
+
+    def estimates(self) -> Table:
+        """The identified parameters."""
+        heads = ("prototype", "case", "parameter", "unit", "thesis", "estimate", "low", "high")
+        cells = [(*_place(row), row.parameter, row.unit, *_numbers(row.thesis, row.estimate, row.low, row.high))
+                 for row in self.rows]  # fmt: skip
+        return "Identified parameters, intervals of 95 %", heads, cells
+
+    def met(self) -> Table:
+        """What the fits make of the measurements."""
+        heads = ("prototype", "case", "measurement", "unit", "measured", "sigma", "fitted", "in sigma")
+        cells = [
+            (*_place(row), row.measurement, row.unit, *_numbers(row.measured, row.sigma, row.fitted),
+             f"{row.distance:+.2f}")
+            for row in self.meetings
+        ]  # fmt: skip
+        return "What the fits make of the measurements", heads, cells
+
+    def fits(self) -> Table:
+        """How well each case fits, and what it leaves open."""
+        heads = ("prototype", "case", "chi2", "degrees of freedom", "left open by the data")
+        cells = [
+            (*_place(row), f"{row.chi2:.3g}", f"{row.dof}", "; ".join(row.left_open) or "-") for row in self.outcomes
+        ]
+        return "How well each case fits, and what it leaves open", heads, cells
+
+    def predictions(self) -> Table:
+        """What was not measured, as the explanations predict it."""
+        heads = ("subject", "measurement", "unit", "noise", "explanation", "predicted")
+        cells = [
+            (row.subject, row.measurement, row.unit, f"{row.noise:g}", row.explanation, *_numbers(row.predicted))
+            for row in self.proposals
+        ]
+        return "What was not measured, as the explanations predict it", heads, cells
+
+    def distances(self) -> Table:
+        """How far apart the explanations are."""
+        heads = ("subject", "measurement", "explanations", "distance in sigma")
+        cells = [(row.subject, row.measurement, row.explanations, f"{row.distance:.1f}") for row in self.separations]
+        return "How far apart the explanations are", heads, cells
+
+    def all(self) -> list[Table]:
+        """In the order in which they are read."""
+        return [self.estimates(), self.met(), self.fits(), self.predictions(), self.distances()]
+
+    def write(self, path: Path) -> None:
+        """As JSON, in SI units."""
+        write_json(path, **{field.name: getattr(self, field.name) for field in dataclasses.fields(self)})
+
+
+def stored() -> Tables:
+    """The tables as they were when the documentation was written: `python -m studies prototypes --json` gives them."""
+    kinds = dict(rows=Row, meetings=Meeting, outcomes=Outcome, proposals=Proposal, separations=Separation)
+    tables: dict[str, list[Any]] = read_json(STORED, **kinds)
+    # JSON has no infinity: what does not come to an end, and is told apart for certain.
+    tables["proposals"] = [_unbounded(item, "predicted") for item in tables["proposals"]]
+    tables["separations"] = [_unbounded(item, "distance") for item in tables["separations"]]
+    return Tables(**tables)
+
+
+def as_text(table: Table) -> str:
+    """A table as text, without its title."""
+    return plain_table(*table[1:])
+
+
+def _unbounded(item: Any, name: str) -> Any:
+    return dataclasses.replace(item, **{name: math.inf}) if getattr(item, name) is None else item
+
+
+def _rows(prototype: str, case: str, fit: Fit[Any]) -> Iterator[Row]:
+    for name, unit, *numbers in zip(fit.names, fit.units, fit.estimates, fit.low, fit.high, strict=True):
+        thesis = THESIS[prototype].get(name.split(",")[0])
+        yield Row(prototype, case, name, unit, thesis, *map(float, numbers))
+
+
+def _meetings(prototype: str, case: str, fit: Fit[Any]) -> Iterator[Meeting]:
+    for channel in fit.channels:
+        fitted, sigma = fit.predicted[channel.label][0], fit.sigma[channel.label][0]
+        measured = float(channel.measured.ravel()[0])
+        yield Meeting(prototype, case, channel.label, channel.unit, measured, float(sigma), float(fitted))
+
+
+def _outcome(prototype: str, case: str, fit: Fit[Any]) -> Outcome:
+    said = [str(combination) for combination in fit.combinations if combination.std >= OPEN]
+    return Outcome(prototype, case, float(fit.chi2), int(fit.dof), said)
+
+
+def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:
+    return ACTUATOR_NAMES[row.prototype], row.case
+
+
+def _numbers(*values: float | None) -> Iterable[str]:
+    return ("-" if value is None else f"{value:.4g}" for value in values)
