@@ -155,7 +155,7 @@ def _found(equations: OpenEquations, points: int, seed: int) -> tuple[Points, li
         f"Only at {count} of {points} random points could its equations be met. Remedy: if they do not contradict each "
         "other, give the typical size of its variables by `sizes`, or as `nominal` of the component."
     )
-    return found.those_ok(), [too_few] if 3 * count < points else []
+    return found.those_ok(), [too_few] if found.are_few else []
 
 
 def _where(equations: OpenEquations, found: Points, index: int, most: int = 16) -> str:

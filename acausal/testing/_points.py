@@ -14,6 +14,8 @@ from ._equations import Modes, OpenEquations, Params
 
 ROUNDS = 8  # of changes of modes
 STEPS = 60  # of Newton's method
+DRAWS = 4  # of guesses, where too few lead to points
+ENOUGH = 3  # one of so many points tells something
 MET = 1e-10  # what may be left of an equation, in shares of the terms in it
 
 
@@ -26,22 +28,52 @@ class Points:
     modes: Modes
     ok: np.ndarray
 
+    @property
+    def are_few(self) -> bool:
+        """Whether too few of them meet the equations to tell anything."""
+        return ENOUGH * int(self.ok.sum()) < len(self.ok)
+
+    def or_else(self, others: "Points") -> "Points":
+        """These where they meet the equations, and others with the same parameters elsewhere."""
+
+        def chosen(own: np.ndarray, other: np.ndarray) -> np.ndarray:
+            return np.where(np.reshape(self.ok, (-1, *(1,) * (own.ndim - 1))), own, other)
+
+        modes = [chosen(*pair) for pair in zip(self.modes, others.modes, strict=True)]
+        return Points(chosen(self.z, others.z), self.params, modes, self.ok | others.ok)
+
     def those_ok(self) -> "Points":
         pick = lambda items: [item[self.ok] for item in items]  # noqa: E731
         return Points(self.z[self.ok], pick(self.params), pick(self.modes), self.ok[self.ok])
 
 
 def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
-    """Points near random guesses; the first one with the parameters that are given, the others with random ones."""
+    """Points near random guesses; the first one with the parameters that are given, the others with random ones.
+
+    A component that refuses much of what it is guessed to be in is guessed in again.
+    """
     draw = np.random.default_rng(seed)
     variants = [equations.component] + [_varied(equations.component, draw) for _ in range(count - 1)]
     params, modes = _stacked(equations.given(variant) for variant in variants)
+
+    def drawn() -> Points:
+        return nearby(equations, Points(_guess(equations, count, draw), params, modes, np.ones(count, bool)))
+
+    found = drawn()
+    for _ in range(DRAWS - 1):
+        if not found.are_few:
+            break
+        found = found.or_else(drawn())
+    return found
+
+
+def _guess(equations: OpenEquations, count: int, draw: np.random.Generator) -> np.ndarray:
     guess = equations.size * draw.normal(size=(count, 3, equations.n))
     for leaf in equations.variables:
         if leaf.declaration.sign is not None:
             own = slice(leaf.first, leaf.first + leaf.count)
             guess[:, 0, own] = np.abs(guess[:, 0, own])
-    return nearby(equations, Points(guess, params, modes, np.ones(count, bool)))
+    return guess
 
 
 def _stacked(given: Iterable[tuple[Params, Modes]]) -> tuple[Params, Modes]:

@@ -39,7 +39,7 @@ class Accumulator(Component, partial=True):
 
     capacity: Param[Scalar, "m3", positive]  # of liquid
     resistance: Param[Scalar, "Pa.s/m3", positive]  # of the inlet
-    V: Var[Scalar, "m3", prefer, nonnegative, Nominal(1e-4)] = 0.0  # liquid in it
+    V: Var[Scalar, "m3", prefer, Nominal(1e-4)] = 0.0  # liquid in it
     p: Var[Scalar, "Pa"] = 0.0  # pressure of the liquid in it, above the atmosphere
     drop: Var[Scalar, "Pa"] = 0.0  # p_port - p
     end: Discrete[Scalar, "1"] = 0.0  # -1 empty, 0 in between, 1 full
