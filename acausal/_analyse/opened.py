@@ -1,6 +1,7 @@
 """A model whose loops are broken at signals: what a signal drives is driven by a parameter instead."""
 
 import copy
+import dataclasses
 import functools as ft
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -72,8 +73,8 @@ def _broken(model: Component, path: str, field: str) -> tuple[Component, Break]:
 
 def _with_field(owner: Component, cls: Any, field: str, kind: Any) -> Any:
     made = object.__new__(cls)
-    for name in type(owner).__dataclass_fields__:
-        object.__setattr__(made, name, getattr(owner, name))
+    for own in dataclasses.fields(owner):
+        object.__setattr__(made, own.name, getattr(owner, own.name))
     object.__setattr__(made, field, _source_class(kind)())
     return made
 

@@ -1,5 +1,6 @@
 """Actuators whose voltage follows a signal."""
 
+import dataclasses
 from typing import Any
 
 from acausal import Connections, connect
@@ -37,7 +38,7 @@ def commanded(
     actuator: ElectromechanicalActuator | ElectrohydraulicActuator, command: TimeSeries
 ) -> CommandedElectromechanical | CommandedElectrohydraulic:
     """An actuator with a signal in place of its constant voltage."""
-    parts: dict[str, Any] = {name: getattr(actuator, name) for name in type(actuator).__dataclass_fields__}
+    parts: dict[str, Any] = {field.name: getattr(actuator, field.name) for field in dataclasses.fields(actuator)}
     parts |= {"supply": SignalVoltage(), "command": command}
     if isinstance(actuator, ElectromechanicalActuator):
         return CommandedElectromechanical(**parts)

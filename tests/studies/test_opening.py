@@ -10,7 +10,9 @@ from _designs import DESIGNS, forward, numbers, reverse
 from _thesis_reference import ELASTICITIES, OPENING_TIMES, STATES, TURNING_INERTIA
 
 from acausal import Result, simulate
+from components.blocks import TimeSeries
 from studies import opening
+from studies.actuators import commanded
 
 
 @pytest.mark.parametrize(("design", "keywords", "time"), OPENING_TIMES)
@@ -18,6 +20,13 @@ def test_opening_time(design: str, keywords: dict[str, float], time: float) -> N
     solution = opening(DESIGNS[design](**keywords))
     assert solution.result == Result.stopped
     assert solution.t1 == pytest.approx(time, rel=1e-8)
+
+
+@pytest.mark.parametrize("design", ["ema_maxon", "ehs_maxon"])
+def test_a_constant_command_opens_as_the_voltage_does(design: str) -> None:
+    actuator = DESIGNS[design]()
+    command = TimeSeries(times=np.array([0.0, 1.0]), values=np.full(2, actuator.supply.V), smooth=False)
+    assert opening(commanded(actuator, command)).t1 == pytest.approx(float(opening(actuator).t1), rel=1e-8)
 
 
 @pytest.mark.parametrize(("design", "keywords", "names", "rows"), STATES)
