@@ -122,7 +122,7 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
     try:
         return UserFunction(fingerprint(slim), slim, leaves, trees[0]), constants
     except NoFingerprintError:  # it is the same if it is the same Python function
-        owner = tuple(item for held in _refers_to(function) for item in _refers_to(held))
+        owner = tuple(item for part in _refers_to(function) for item in _refers_to(part))
         text = " ".join([str(slim), *map(_named, owner)])
         return UserFunction(text, slim, leaves, trees[0], owner), constants
 

@@ -4,17 +4,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._extras import needed
+from .._extras import Axes, given_or_new
 
 if TYPE_CHECKING:
     from ._choose import Choice
 
 
-def plot_choice(choice: "Choice", ax: Any, beside: dict[str, np.ndarray]) -> Any:
+def plot_choice(choice: "Choice", ax: Axes | None, beside: dict[str, np.ndarray]) -> Any:
     """Feasible combinations by two objectives with the front, or in order by one; `beside`: objectives to compare."""
-    if ax is None:
-        plt = needed("matplotlib.pyplot", "plots", "A picture")
-        _, ax = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
+    ax = given_or_new(ax, 6.5, 4.2)
     first, second = choice.objectives[0], choice.objectives[1] if len(choice.objectives) > 1 else None
     order = np.array(choice.order, int)
     ranks = np.arange(1, len(order) + 1)

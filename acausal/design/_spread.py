@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from .._analyse.table import aligned
 from .._errors import ModelError, ParameterError
-from .._extras import needed
+from .._extras import Axes, given_or_new
 from .._units.quantity import has_unit
 from ._bounds import Scale, number_in
 
@@ -70,11 +70,9 @@ class Spread:
             return float(limit)
         return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.unit, self.result)[0])
 
-    def plot(self, ax: Any = None, limits: Any = ()) -> Any:
+    def plot(self, ax: Axes | None = None, limits: Any = ()) -> Any:
         """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
-        if ax is None:
-            plt = needed("matplotlib.pyplot", "plots", "A picture")
-            _, ax = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
+        ax = given_or_new(ax, 6.5, 3.6)
         mean, std = self.scale.value(self.mean), self.scale.difference(self.std)
         if len(self.samples):
             bins = int(np.clip(np.sqrt(len(self.samples)), 10, 60))
