@@ -7,6 +7,7 @@ from acausal import Scalar, Solution, simulate
 from .actuators import ClutchActuator
 
 STROKE = 12e-3  # m, travel of the slave at which the clutch is open
+WORN_LOAD = 800.0  # N at the slave with the clutch open, with limited wear, as the thesis states it
 LONGEST = 5.0  # s, given up after this time: the slowest design that opens is the present one, in 0.4 s
 
 
@@ -17,15 +18,15 @@ def opening(
     rtol: Scalar = 1e-9,
     t_max: Scalar = LONGEST,
     save: Any = "steps",
-    energy: bool = False,
+    throw: bool = False,
+    **options: Any,
 ) -> Solution:
     """The run from rest until the slave has travelled `stroke` in m, of `t_max` in s at most.
 
-    Nothing is raised for a design that does not get there: `t1` of the solution is infinite and `result` says why.
+    Nothing is raised for a design that does not get there: `t1` of the solution is infinite and `result` says why;
+    unless `throw` asks for it. Other `options` are those of `simulate`.
     """
-    return simulate(
-        model, t_max, until=lambda s: s.slave.rod.s - stroke, save=save, rtol=rtol, energy=energy, throw=False
-    )
+    return simulate(model, t_max, until=lambda s: s.slave.rod.s - stroke, save=save, rtol=rtol, throw=throw, **options)
 
 
 def opening_time(

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import acausal
+import components
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,8 +62,7 @@ def resumed(out: Path | None, name: str, make: Callable[[], _T]) -> _T:
     """
     if out is None:
         return make()
-    code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
-    path = out / UNFINISHED / f"{name}_{hashlib.sha256(code).hexdigest()[:16]}.acausal"
+    path = out / UNFINISHED / f"{name}_{_digest_of_code()}.acausal"
     if path.exists():
         return acausal.load(path)
     made = make()
@@ -70,6 +70,16 @@ def resumed(out: Path | None, name: str, make: Callable[[], _T]) -> _T:
     acausal.save(path.with_suffix(".part"), made)
     path.with_suffix(".part").rename(path)  # so that half a file is none
     return made
+
+
+def _digest_of_code() -> str:
+    """Of the studies and of what they compute with."""
+    folders = [Path(package.__file__ or "").parent for package in (acausal, components)] + [Path(__file__).parent]
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted([*folder.rglob("*.py"), *folder.rglob("*.csv")]):
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()[:16]
 
 
 def finished(out: Path | None) -> None:

@@ -14,15 +14,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
-
-from acausal import Scalar, Solution, simulate
+from acausal import Scalar, Solution
 from acausal.design import Choice, Design, choose
 from components.catalogues import catalogue
 
+from ._opening import opening as run_until_open
 from ._output import print_table, require_matplotlib, write_json
+from ._statics import WORN, holding_current, lift_share, pressure_angle
 from .actuators import ehs_maxon, ema_maxon
-from .design._problems import RESERVE, STROKE, WORN, held
 
 LEADS = 0.1  # ohm, assumed, of what is between battery and motor
 RTOL = 1e-7  # of the runs of products, whose figures are known to three digits
@@ -78,13 +77,9 @@ def has_cam(s: Solution) -> bool:
     return hasattr(s.final, "cam")
 
 
-def holding_current(s: Solution) -> Scalar:
+def current(s: Solution) -> Scalar:
     """In A, that holds the clutch open without friction."""
-    model: Any = s.final
-    if has_cam(s):
-        return held(model)[1]
-    pressure = model.clutch.rate * STROKE / model.slave.area
-    return pressure * model.pump.displacement / model.motor.emf.k
+    return holding_current(s.final)
 
 
 def speed(s: Solution, parts: Any) -> Scalar:
@@ -97,26 +92,25 @@ def pressure(s: Solution, parts: Any) -> Scalar:
     return 0.0 if has_cam(s) else s.final.line.p / parts["pump"]["pressure"]
 
 
-def lift(s: Solution) -> Scalar:
+def worn_lift(s: Solution) -> Scalar:
     """The share of the cam's lift that a worn clutch needs."""
-    model: Any = s.final
-    return RESERVE * held(model, WORN)[0] / (2.0 * model.cam.profile.eccentricity) if has_cam(s) else 0.0
+    return lift_share(s.final, WORN) if has_cam(s) else 0.0
 
 
-def pressure_angle(s: Solution) -> Scalar:
-    model: Any = s.final
-    return jnp.arcsin(model.cam.profile.eccentricity / model.cam.profile.radius) if has_cam(s) else 0.0
+def angle(s: Solution) -> Scalar:
+    """The largest pressure angle of a cam, in rad."""
+    return pressure_angle(s.final) if has_cam(s) else 0.0
 
 
-MINIMISE = {"opening time": (lambda s: s.t1, "ms"), "holding current": (holding_current, "A")}
+MINIMISE = {"opening time": (lambda s: s.t1, "ms"), "holding current": (current, "A")}
 LIMITS = {
     "peak current": (lambda s: s.final.supply.V / s.final.motor.resistor.R, "<= 70 A"),
-    HOLDING: (holding_current, "<= 20 A"),
+    HOLDING: (current, "<= 20 A"),
     "line pressure": (lambda s: s.final.line.p, "<= 40 bar"),
     "rated speed": (speed, "<= 1"),
     "rated pressure": (pressure, "<= 1"),
-    "pressure angle": (pressure_angle, "<= 30 deg"),
-    "lift, worn clutch": (lift, "<= 1"),
+    "pressure angle": (angle, "<= 30 deg"),
+    "lift, worn clutch": (worn_lift, "<= 1"),
 }
 
 
@@ -133,10 +127,7 @@ class Row:
 
 def opening(model: Any, rtol: float) -> Solution:
     """The run until the clutch is open, with the largest speed of the motor on the way."""
-    return simulate(
-        model, LONGEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
-        peaks=lambda s: {"speed": s.motor.rotor.w},
-    )  # fmt: skip
+    return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 
 
 def study(tables: Mapping[str, Any] = TABLES, store: Path | None = None) -> Choice:

@@ -12,11 +12,10 @@ from typing import Any
 from acausal import Scalar, parameters, replace
 from components.hydraulic import dot_4
 
-from .._opening import STROKE
+from .._opening import STROKE, WORN_LOAD
 
 BASE = 40.0  # C
 COPPER, MAGNET = 3.93e-3, -1e-3  # 1/K, at 20 C
-WORN_FORCE = 800.0  # N, on the open clutch, as the thesis states it for limited wear
 WORN_LEAKS = 10.0  # times those past new seals; assumed
 PRESSURE = 2e6  # Pa, at which stiffnesses are compared
 
@@ -34,8 +33,8 @@ def at_temperature(celsius: Scalar, model: Any) -> Any:
 
 
 def worn(model: Any) -> Any:
-    """The model with a clutch that takes `WORN_FORCE` to open, and with seals that leak more."""
-    return _multiplied(replace(model, {"clutch.rate": WORN_FORCE / STROKE}), {"leak.resistance": 1.0 / WORN_LEAKS})
+    """The model with a clutch that takes `WORN_LOAD` to open, and with seals that leak more."""
+    return _multiplied(replace(model, {"clutch.rate": WORN_LOAD / STROKE}), {"leak.resistance": 1.0 / WORN_LEAKS})
 
 
 CONDITIONS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(

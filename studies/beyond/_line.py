@@ -10,11 +10,12 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Scalar, connect, simulate
+from acausal import Component, Connections, Scalar, connect
 from components.hydraulic import FluidPort, LaminarFriction, LaminarResistance, Line, Pipe, dot_4
 
-from .._opening import STROKE
-from ..actuators import ClutchActuator, ehs_maxon, ema_maxon
+from .._opening import opening
+from ..actuators import ClutchActuator
+from ._prototypes import PROTOTYPES, RE40, RE50
 from ._row import Row
 
 ITEM = "line"
@@ -23,7 +24,7 @@ LENGTHS = (0.25, 0.5, 1.0, 2.0)  # m
 SEGMENTS = 6
 LIQUID = dot_4(293.15)
 LATEST = 1.0  # s, given up after this time
-ACTUATORS = {"EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
+ACTUATORS = {name: PROTOTYPES[name].build for name in (RE50, RE40)}
 SPRING, FRICTION, WHOLE = "spring", "spring and friction", "spring, friction and inertia"
 
 
@@ -70,9 +71,7 @@ def rows(rtol: float = 1e-6, lengths: Any = LENGTHS, actuators: Any = ACTUATORS)
     """Opening times with pipes of several lengths."""
 
     def time(model: Any) -> float:
-        return float(
-            simulate(model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, max_steps=100_000).t1
-        )
+        return float(opening(model, t_max=LATEST, save="end", rtol=rtol, throw=True, max_steps=100_000).t1)
 
     table = []
     for name, build in actuators.items():

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Component, Connections, Scalar, connect, simulate
+from acausal import Component, Connections, Scalar, connect
 from components.translational import (
     Diaphragm,
     DiaphragmClutch,
@@ -24,12 +24,11 @@ from components.translational import (
     SmoothStribeckFriction,
 )
 
-from .._opening import STROKE
-from ..actuators import ehs_maxon, ema_fise, ema_maxon
+from .._opening import STROKE, WORN_LOAD, opening
+from ._prototypes import PROTOTYPES, RE50
 from ._row import Row
 
 ITEM = "clutch load"
-STRONGEST = 800.0  # N at the slave, of the worn clutch
 # A clutch of 228 mm with H/t = 1.7: closed by 4.4 kN, it takes 803 N at the slave with limited wear.
 SPRING = Diaphragm(R=114.5e-3, r=89e-3, R_1=112.5e-3, r_1=90.5e-3, r_f=29e-3, t=2.6e-3, H=4.42e-3)
 FORK = 2.0  # travel of the slave over that of the release bearing
@@ -37,7 +36,6 @@ CUSHION = 0.6e-3  # m, travel of the plate in which new facings give way
 ENGAGED, WEAR = 3.2e-3, 1.0e-3  # m, deflection of the closed spring with new facings, and what limited wear takes of it
 BEARING = 0.05  # friction of the release bearing on its guide, of the strongest load
 LATEST = 1.0  # s, given up after this time
-ACTUATORS = {"EMA, FISE": (ema_fise, 0.148), "EMA, RE50": (ema_maxon, 0.070), "EHS, RE40": (ehs_maxon, 0.130)}
 RIG, NEW, WORN, STIFF = "rig's spring", "new facings", "worn facings", "worn facings, bearing friction"
 
 
@@ -81,7 +79,7 @@ def mechanism(wear: Scalar = 0.0, friction: Scalar = 0.0) -> ReleaseMechanism:
 
 def loads() -> dict[str, ReleaseMechanism]:
     """The clutches by name."""
-    return {NEW: mechanism(), WORN: mechanism(WEAR), STIFF: mechanism(WEAR, BEARING * STRONGEST * FORK)}
+    return {NEW: mechanism(), WORN: mechanism(WEAR), STIFF: mechanism(WEAR, BEARING * WORN_LOAD * FORK)}
 
 
 def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -90,31 +88,25 @@ def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
     found = {
         name: np.asarray(jax.vmap(ft.partial(slave_load, one))(jnp.asarray(travel))) for name, one in loads().items()
     }
-    return travel, {RIG: 58e3 * travel, NEW: found[NEW], WORN: found[WORN]}
+    return travel, {RIG: float(PROTOTYPES[RE50].build().clutch.rate) * travel, NEW: found[NEW], WORN: found[WORN]}
 
 
-def rows(rtol: float = 1e-9, actuators: Any = ACTUATORS) -> list[Row]:
+def rows(rtol: float = 1e-9, actuators: Any = PROTOTYPES) -> list[Row]:
     """Opening times of the prototypes with each load, and the work that it takes."""
     travel, found = curves()
     table = [
         Row(
-            ITEM,
-            name,
-            "work to open",
-            "J",
-            float(np.trapezoid(load, travel)),
+            ITEM, name, "work to open", "J", float(np.trapezoid(load, travel)),
             remark=f"largest {np.max(load):.0f} N, open {load[-1]:.0f} N",
         )
         for name, load in found.items()
-    ]
+    ]  # fmt: skip
     for name, (build, measured) in actuators.items():
         base = build()
         cases: dict[str, Any] = {RIG: base} | {
             case: dataclasses.replace(base, clutch=one) for case, one in loads().items()
         }
         for case, model in cases.items():
-            run = simulate(model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False)
-            table.append(
-                Row(ITEM, f"{name}, {case}", "opening time", "s", float(run.t1), measured if case == RIG else None)
-            )
+            time = float(opening(model, t_max=LATEST, save="end", rtol=rtol).t1)
+            table.append(Row(ITEM, f"{name}, {case}", "opening time", "s", time, measured if case == RIG else None))
     return table

@@ -43,8 +43,7 @@ def _report(rows: Sequence[Row], out: Path) -> None:
     parts = []
     for name, (title, _) in ITEMS.items():
         own = [row for row in rows if row.item == name]
-        figures = [PICTURES[name](own)]
-        for figure in figures:
-            save(figure, out, f"beyond_{name.replace(' ', '_')}")
-        parts.append((title, plain_table(HEADS, cells(own)), figures))
+        figure = PICTURES[name](own)
+        save(figure, out, f"beyond_{name.replace(' ', '_')}")
+        parts.append((title, plain_table(HEADS, cells(own)), [figure]))
     write_report(out, "beyond", "Where the thesis stopped", parts)

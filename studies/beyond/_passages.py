@@ -26,6 +26,7 @@ from acausal.design import Design, optimise
 from components.hydraulic import AnyLiquid, ConstantFlow, Tank, TwoPort, dot_4, transformer_oil
 
 from .._opening import opening
+from .._statics import line_pressure
 from ..actuators import ehs_maxon
 from ._row import Row
 
@@ -138,7 +139,7 @@ def lightest(flow: float, drop: float = DROP) -> Design[Any]:
 def rows() -> list[Row]:
     """Drops of the housing as it was, and the lightest housing."""
     flow = largest_flow()
-    open_pressure = float(ehs_maxon().clutch.rate * 12e-3 / ehs_maxon().slave.area)
+    open_pressure = float(line_pressure(ehs_maxon()))
     table = [Row(ITEM, "opening, EHS, RE40", "largest flow", "m3/s", flow)]
     liquids = {"transformer oil at 40 C": transformer_oil(313.15)} | {
         f"DOT 4 at {celsius:g} C": dot_4(celsius + 273.15) for celsius in (-30.0, CELSIUS, 80.0)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .._opening import opening
+from .._opening import WORN_LOAD, opening
 from . import _line, _load, _passages, _profiles, _series, _temperature
+from ._prototypes import PROTOTYPES
 from ._row import Row
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def plot_load(rows: Sequence[Row]) -> "Figure":
     travel, loads = _load.curves()
     for (name, load), color in zip(loads.items(), ("0.5", "tab:blue", "tab:red"), strict=True):
         left.plot(1e3 * travel, load, color=color, label=name)
-    left.axhline(_load.STRONGEST, color="0.6", ls=":", lw=1.0)
-    left.annotate("thesis: 800 N, limited wear", (12.0, _load.STRONGEST), ha="right", va="bottom", fontsize="small")
+    left.axhline(WORN_LOAD, color="0.6", ls=":", lw=1.0)
+    left.annotate("thesis: 800 N, limited wear", (12.0, WORN_LOAD), ha="right", va="bottom", fontsize="small")
     left.set(xlabel="travel of the slave [mm]", ylabel="load at the slave [N]")
     left.legend(frameon=False, loc="lower right")
     _bars(right, _of(rows, OPENING), 1e3, "opening time [ms]")
@@ -90,10 +91,10 @@ def plot_passages(rows: Sequence[Row]) -> "Figure":
 
 def plot_profiles(rows: Sequence[Row]) -> "Figure":
     """Voltage, travel and speed over time, at full voltage and softly."""
-    names = list(_profiles.ACTUATORS)
+    names = list(PROTOTYPES)
     figure, axes = plt.subplots(3, len(names), figsize=(12.0, 6.6), layout="constrained", sharex="col")
     for name, (top, middle, bottom) in zip(names, axes.T, strict=True):
-        full = opening(_profiles.ACTUATORS[name](), rtol=1e-6)
+        full = opening(PROTOTYPES[name].build(), rtol=1e-6)
         soft = _profiles.landing(name, _profiles.RTOL)
         times = {row.case.rpartition(", ")[2]: 1e3 * row.value for row in _of(rows, OPENING, within=name)}
         top.plot(1e3 * full.ts, np.full(len(full.ts), _profiles.VOLTAGE), "--", color="0.5", label="full voltage")

@@ -10,7 +10,7 @@ from typing import Any
 from acausal.design import Spread, Tolerance, Uniform
 
 from .._opening import opening
-from ..actuators import ehs_maxon, ema_fise, ema_maxon
+from ._prototypes import FISE, PROTOTYPES, RE40, RE50
 from ._row import Row
 
 ITEM = "series"
@@ -21,17 +21,15 @@ ANY = {
 }  # fmt: skip
 CAM = ANY | {"cam.profile.eccentricity": 0.5, "master.bore": 0.3}
 PUMP = ANY | {"pump.displacement": 3.0}
-ACTUATORS: dict[str, Any] = {
-    "EMA, FISE": (ema_fise, CAM, 0.148), "EMA, RE50": (ema_maxon, CAM, 0.070), "EHS, RE40": (ehs_maxon, PUMP, 0.130),
-}  # fmt: skip
+SHARES = {FISE: CAM, RE50: CAM, RE40: PUMP}  # in per cent
 
 
 def study(name: str, rtol: float = 1e-9) -> Tolerance[Any]:
     """The opening time of a prototype with the tolerances in per cent."""
-    build, shares, _ = ACTUATORS[name]
-    distributions = {path: Uniform(f"-{share} %", f"+{share} %") for path, share in shares.items()}
+    distributions = {path: Uniform(f"-{share} %", f"+{share} %") for path, share in SHARES[name].items()}
     results = {"opening time": (lambda s: s.t1, "ms")}
-    return Tolerance(build(), distributions, results, run=ft.partial(opening, rtol=rtol, t_max=2.0, save="end"))
+    run = ft.partial(opening, rtol=rtol, t_max=2.0, save="end")
+    return Tolerance(PROTOTYPES[name].build(), distributions, results, run=run)
 
 
 def tightened(spread: Spread) -> dict[str, float]:
@@ -46,7 +44,7 @@ def tightened(spread: Spread) -> dict[str, float]:
 def rows(rtol: float = 1e-9, members: int = MEMBERS) -> list[Row]:
     """Spreads of the three prototypes, and what halving a tolerance would do."""
     table = []
-    for name, (_, _, measured) in ACTUATORS.items():
+    for name, (_, measured) in PROTOTYPES.items():
         tolerance = study(name, rtol)
         first = tolerance.first_order()["opening time"]
         drawn = tolerance.monte_carlo(members, seed=SEED)["opening time"]

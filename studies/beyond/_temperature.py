@@ -18,9 +18,11 @@ from components.hydraulic import LaminarResistance, Line, dot_4
 from components.rotational import Fixed
 from components.thermal import FixedTemperature
 
-from .._opening import STROKE
-from ..actuators import ehs_maxon, ema_maxon
+from .._opening import opening
+from .._statics import holding_current
+from ..actuators import ehs_maxon
 from ._line import DIAMETER, LongLine
+from ._prototypes import PROTOTYPES, RE40, RE50
 from ._row import Row
 
 ITEM = "temperature"
@@ -31,9 +33,13 @@ COPPER, MAGNETS = 3.93e-3, -1.1e-3  # 1/K, of the winding's resistance and of Nd
 LATEST = 2.0  # s, given up after this time
 ORDER = "148867"  # RE 40, 24 V
 HOLDS = (0.0, 1.0, 10.0)  # s
-LEADS = 0.4 - 0.317  # ohm: what was identified beyond the winding of the data sheet
 HOT = 80.0  # degC, beside an engine
-ACTUATORS = {"EMA, RE50": ema_maxon, "EHS, RE40": ehs_maxon}
+ACTUATORS = {name: PROTOTYPES[name].build for name in (RE50, RE40)}
+
+
+@ft.cache
+def _sheet() -> Any:
+    return catalogue("motors")[ORDER]
 
 
 def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
@@ -54,9 +60,7 @@ def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
 
 @eqx.filter_jit
 def _time(model: Any, rtol: float) -> Scalar:
-    return simulate(
-        model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False, max_steps=50_000
-    ).t1
+    return opening(model, t_max=LATEST, save="end", rtol=rtol, max_steps=50_000).t1
 
 
 def opening_rows(rtol: float = 1e-8, actuators: Any = ACTUATORS, temperatures: Any = TEMPERATURES) -> list[Row]:
@@ -90,19 +94,18 @@ def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8
     The winding of resistance R_w at its limit gives T_max - T_ambient = P (1/G_wh + 1/G_ha); an operation puts the heat
     of the opening and of the hold into it. The heat of closing, of 4 J at most, and that of the pump are left out.
     """
-    sheet: Any = catalogue("motors")[ORDER]
+    sheet, built = _sheet(), ehs_maxon()
     inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
     limit = sheet["max_winding_temperature"]
     power = (limit - ambient) / (inner + outer)
     housing = ambient + power * outer
     winding = sheet["resistance"] * (1.0 + COPPER * (limit - REFERENCE))
     k = sheet["torque_constant"] * (1.0 + MAGNETS * (housing - REFERENCE))
-    model = replace(ehs_maxon(), {"motor.resistor.R": winding + LEADS, "motor.emf.k": k})
-    opened = simulate(
-        model, LATEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
-        integrals=lambda s: {"heat": s.motor.p.i**2},
-    )  # fmt: skip
-    current = float(model.clutch.rate * STROKE / model.slave.area * model.pump.displacement / k)
+    # What was identified beyond the winding of the data sheet is that of leads and brushes.
+    leads = built.motor.resistor.R - sheet["resistance"]
+    model = replace(built, {"motor.resistor.R": winding + leads, "motor.emf.k": k})
+    opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
+    current = float(holding_current(model))
     heat = winding * (float(opened.integrals["heat"][-1]) + (0.0 if valve else hold * current**2))
     time = float(opened.t1)
     return Allowed(min(60.0 * power / heat, 60.0 / (time + hold)), heat, time, limit, housing)
@@ -124,11 +127,6 @@ class Warming(Component):
             connect(self.motor.shaft, self.wall.flange),
             connect(self.motor.ambient, self.ambient.port),
         )
-
-
-@ft.cache
-def _sheet() -> Any:
-    return catalogue("motors")[ORDER]
 
 
 def time_to_limit(per_minute: float, one: Allowed, ambient: float) -> float:

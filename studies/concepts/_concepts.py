@@ -5,13 +5,15 @@ The identified friction is that of all that turns with a motor; it is kept with 
 """
 
 import dataclasses
+import functools as ft
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from acausal import replace
 from acausal.design import Design, Front, optimise, pareto
 from components.catalogues import catalogue
 
+from .._opening import STROKE, WORN_LOAD
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..catalogue import LEADS
 from . import _targets as targets
@@ -21,18 +23,17 @@ from ._targets import (
     COIL,
     HOLD,
     HOLDING_ENERGY,
-    LOAD,
     OPENING_TIME,
     POWER,
     PUMP,
-    STROKE,
     TARGET,
     VALVE_MASS,
     opening,
 )
 
 
-class Motor(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False)
+class Motor:
     """A motor to buy."""
 
     name: str
@@ -74,7 +75,7 @@ MOTORS = (
 ALLOWED = tuple(motor for motor in MOTORS if motor.power < POWER)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Concept:
     """A kind of actuator to be designed."""
 
@@ -90,7 +91,7 @@ class Concept:
         """The actuator before it is optimised, with a motor and with the load of a worn clutch."""
         values = {path: value for path, value in motor.values.items() if path != "motor.bearing.C"}
         friction = motor.values.get("motor.bearing.C", float(self.model.motor.bearing.C))  # pyright: ignore
-        return replace(self.model, {**values, "motor.bearing.C": friction, "clutch.rate": LOAD / STROKE})
+        return replace(self.model, {**values, "motor.bearing.C": friction, "clutch.rate": WORN_LOAD / STROKE})
 
     def mass(self, motor: Motor) -> float | None:
         """In kg."""
@@ -103,12 +104,9 @@ class Concept:
         """In J, of a hold."""
         return HOLD * COIL if self.valve else float(targets.holding_energy(model))
 
-    def solve(self, motor: Motor, **others: Any) -> Design[Any]:
-        """The least opening time; `others` are limits besides those of the concept."""
-        return optimise(
-            self.of(motor), self.free, OPENING_TIME, run=opening, constraints={**self.limits, **others}, progress=False,
-            sensitivities=False,
-        )  # fmt: skip
+    def solve(self, motor: Motor) -> Design[Any]:
+        """The least opening time; what was asked for before is not computed again."""
+        return _fastest(self, motor)
 
     def thriftiest(self, motor: Motor, time: float) -> Design[Any]:
         """The least energy of a hold by the motor, with an opening time in s at most."""
@@ -124,6 +122,14 @@ class Concept:
             self.of(motor), self.free, OPENING_TIME | HOLDING_ENERGY, points=points, run=opening,
             constraints={**self.limits, **TARGET}, progress=False,
         )  # fmt: skip
+
+
+@ft.cache
+def _fastest(concept: Concept, motor: Motor) -> Design[Any]:
+    return optimise(
+        concept.of(motor), concept.free, OPENING_TIME, run=opening, constraints=concept.limits, progress=False,
+        sensitivities=False,
+    )  # fmt: skip
 
 
 _SUPPLY = {"supply.V": (6.0, 13.5)}

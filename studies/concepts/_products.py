@@ -9,11 +9,13 @@ import jax.numpy as jnp
 from acausal import Scalar, Solution, replace
 from acausal.design import Choice, choose
 
+from .._opening import STROKE, WORN_LOAD
+from .._statics import holding_current
 from ..catalogue import GEARHEADS, PUMPS, RTOL, bores
 from ..catalogue import speed as speed_of_sheet
 from ._concepts import EHS, EHS_VALVE, EMA, MOTORS
 from ._rows import Row
-from ._targets import CAM, COIL, HOLD, LOAD, POWER, STROKE, TARGET, VALVE_MASS, holding_current, opening
+from ._targets import CAM, COIL, HOLD, POWER, TARGET, VALVE_MASS, opening
 
 HEADS = ("product", "motor", "what", "opening time [ms]", "energy of a hold [J]", "mass [kg]")
 Tables = Mapping[str, list[dict[str, Any]]]
@@ -83,7 +85,7 @@ LIMITS = {
 
 def study() -> Choice:
     """All combinations."""
-    worn = {"clutch.rate": LOAD / STROKE}
+    worn = {"clutch.rate": WORN_LOAD / STROKE}
     models = {"EMA": replace(EMA.model, worn), "EHS": replace(EHS_VALVE.model, worn)}
     return choose(models, TABLES, MINIMISE, run=ft.partial(opening, rtol=RTOL), constraints=LIMITS)
 

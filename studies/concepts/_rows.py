@@ -9,10 +9,12 @@ from typing import Any
 from acausal import replace
 from acausal.design import Design, Front
 
+from .._opening import STROKE, WORN_LOAD
+from .._statics import WORN, holding_current, lift_share
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..validate._ratios import best_ratio, least_ratio
 from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor
-from ._targets import LOAD, POWER, STROKE, WORN, holding_current, holding_energy, lift, opening
+from ._targets import POWER, holding_energy, opening
 
 _CURRENTS = ("holding current", "peak current")
 TORQUE = 12.0 / 38.0  # N.m, that the FISE gives: 12 N.m behind its worm, 38:1
@@ -70,7 +72,8 @@ def prototypes(rtol: float = 1e-9) -> list[Row]:
     rows = []
     for kind, model, motor, mass, time, current in built:
         for name, rate, figures in (
-            ("rig's spring", 58e3, (time, current)), (f"{LOAD:g} N", LOAD / STROKE, (None, None)),
+            ("rig's spring", model.clutch.rate, (time, current)),
+            (f"{WORN_LOAD:g} N", WORN_LOAD / STROKE, (None, None)),
         ):  # fmt: skip
             loaded = replace(model, {"clutch.rate": rate})
             found = float(opening(loaded, rtol).t1)
@@ -119,7 +122,7 @@ def distances(built: Sequence[Row]) -> list[Distance]:
 
 def _broken(row: Row, motor: Motor, model: Any) -> str:
     """Limits that a prototype does not keep."""
-    worn = lift(model, WORN) if hasattr(model, "cam") else 0.0
+    worn = lift_share(model, WORN) if hasattr(model, "cam") else 0.0
     figures = (
         ("rated power", motor.power, POWER, "W"), ("holding current", row.holding_current, 20.0, "A"),
         ("peak current", float(model.supply.V / model.motor.resistor.R), 70.0, "A"),
@@ -176,7 +179,7 @@ def optima() -> list[tuple[Concept, Motor]]:
 
 def with_less_friction() -> Row:
     """The electrohydraulic actuator with the friction of the test without load."""
-    motor = MOTORS[2]._replace(values={**MOTORS[2].values, "motor.bearing.C": NO_LOAD_FRICTION})
+    motor = dataclasses.replace(MOTORS[2], values={**MOTORS[2].values, "motor.bearing.C": NO_LOAD_FRICTION})
     return optimum(EHS_VALVE, motor, EHS_VALVE.solve(motor), "EHS, valve holds, friction of the no-load test")
 
 

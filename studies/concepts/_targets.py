@@ -1,17 +1,15 @@
 """What the thesis asks of an actuator, as limits of a design, and what a design is measured by."""
 
-import functools as ft
 from collections.abc import Callable
 from typing import Any
 
-import jax.numpy as jnp
+from acausal import Scalar, Solution, replace
 
-from acausal import Scalar, Solution, replace, simulate
-
+from .._opening import STROKE
+from .._opening import opening as run_until_open
+from .._statics import WORN, holding_current, lift_share, line_pressure, pressure_angle
 from ..actuators import ema_fise
-from ..design._problems import RESERVE, STROKE, WORN, held
 
-LOAD = 800.0  # N at the slave when the clutch is open, with limited wear
 OVERALL, HYDRAULIC = 0.2, 0.1  # s, within which any actuator has to open, and the electrohydraulic one
 POWER = 250.0  # W, rated, above which no motor is taken
 HOLD = 10.0  # s, of a hold
@@ -35,18 +33,7 @@ def opening(model: Any, rtol: float = 1e-9) -> Solution:
     """The run until the clutch is open, with the largest speed of the motor; a cam's inertia follows its size."""
     if hasattr(model, "cam"):
         model = replace(model, {"cam.J": cam_inertia(model.cam.profile)})
-    return simulate(
-        model, LONGEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol, throw=False,
-        peaks=lambda s: {"speed": s.motor.rotor.w},
-    )  # fmt: skip
-
-
-def holding_current(model: Any) -> Scalar:
-    """In A, of a motor that holds the clutch open without help of friction."""
-    if hasattr(model, "cam"):
-        return held(model)[1]
-    pressure = model.clutch.rate * STROKE / model.slave.area
-    return pressure * model.pump.displacement / model.motor.emf.k
+    return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 
 
 def holding_energy(model: Any) -> Scalar:
@@ -54,21 +41,8 @@ def holding_energy(model: Any) -> Scalar:
     return HOLD * model.motor.resistor.R * holding_current(model) ** 2
 
 
-def lift(model: Any, stroke: Scalar) -> Scalar:
-    """The share of the cam's lift that a stroke needs."""
-    return RESERVE * held(model, stroke)[0] / (2.0 * model.cam.profile.eccentricity)
-
-
 def _of_model(function: Callable[..., Scalar], *others: Any) -> Callable[[Solution], Scalar]:
     return lambda s: function(s.final, *others)
-
-
-def line_pressure(model: Any) -> Scalar:
-    return model.clutch.rate * STROKE / model.slave.area
-
-
-def pressure_angle(model: Any) -> Scalar:
-    return jnp.arcsin(model.cam.profile.eccentricity / model.cam.profile.radius)
 
 
 def motor_speed(s: Solution) -> Scalar:
@@ -86,7 +60,7 @@ ANY = {
 CAM = ANY | {
     "motor speed": (motor_speed, "<= 6000 rpm"),  # of the gearhead GP 52
     "pressure angle": (_of_model(pressure_angle), "<= 30 deg"),
-    "lift": (ft.partial(_of_model, lift)(STROKE), "<= 1"),
-    "lift, worn clutch": (ft.partial(_of_model, lift)(WORN), "<= 1"),
+    "lift": (_of_model(lift_share, STROKE), "<= 1"),
+    "lift, worn clutch": (_of_model(lift_share, WORN), "<= 1"),
 }
 PUMP = ANY | {"motor speed": (motor_speed, "<= 5000 rpm")}  # of the pump UK 0.5 D

@@ -7,14 +7,13 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from acausal import Scalar, Solution, simulate
+from acausal import Scalar, Solution
 from acausal.design import Design, optimise
 
-from .._opening import LONGEST, STROKE
+from .._opening import STROKE, opening
+from .._statics import WORN, held, lift_share, pressure_angle
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 
-WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
-RESERVE = 1.01  # of the cam's lift
 HOLD = 60.0  # s
 # Of the RE50, Maxon's data sheet: thermal resistance from the winding to the housing, and the winding's time constant.
 WINDING_RESISTANCE = 1.2  # K/W
@@ -41,10 +40,7 @@ class Problem:
 
     def opening(self, model: ClutchActuator, rtol: float) -> Solution:
         """The run until the clutch is open; with the largest values on the way, where there are limits."""
-        return simulate(
-            model, LONGEST, until=lambda s: s.slave.rod.s - STROKE, save="end", rtol=rtol,
-            peaks=largest if self.limits else None,
-        )  # fmt: skip
+        return opening(model, save="end", rtol=rtol, throw=True, peaks=largest if self.limits else None)
 
 
 def largest(s: Any) -> dict[str, Scalar]:
@@ -52,28 +48,10 @@ def largest(s: Any) -> dict[str, Scalar]:
     return {"current": s.motor.p.i, "pressure": s.line.p, "speed": s.motor.rotor.w}
 
 
-def held(model: Any, stroke: Scalar = STROKE) -> tuple[Scalar, Scalar]:
-    """Lift of the cam and current in A of the motor that hold the slave at a stroke, without friction."""
-    profile = model.cam.profile
-    e, radius = profile.eccentricity, profile.radius
-    pressure = model.clutch.rate * stroke / model.slave.area
-    lift = (model.slave.area * stroke + pressure / model.line.stiffness) / model.master.area
-    # lift = -e cos(angle) + sqrt(radius^2 - (e sin(angle))^2) - (radius - e)
-    reach = lift + radius - e
-    cos = (radius**2 - e**2 - reach**2) / (2.0 * reach * e)
-    slope = profile.slope(jnp.arccos(cos))
-    return lift, pressure * model.master.area * slope / (model.gearbox.ratio * model.motor.emf.k)
-
-
 def winding_rise(model: Any) -> Scalar:
     """By how much the winding in K gets warmer than the housing while the clutch is held open for `HOLD`."""
     power = model.motor.resistor.R * held(model)[1] ** 2
     return WINDING_RESISTANCE * power * (1.0 - jnp.exp(-HOLD / WINDING_TIME))
-
-
-def _reserve(model: Any, stroke: Scalar) -> Scalar:
-    """The share of the cam's lift that a stroke needs."""
-    return RESERVE * held(model, stroke)[0] / (2.0 * model.cam.profile.eccentricity)
 
 
 def _limits(**changes: str) -> dict[str, Any]:
@@ -84,9 +62,9 @@ def _limits(**changes: str) -> dict[str, Any]:
         "line pressure": lambda s: s.peaks["pressure"].value,
         "motor speed": lambda s: s.peaks["speed"].value,
         "winding": lambda s: winding_rise(s.final),
-        "pressure angle": lambda s: jnp.arcsin(s.final.cam.profile.eccentricity / s.final.cam.profile.radius),
-        "lift": lambda s: _reserve(s.final, STROKE),
-        "lift, worn clutch": lambda s: _reserve(s.final, WORN),
+        "pressure angle": lambda s: pressure_angle(s.final),
+        "lift": lambda s: lift_share(s.final, STROKE),
+        "lift, worn clutch": lambda s: lift_share(s.final, WORN),
     }
     return {name.replace("_", " "): (functions[name.replace("_", " ")], text) for name, text in changes.items()}
 
@@ -131,7 +109,7 @@ PROBLEMS = (
                 peak_current="<= 38 A", holding_current="<= 10 A", line_pressure="<= 32 bar", motor_speed="<= 1500 rpm",
                 winding="<= 20 K",
             ),
-            "lift, worn clutch": (lambda s: _reserve(s.final, WORN), "<= 1"),
+            "lift, worn clutch": (lambda s: lift_share(s.final, WORN), "<= 1"),
         },
         starts=10,
     ),

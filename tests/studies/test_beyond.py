@@ -12,6 +12,7 @@ from acausal.design import Normal, Tolerance
 from components.hydraulic import dot_4
 from studies.__main__ import main
 from studies.beyond import ITEMS, _load, _passages, _series
+from studies.beyond._prototypes import PROTOTYPES
 from studies.beyond._row import Row
 
 
@@ -75,7 +76,7 @@ def test_rows_and_report(tmp_path: Any) -> None:
     found = {(row.case, row.quantity): row.value for row in rows}
     opening = "opening time"
     # Each load is heavier than the one before.
-    for name in _load.ACTUATORS:
+    for name in PROTOTYPES:
         cases = (_load.RIG, _load.NEW, _load.WORN, _load.STIFF)
         assert np.all(np.diff([found[f"{name}, {case}", opening] for case in cases]) > 0.0)
     # The inertia of the liquid matters less than its friction.

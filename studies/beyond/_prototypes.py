@@ -1,0 +1,25 @@
+"""The prototypes that the items start from, with the opening times that the thesis measured on them."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ..actuators import ehs_maxon, ema_fise, ema_maxon
+from ..prototypes._measured import DEAD_TIME, FULL, MEASURED
+
+
+class Prototype(NamedTuple):
+    """What builds a prototype, and its measured opening time in s."""
+
+    build: Callable[[], Any]  # an actuator
+    measured: float
+
+
+FISE, RE50, RE40 = "EMA, FISE", "EMA, RE50", "EHS, RE40"
+PROTOTYPES: Mapping[str, Prototype] = MappingProxyType(
+    {
+        FISE: Prototype(ema_fise, MEASURED["ema_fise"][FULL]["opening time"].value),
+        RE50: Prototype(ema_maxon, MEASURED["ema_maxon"][FULL]["opening time"].value),
+        RE40: Prototype(ehs_maxon, DEAD_TIME["opening time"].value),
+    }
+)
