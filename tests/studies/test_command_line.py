@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+import components
 from studies.__main__ import main
 from studies._output import finished, print_table, resumed
 
@@ -79,3 +80,13 @@ def test_what_an_interrupted_study_has_finished_is_not_done_again(tmp_path: Path
     assert not list(tmp_path.iterdir())
     resumed(tmp_path, "first", make)
     assert resumed(None, "first", make) == [1.0, 1.0, 1.0]
+
+
+def test_what_was_made_with_another_library_is_made_anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    package = tmp_path / "components"
+    package.mkdir()
+    monkeypatch.setattr(components, "__file__", str(package / "__init__.py"))
+    assert resumed(tmp_path / "out", "first", lambda: 1.0) == 1.0
+    assert resumed(tmp_path / "out", "first", lambda: 2.0) == 1.0
+    (package / "motors.csv").write_text("resistance\n0.4\n")
+    assert resumed(tmp_path / "out", "first", lambda: 2.0) == 2.0
