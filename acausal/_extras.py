@@ -3,6 +3,8 @@
 import importlib
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
 from ._errors import ModelError
 
 if TYPE_CHECKING:
@@ -19,6 +21,16 @@ def pyplot() -> Any:
 def given_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     """The axes to draw into: those that are given, or those of a new figure of this size in inches."""
     return ax if ax is not None else pyplot().subplots(figsize=(width, height), layout="constrained")[1]
+
+
+def panels(axes: Any, rows: int, columns: int, size: tuple[float, float], sharex: bool = False) -> np.ndarray:
+    """Axes in rows and columns: those that are given, or those of a new figure of this size in inches."""
+    if axes is None:
+        options: dict[str, Any] = dict(sharex=sharex, squeeze=False, layout="constrained")
+        axes = pyplot().subplots(rows, columns, figsize=size, **options)[1]
+    if np.size(axes) != rows * columns:
+        raise ModelError(f"There are {rows * columns} panels to draw, but {np.size(axes)} axes were given.")
+    return np.reshape(axes, (rows, columns))
 
 
 def needed(module: str, extra: str, what: str) -> Any:

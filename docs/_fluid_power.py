@@ -27,6 +27,7 @@ NAMES: dict[str, tuple[str, str, str, str]] = {
     "CounterbalanceValve": ("-", "-", "Counterbalance Valve", "-"),
     "DecelerationValve": ("-", "-", "-", "-"),
     "DoubleActingCylinder": ("-", "DoubleActingCylinder", "Double-Acting Actuator", "Actuator"),
+    "DrilledPassage": ("Fittings.Bends.EdgedBend", "LaminarRestriction", "Pipe Bend", "-"),
     "EndCushion": ("-", "CylinderCushion", "Cylinder Cushion", "-"),
     "Filter": ("-", "-", "-", "-"),
     "FixedPump": ("-", "ConstantDisplacementPump", "Fixed-Displacement Pump", "-"),

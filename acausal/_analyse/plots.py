@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import Axes, given_or_new, pyplot
+from .._extras import Axes, given_or_new, panels
 
 if TYPE_CHECKING:
     from .linear_system import LinearSystem
@@ -19,7 +19,7 @@ def plot_bode(system: "LinearSystem", w: Any, axes: Any) -> np.ndarray:
     _check_channels(system)
     w = _frequencies(system) if w is None else np.asarray(w, float)
     response = np.asarray(system.frequency_response(w))
-    axes = _panels(axes, 2, len(system.inputs), sharex=True)
+    axes = _panels(axes, 2, len(system.inputs))
     for j, name in enumerate(system.inputs):
         for i, output in enumerate(system.outputs):
             phase = np.degrees(np.unwrap(np.angle(response[:, i, j])))
@@ -42,7 +42,7 @@ def plot_step(system: "LinearSystem", ts: Any, axes: Any) -> np.ndarray:
     ts = np.linspace(0.0, _duration(system), POINTS) if ts is None else np.asarray(ts, float)
     response = np.asarray(system.step_response(ts))
     units = list(dict.fromkeys(system.unit(output) for output in system.outputs))
-    axes = _panels(axes, len(units), len(system.inputs), sharex=True)
+    axes = _panels(axes, len(units), len(system.inputs))
     for j, name in enumerate(system.inputs):
         for i, output in enumerate(system.outputs):
             axes[units.index(system.unit(output)), j].plot(ts, response[:, i, j], label=output)
@@ -116,11 +116,8 @@ def _check_channels(system: "LinearSystem") -> None:
         raise ModelError("There is no channel to plot: call linearise(model, inputs=[...], outputs=[...]).")
 
 
-def _panels(axes: Any, rows: int, columns: int, **options: Any) -> np.ndarray:
-    if axes is None:
-        size = (PANEL[0] * columns + 1.0, PANEL[1] * rows + 0.6)
-        _, axes = pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", **options)
-    return np.reshape(axes, (rows, columns))
+def _panels(axes: Any, rows: int, columns: int) -> np.ndarray:
+    return panels(axes, rows, columns, (PANEL[0] * columns + 1.0, PANEL[1] * rows + 0.6), sharex=True)
 
 
 def _labelled(system: "LinearSystem", name: str) -> str:

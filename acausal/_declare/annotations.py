@@ -22,6 +22,11 @@ class Sign:
     """The range that a parameter or a variable is declared to lie in."""
 
     name: Literal["positive", "nonnegative", "nonzero"]
+    outside: str = ""  # what serves where a value lies outside the range
+
+    def otherwise(self, outside: str) -> "Sign":
+        """This range, with a word in the error about what serves outside it."""
+        return dataclasses.replace(self, outside=outside)
 
     def admits(self, value: Any) -> Any:
         """Whether each element of `value` lies in the range; NaN does not."""

@@ -54,7 +54,9 @@ def stated(node: Any) -> Iterator[Requirement]:
 def _declared(name: str, declaration: Declaration, value: Any) -> Requirement:
     if declaration.sign is None:
         return Requirement(value == value, f"{name} must be a number")
-    return Requirement(declaration.sign.admits(value), f"{name} must be {declaration.sign.name}")
+    sign = declaration.sign
+    outside = f" (otherwise {sign.outside})" if sign.outside else ""
+    return Requirement(sign.admits(value), f"{name} must be {sign.name}{outside}")
 
 
 def broken(node: Any) -> Iterator[str]:

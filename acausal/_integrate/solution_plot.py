@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import Axes, pyplot
+from .._extras import Axes, panels
 from .columns import Column, Item, columns
 from .solution import Solution
 
@@ -72,12 +72,7 @@ def _common_states(solutions: Sequence[Solution]) -> list[str]:
 
 def axes_below(axes: Any, count: int) -> np.ndarray:
     """So many axes over time, one below the other, unless they are given."""
-    if axes is None:
-        size = (7.0, 1.0 + 1.7 * count)
-        _, axes = pyplot().subplots(count, sharex=True, figsize=size, squeeze=False, layout="constrained")
-    axes = np.ravel(axes)
-    if len(axes) != count:
-        raise ModelError(f"There are {count} panels to draw, but {len(axes)} axes were given.")
+    axes = panels(axes, count, 1, (7.0, 1.0 + 1.7 * count), sharex=True)[:, 0]
     for ax in axes:
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._extras import Axes, given_or_new, pyplot
+from .._extras import Axes, given_or_new, panels
 
 if TYPE_CHECKING:
     from ._fit import Channel, Fit
@@ -88,7 +88,4 @@ def plot_profile(profile: "Profile", ax: Axes | None) -> Any:
 
 
 def _panels(axes: Any, rows: int, columns: int) -> np.ndarray:
-    if axes is None:
-        size = (4.4 * columns + 1.6, 2.2 * rows + 0.4)
-        _, axes = pyplot().subplots(rows, columns, figsize=size, squeeze=False, layout="constrained")
-    return np.reshape(axes, (rows, columns))
+    return panels(axes, rows, columns, (4.4 * columns + 1.6, 2.2 * rows + 0.4))

@@ -19,7 +19,7 @@ class Ground(Component):
 class Resistor(TwoPin):
     """Ohm's law, v = R i. Not modelled: temperature dependence. For R < 0, see `NegativeResistor`."""
 
-    R: Param[Scalar, "ohm", nonnegative]  # resistance
+    R: Param[Scalar, "ohm", nonnegative.otherwise("use NegativeResistor")]  # resistance
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(ohm=eq(self.v, self.R * self.i))

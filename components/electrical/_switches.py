@@ -15,8 +15,8 @@ class IdealDiode(TwoPin):
 
     Conducting, v = Vknee + Ron (i - Goff Vknee); blocking, i = Goff v; they meet at v = Vknee. It changes over by an
     event where the path parameter s passes zero, which is i - Goff Vknee while it conducts and v - Vknee while it
-    blocks. It does so beyond `near`, which has to be above errors of rounding, and well below the currents and voltages
-    of the circuit: a reverse current that is smaller is not blocked.
+    blocks. It does so beyond `i_near` and `v_near`, which have to be above errors of rounding, and well below the
+    currents and voltages of the circuit: a reverse current that is smaller is not blocked.
 
     Small positive Ron and Goff keep circuits determinate in which diodes are in series or parallel; a diode in parallel
     with a capacitor needs a positive Ron, and one in series with a coil a positive Goff. The voltage of the latter
@@ -27,7 +27,8 @@ class IdealDiode(TwoPin):
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while blocking
     Vknee: Param[Scalar, "V", nonnegative] = 0.0  # forward threshold voltage
-    near: Param[Scalar, "", nonnegative] = 1e-10  # current in A and voltage in V beyond which it surely changes over
+    i_near: Param[Scalar, "A", nonnegative] = 1e-10  # reverse current beyond which it surely blocks
+    v_near: Param[Scalar, "V", nonnegative] = 1e-10  # forward voltage beyond which it surely conducts
     s: Var[Scalar, ""] = 0.0  # path parameter, in A or V
     on: Discrete[Scalar, "1"] = 0.0  # 1 while it conducts
 
@@ -41,8 +42,8 @@ class IdealDiode(TwoPin):
     def events(self) -> Events:
         on = self.on > 0.5
         return dict(
-            conduct=when(~on & (self.s > self.near), on=1.0),
-            block=when(on & (self.s < -self.near), on=0.0),
+            conduct=when(~on & (self.s > self.v_near), on=1.0),
+            block=when(on & (self.s < -self.i_near), on=0.0),
         )
 
     def energy(self) -> Energy:

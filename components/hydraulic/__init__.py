@@ -67,6 +67,7 @@ from ._pump_losses import SchloesserLosses as SchloesserLosses
 from ._pump_losses import WilsonLosses as WilsonLosses
 from ._pump_maps import MappedLosses as MappedLosses
 from ._restrictions import AnnularGap as AnnularGap
+from ._restrictions import DrilledPassage as DrilledPassage
 from ._restrictions import LiquidOrifice as LiquidOrifice
 from ._restrictions import LocalLoss as LocalLoss
 from ._restrictions import VariableOrifice as VariableOrifice

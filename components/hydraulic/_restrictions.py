@@ -147,3 +147,32 @@ class LocalLoss(Resistance):
         zeta = mean + 0.5 * (self.zeta_ab - self.zeta_ba) * towards
         conductance = self.area * jnp.sqrt(2.0 / (liquid.reference_density * zeta))
         return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
+
+
+class DrilledPassage(Resistance):
+    """A drilled hole with sharp corners, dp = 128 mu L q/(pi d^4) + n zeta rho/2 v |v|, with v = q/A.
+
+    Laminar and fully developed (Hagen, Poiseuille): see that `reynolds` stays below 2300. A corner of 90 degrees has
+    zeta = 1.2 (Idelchik, `Handbook of Hydraulic Resistance`). Density and viscosity are those at atmospheric pressure.
+    """
+
+    diameter: Param[Scalar, "m", positive]  # d
+    length: Param[Scalar, "m", positive]  # L, of all its sections
+    corners: Param[Scalar, "1", nonnegative]  # n, their number
+    liquid: AnyLiquid
+    zeta: Param[Scalar, "1", nonnegative] = 1.2  # loss coefficient of a corner
+
+    @property
+    def reynolds(self) -> Scalar:
+        """Reynolds number, v d/nu, with the sign of the flow."""
+        return 4.0 * self.q / (jnp.pi * self.diameter * self._kinematic_viscosity())
+
+    def equations(self, d: Self) -> Equations:
+        density = self.liquid.reference_density
+        speed = self.q / (0.25 * jnp.pi * self.diameter**2)
+        friction = 128.0 * density * self._kinematic_viscosity() * self.length * self.q / (jnp.pi * self.diameter**4)
+        corners = self.corners * self.zeta * 0.5 * density * speed * jnp.abs(speed)
+        return super().equations(d) | dict(law=eq(self.dp, friction + corners))
+
+    def _kinematic_viscosity(self) -> Scalar:
+        return self.liquid.kinematic_viscosity(0.0, temperature(self.heat))

@@ -5,25 +5,13 @@ gives no lengths: those of the passages, of their corners and of the walls aroun
 """
 
 import math
-from typing import Any, Self
+from typing import Any
 
 import jax.numpy as jnp
 
-from acausal import (
-    Component,
-    Connections,
-    Energy,
-    Equations,
-    Param,
-    Scalar,
-    connect,
-    eq,
-    nonnegative,
-    positive,
-    simulate,
-)
+from acausal import Component, Connections, Scalar, connect, simulate
 from acausal.design import Design, optimise
-from components.hydraulic import AnyLiquid, ConstantFlow, Tank, TwoPort, dot_4, transformer_oil
+from components.hydraulic import AnyLiquid, ConstantFlow, DrilledPassage, Tank, dot_4, transformer_oil
 
 from .._opening import opening
 from .._statics import line_pressure
@@ -39,47 +27,19 @@ CELSIUS = 20.0
 SECTIONS = {"suction": (40e-3, 1.0), "pump": (35e-3, 1.0), "valve": (45e-3, 1.0), "outlet": (25e-3, 0.0)}
 
 
-class Passage(TwoPort):
-    """A drilled hole with corners, dp = 128 mu L q/(pi d^4) + zeta rho/2 v |v|, v = q/A.
-
-    Laminar (Hagen, Poiseuille), fully developed; a sharp corner has zeta = 1.2 (Idelchik, `Handbook of Hydraulic
-    Resistance`).
-    """
-
-    diameter: Param[Scalar, "m", positive]
-    length: Param[Scalar, "m", positive]
-    corners: Param[Scalar, "1", nonnegative]
-    liquid: AnyLiquid
-
-    @property
-    def mass(self) -> Scalar:
-        """In kg, of the metal of a square bar with walls around the hole."""
-        side = self.diameter + 2.0 * WALL
-        return ERGAL * self.length * (side**2 - 0.25 * jnp.pi * self.diameter**2)
-
-    @property
-    def reynolds(self) -> Scalar:
-        return 4.0 * self.q / (jnp.pi * self.diameter * self.liquid.kinematic_viscosity(0.0))
-
-    def equations(self, d: Self) -> Equations:
-        density = self.liquid.reference_density
-        viscosity = density * self.liquid.kinematic_viscosity(0.0)
-        speed = self.q / (0.25 * jnp.pi * self.diameter**2)
-        friction = 128.0 * viscosity * self.length * self.q / (jnp.pi * self.diameter**4)
-        corners = 1.2 * self.corners * 0.5 * density * speed * jnp.abs(speed)
-        return super().equations(d) | dict(law=eq(self.dp, friction + corners))
-
-    def energy(self) -> Energy:
-        return Energy(dissipated=self.dp * self.q)
+def metal(passage: DrilledPassage) -> Scalar:
+    """In kg, of a square bar with walls around the hole."""
+    side = passage.diameter + 2.0 * WALL
+    return ERGAL * passage.length * (side**2 - 0.25 * jnp.pi * passage.diameter**2)
 
 
 class Housing(Component):
     """Tank, suction, and on the pressure side three passages in series, through which the pump sends its flow."""
 
-    suction: Passage
-    pump: Passage
-    valve: Passage
-    outlet: Passage
+    suction: DrilledPassage
+    pump: DrilledPassage
+    valve: DrilledPassage
+    outlet: DrilledPassage
     flow: ConstantFlow
     inlet: Tank = Tank()
     tank: Tank = Tank()
@@ -101,7 +61,7 @@ class Housing(Component):
     @property
     def mass(self) -> Scalar:
         """In kg."""
-        return self.suction.mass + self.pump.mass + self.valve.mass + self.outlet.mass
+        return metal(self.suction) + metal(self.pump) + metal(self.valve) + metal(self.outlet)
 
 
 def largest_flow(rtol: float = 1e-8) -> float:
@@ -113,7 +73,7 @@ def largest_flow(rtol: float = 1e-8) -> float:
 def housing(flow: float, liquid: AnyLiquid) -> Housing:
     """The housing as it was, at a flow in m3/s."""
     parts = {
-        name: Passage(diameter=DIAMETER, length=length, corners=corners, liquid=liquid)
+        name: DrilledPassage(diameter=DIAMETER, length=length, corners=corners, liquid=liquid)
         for name, (length, corners) in SECTIONS.items()
     }
     return Housing(**parts, flow=ConstantFlow(flow=flow))

@@ -4,12 +4,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import ParameterError
-from acausal.testing import check_law
+from acausal import ParameterError, replace
+from acausal.testing import check_component, check_law
 from components.hydraulic import (
     AnnularGap,
     CheckValve,
     DoubleActingCylinder,
+    DrilledPassage,
     EndCushion,
     Filter,
     FixedPump,
@@ -75,6 +76,19 @@ def test_fittings() -> None:
     assert float(jnp.asarray(LocalLoss.drilled_corner(diameter=0.01, liquid=OIL).zeta_ba)) == 1.2
     entry = LocalLoss.entry(diameter=0.01, liquid=OIL)
     assert (float(jnp.asarray(entry.zeta_ab)), float(jnp.asarray(entry.zeta_ba))) == (0.5, 1.0)
+
+
+def test_drilled_passage() -> None:
+    """Hagen and Poiseuille along it and 1.2 rho/2 v^2 for each corner, in both directions."""
+    passage = DrilledPassage(diameter=4e-3, length=0.1, corners=2.0, liquid=OIL)
+    q = np.array([-4e-5, -1e-6, 1e-6, 4e-5])
+    v = q / (np.pi / 4.0 * 16e-6)
+    law = 128.0 * 860.0 * 3.2e-5 * 0.1 * q / (np.pi * 256e-12) + 2.0 * 1.2 * 430.0 * v * np.abs(v)
+    check_law(passage, {"q": q}, {"dp": law}, rtol=1e-12)
+    assert float(replace(passage, {"q": 1e-6}).reynolds) == pytest.approx(v[2] * 4e-3 / 3.2e-5)
+    check_component(passage)
+    with pytest.raises(ParameterError, match=r"^DrilledPassage\.length must be positive, got 0\.0 m"):
+        DrilledPassage(diameter=4e-3, length=0.0, corners=2.0, liquid=OIL)
 
 
 def test_end_cushion() -> None:

@@ -113,6 +113,13 @@ def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
     np.testing.assert_allclose(solution.energy.supplied["parts[4]"], solution.energy.dissipated["parts[3]"], rtol=1e-6)
 
 
+def test_a_resistor_names_what_has_a_negative_resistance() -> None:
+    message = r"^Resistor\.R must be nonnegative \(otherwise use NegativeResistor\), got -3\.0 ohm\.$"
+    with pytest.raises(ParameterError, match=message):
+        electrical.Resistor(R=-3.0)
+    assert electrical.NegativeResistor(R=3.0).R == 3.0
+
+
 def hang(body: Any, spring: Any, wall: Any) -> Connections:
     return connect(wall.flange, spring.a), connect(spring.b, body.a)
 

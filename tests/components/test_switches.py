@@ -80,7 +80,7 @@ def test_a_diode_blocks_currents_of_any_size() -> None:
         parts = (
             blocks.Sine(amplitude=V, frequency=1.0),
             electrical.SignalVoltage(),
-            electrical.IdealDiode(Ron=share * R, Goff=share / R, near=1e-9 * jnp.minimum(V, V / R)),
+            electrical.IdealDiode(Ron=share * R, Goff=share / R, i_near=1e-9 * V / R, v_near=1e-9 * V),
             electrical.Resistor(R=R),
             electrical.Ground(),
         )
