@@ -28,7 +28,9 @@ def write_report(
         f"<p>{html.escape(paragraph)}</p>" for paragraph in textwrap.dedent(about or "").split("\n\n") if paragraph
     ]
     for heading, text, figures in parts:
-        lines += [f"<h2>{html.escape(heading)}</h2>", f"<pre>{html.escape(text)}</pre>", *map(_image, figures)]
+        lines.append(f"<h2>{html.escape(heading)}</h2>")
+        lines += [f"<pre>{html.escape(text)}</pre>"] if text else []
+        lines += [_image(figure, heading) for figure in figures]
     made = ", ".join(f"{package} {importlib.metadata.version(package)}" for package in ("acausal", "jax"))
     lines.append(f"<footer>Made by <code>python -m studies {html.escape(name)}</code> with {made}.</footer>")
     path = directory / f"{name}.html"
@@ -36,7 +38,18 @@ def write_report(
     print(f"wrote {path}")
 
 
-def _image(figure: "Figure") -> str:
+def _image(figure: "Figure", heading: str) -> str:
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=110)
-    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(content.getvalue()).decode()}">'
+    data = base64.b64encode(content.getvalue()).decode()
+    return f'<img alt="{html.escape(_said(figure, heading))}" src="data:image/png;base64,{data}">'
+
+
+def _said(figure: "Figure", heading: str) -> str:
+    """What a picture shows, for those who cannot see it: the titles and what is over what."""
+    panels = [figure.get_suptitle() or heading]
+    for panel in figure.axes:
+        title = panel.get_title("left") or panel.get_title()
+        axes = " over ".join(label for label in (panel.get_ylabel(), panel.get_xlabel()) if label)
+        panels.append(": ".join(text.replace("\n", ", ") for text in (title, axes) if text))
+    return "; ".join(filter(None, dict.fromkeys(panels)))

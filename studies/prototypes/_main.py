@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from acausal.design import Fit
@@ -13,6 +14,28 @@ from ._dead_time import EXPLANATIONS, record
 from ._dead_time import fit as fit_dead_time
 from ._proposals import GRID, dead_time, of_records, re50, separations
 from ._tables import Tables, as_text
+
+SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "prototypes_re50": (
+            "RE50: resistance and friction",
+            "On each line the model opens in the measured time; in each band it has the measured peak current.\n"
+            "One set of parameters would explain everything where all of them met.",
+        ),
+        "prototypes_re50_proposals": (
+            "RE50: what would have to be measured",
+            "What each explanation predicts of measurements that were not made; bars are two sigma of their noise.",
+        ),
+        "prototypes_dead_time": (
+            "EHS: the dead time of 30 ms",
+            "Four explanations, each fitted to opening time, dead time and peak current, as they would be recorded.",
+        ),
+        "prototypes_dead_time_proposals": (
+            "EHS: what would have to be measured",
+            "What each explanation predicts of measurements that were not made; bars are two sigma of their noise.",
+        ),
+    }
+)
 
 
 @compiled_quickly()
@@ -58,6 +81,6 @@ def _draw(out: Path, fits: Mapping[Case, Fit[Any]], records: Any, tables: Tables
     }
     for name, figure in pictures.items():
         save(figure, out, name)
-    parts = [(table[0], as_text(table), []) for table in tables.all()]
-    title = "The prototypes: what their measurements tell"
-    write_report(out, "prototypes", title, [("Pictures", "", list(pictures.values())), *parts])
+    parts = [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
+    parts += [(table[0], as_text(table), []) for table in tables.all()]
+    write_report(out, "prototypes", "The prototypes: what their measurements tell", parts)

@@ -1,0 +1,42 @@
+"""Reports of studies as their readers get them: one file that shows, and says, everything."""
+
+import html.parser
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from studies._report import write_report
+
+
+class Tags(html.parser.HTMLParser):
+    """What a page consists of."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+
+
+def picture() -> Figure:
+    figure = Figure()
+    panel = figure.subplots()
+    panel.set_title('of a "motor" & pump', loc="left")
+    panel.set_xlabel("time [s]")
+    panel.set_ylabel("pressure [bar]")
+    return figure
+
+
+def test_pictures_lie_in_the_page_and_are_said(tmp_path: Path) -> None:
+    write_report(tmp_path, "page", "A page", [("Heading", "a < b", [picture()]), ("Shown", "", [picture()])], "About.")
+    tags = Tags((tmp_path / "page.html").read_text()).found
+    images = [attributes for tag, attributes in tags if tag == "img"]
+    assert [image["alt"] for image in images] == [
+        f'{heading}; of a "motor" & pump: pressure [bar] over time [s]' for heading in ("Heading", "Shown")
+    ]
+    assert all(str(image["src"]).startswith("data:image/png;base64,") for image in images)
+    # Nothing is fetched from elsewhere, and no box is empty.
+    assert not [attributes for tag, attributes in tags if tag in ("script", "link") or "href" in attributes]
+    assert sum(tag == "pre" for tag, _ in tags) == 1
