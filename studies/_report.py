@@ -16,6 +16,8 @@ STYLE = """body{font:15px sans-serif;max-width:60em;margin:2em auto;padding:0 1e
 h1{border-bottom:2px solid #0072b2;padding-bottom:.3em} footer{color:#777;border-top:1px solid #ccc;margin-top:3em}
 pre{font-size:12px;overflow-x:auto;background:#f7f7f7;padding:.8em} img{max-width:100%}"""
 
+LONGEST = 400  # letters that say what a picture shows
+
 
 def write_report(
     directory: Path, name: str, title: str, parts: Iterable[tuple[str, str, list["Figure"]]], about: str | None = ""
@@ -51,5 +53,5 @@ def _said(figure: "Figure", heading: str) -> str:
     for panel in figure.axes:
         title = panel.get_title("left") or panel.get_title()
         axes = " over ".join(label for label in (panel.get_ylabel(), panel.get_xlabel()) if label)
-        panels.append(": ".join(text.replace("\n", ", ") for text in (title, axes) if text))
-    return "; ".join(filter(None, dict.fromkeys(panels)))
+        panels.append(": ".join(text.strip().replace("\n", ", ") for text in (title, axes) if text))
+    return textwrap.shorten("; ".join(filter(None, dict.fromkeys(panels))), LONGEST, placeholder=" ...")

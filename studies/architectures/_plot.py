@@ -59,7 +59,7 @@ def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | 
             panel.set_title(f"{title}\n{said}", fontsize=9, loc="left")
         line[0].set_ylabel("pressure [bar]")
     panels[0, 0].set_xlim(0.0, 1.05 * TO_LITRES * widest)
-    panels[0, 0].set_ylim(0.0, 1.1 * TO_BAR * highest)
+    panels[0, 0].set_ylim(0.0, 1.3 * TO_BAR * highest)
     for panel in panels[-1]:
         panel.set_xlabel("flow [l/min]")
     legend(figure, 3)
@@ -83,9 +83,12 @@ def _area(panel: Axes, name: str, x: float, y: float, width: float, height: floa
 
 
 def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Energy from the battery for one operation by kinds of loss, and by parts of the duty."""
+    """Energy of one operation: what is lost, by kinds, and what the battery gives, by parts of the duty.
+
+    Both differ by what is stored at the end.
+    """
     figure = figure or Figure(figsize=(12.0, 0.42 * len(rows) + 2.2), layout="constrained")
-    losses, parts = np.ravel(np.asarray(figure.subplots(1, 2, sharey=True)))
+    losses, parts = np.ravel(np.asarray(figure.subplots(1, 2, sharex=True, sharey=True)))
     labels = [titles[row.architecture] for row in rows]
     tables = (
         (losses, list(KINDS), [_by_kind(row) for row in rows], KINDS),
@@ -97,11 +100,14 @@ def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure
             width = np.asarray([max(tally.get(name, 0.0), 0.0) for tally in tallies])
             panel.barh(labels, width, left=left, color=colors[name], label=name)
             left += width
+        for place, total in enumerate(left):
+            panel.text(total, place, f" {total:.0f} J", va="center", fontsize=8)
         panel.set_xlabel("energy of one operation [J]")
         panel.grid(alpha=0.3, axis="x")
     losses.invert_yaxis()
-    losses.set_title("where it went", loc="left")
-    parts.set_title("when it was taken", loc="left")
+    losses.set_xlim(0.0, 1.12 * max(row.energy for row in rows))
+    losses.set_title("where it is lost", loc="left")
+    parts.set_title("when the battery gives it", loc="left")
     legend(figure, 5)
     return figure
 

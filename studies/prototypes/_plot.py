@@ -76,7 +76,7 @@ def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure |
     for panel, measurement in zip(panels, measurements, strict=True):
         _predictions(panel, [item for item in chosen if item.measurement == measurement])
     legend(figure, 4)
-    figure.suptitle(f"{subject}: what measurements would tell apart")
+    figure.suptitle(f"{subject[0].upper()}{subject[1:]}: what measurements would tell the explanations apart")
     return figure
 
 

@@ -186,8 +186,13 @@ def test_pictures() -> None:
     for panel, flows in zip(figure.axes, [flows for row in rows[:2] for flows in row.flows.values()], strict=True):
         drawn = sum(patch.get_width() * patch.get_height() for patch in rectangles(panel))
         assert drawn == pytest.approx(1e-5 * 6e4 * flows["source_p"] * flows["source_q"], rel=1e-9)
-    bars = rectangles(plot_energies(rows, titles).axes[0])
-    assert sum(bar.get_width() for bar in bars) == pytest.approx(sum(sum(row.losses.values()) for row in rows))
+    left, right = plot_energies(rows, titles).axes
+    for panel, total in (
+        (left, sum(sum(row.losses.values()) for row in rows)),
+        (right, sum(row.energy for row in rows)),
+    ):
+        assert sum(bar.get_width() for bar in rectangles(panel)) == pytest.approx(total)
+        assert panel.get_xlim()[1] > max(bar.get_x() + bar.get_width() for bar in rectangles(panel))
     assert {kind_of(path) for row in rows for path in row.losses} >= {"winding", "pump", "valves", "surplus flow"}
 
 
