@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
+from .._declare.past import Past, past_of
 from .._errors import ModelError, SimulationError
 from .._evaluate.building import check_structure
 from .._evaluate.initial import checked_names, initial_state
@@ -40,6 +41,7 @@ class Point(eqx.Module):
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
     is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
+    past: Past | None = None  # what has happened before
 
     def inputs(self, params: ModelParameters | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
@@ -67,7 +69,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     leaves, _ = complete_leaves(model)
     unmet = None
     if at is None and system.initial_equations is not None:
-        leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"))
+        leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
     if at is None:
         system.entry.check(leaves)
     params = jax.tree.map(lambda value: jnp.asarray(value, float), system.entry.parameters(leaves))
@@ -80,7 +82,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         seen = jax.tree_util.tree_leaves(at)
         params = params.changed({i: jnp.asarray(seen[i], float) for i in system.carried.discrete_places})
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.entry.given(leaves)
-    point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None)
+    point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
     y = _state(point, at)
     y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
     point = dataclasses.replace(point, y=y)
@@ -100,7 +102,7 @@ def _after_events(point: Point, at: Any) -> Point:
 def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
     system, inputs = point.system, point.inputs()
-    start = start_of(system, point.t, point.y, inputs, is_started=point.is_started)
+    start = start_of(system, point.t, point.y, inputs, point.past, is_started=point.is_started)
     held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
     return start.states, point.params.changed(held), start.outcome, start.holds
 

@@ -7,6 +7,7 @@ import equinox as eqx
 
 from .annotations import Scalar
 from .node import Node, Port
+from .past import Past
 from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
 from .tree import as_html, as_text, branch
 
@@ -138,10 +139,12 @@ class Component(Node, partial=True):
 
     if_singular: ClassVar[str] = ""
     nominal: Mapping[str, Any] = eqx.field(static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False)
+    _past: Past | None = eqx.field(init=False, default=None, repr=False, metadata={"is_past": True})
 
     def __check_init__(self) -> None:
         if sizes := sizes_of(self):
             object.__setattr__(self, "nominal", checked_sizes(self, sizes))
+        object.__setattr__(self, "_past", None)
 
     def __str__(self) -> str:
         """The parts as a tree, with values in their units."""

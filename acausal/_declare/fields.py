@@ -14,7 +14,7 @@ def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
 
 @ft.cache
 def _dynamic_fields(cls: Any) -> tuple[tuple[str, Declaration | None], ...]:
-    fields = [field for field in dataclasses.fields(cls) if not field.metadata.get("static")]
+    fields = [f for f in dataclasses.fields(cls) if not f.metadata.get("static") and not f.metadata.get("is_past")]
     return tuple((field.name, field.metadata.get("declaration")) for field in fields)
 
 

@@ -12,18 +12,18 @@ from .fields import dynamic_fields, join
 from .node import Node, leaves_of
 
 
-def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = "") -> Any:
-    """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf."""
+def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = "", *, is_new: bool = False) -> Any:
+    """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf; `is_new`, as if never started."""
     if isinstance(node, tuple | list):
-        return type(node)(rebuilt(item, new, f"{path}[{index}]") for index, item in enumerate(node))
+        return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in enumerate(node))
     if not isinstance(node, Node):
         return node
     copy = object.__new__(type(node))
     for name, value in vars(node).items():
-        object.__setattr__(copy, name, value)
+        object.__setattr__(copy, name, None if is_new and name == "_past" else value)
     for name, declaration in dynamic_fields(type(node)):
         value, here = getattr(node, name), join(path, name)
-        changed = rebuilt(value, new, here) if declaration is None else new(here, declaration, value)
+        changed = rebuilt(value, new, here, is_new=is_new) if declaration is None else new(here, declaration, value)
         object.__setattr__(copy, name, changed)
     return copy
 
@@ -35,8 +35,8 @@ def with_leaves(node: Any, leaves: Iterable[Any]) -> Any:
 
 
 def complete(node: Any) -> Any:
-    """A tree of nodes with zeros for the start values that are not given."""
-    return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value)
+    """A tree of nodes with zeros for the start values that are not given, in which nothing has happened."""
+    return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

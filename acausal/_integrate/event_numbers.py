@@ -88,11 +88,15 @@ class EventNumbers:
         return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
 
     @ft.cached_property
-    def done(self) -> np.ndarray:
-        """Those that have happened already where they are true at the start."""
+    def _done(self) -> np.ndarray:
         if self.settings.is_resumed:
             return self.acts & ~self.scheduled
-        if not self.settings.is_started or self.system.events is None:
+        return self.sets_modes & self.settings.is_started
+
+    @ft.cached_property
+    def sets_modes(self) -> np.ndarray:
+        """Those that happen in a search for a start: they set discrete variables only."""
+        if self.system.events is None:
             return np.zeros(self.total, bool)
         places = self.system.carried.discrete_places
         sets_modes = [

@@ -8,6 +8,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves, with_leaves
+from .._declare.past import past_of, with_past
 from .._evaluate.building import check_structure, system_of
 from .._progress import compiling
 from .._tracing import is_traced
@@ -51,7 +52,8 @@ def initialise(
       open stays near its start value.
 
     Switches, diodes, friction and whatever else changes by events is in the mode that the start values imply, past
-    events have happened, and the model returned holds the discrete variables that were found.
+    events have happened, and the model returned holds the discrete variables that were found. It knows what has
+    happened by `t0`: that happens once, however often it is started again.
 
     The nearest solution to the start values is found by Levenberg and Marquardt's method, in nominal sizes. It is
     differentiable to any order in both modes, as an implicit function, and works under `jit` and `vmap`.
@@ -80,7 +82,8 @@ def initialise(
     easy = None if easier is None else system.entry.enforced(system.entry.parameters(complete_leaves(easier)[0]))
     starts = system.entry.starts.pack(leaves)
     with compiling("the start", model, search_start):
-        outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants)
+        outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants, past_of(model))
     if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
-    return with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
+    started = with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
+    return with_past(started, outcome.past)

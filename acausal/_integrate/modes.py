@@ -18,14 +18,15 @@ from .starting import Start
 
 
 class Modes(NamedTuple):
-    """A point and the discrete variables there; the events that make one another happen, where that has no end; and
-    those that are refused.
+    """A point and the discrete variables there; the events that make one another happen, where that has no end; those
+    that are refused; and those whose condition is true, that have happened.
     """
 
     x: Any
     discrete: Any
     happen: Any
     refused: Any
+    holds: Any
 
 
 class _Point(NamedTuple):
@@ -130,7 +131,9 @@ def _size(point: _Point) -> Any:
 
 
 def _modes(events: RunEvents, end: _Round, discrete: Any) -> Modes:
-    return Modes(end.kept.x, discrete, end.late & jnp.any(end.fired), end.kept.truths & events.refused)
+    truths = end.kept.truths
+    happen, holds = end.late & jnp.any(end.fired), truths & events.sets_modes
+    return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
 
 
 @ft.lru_cache(maxsize=64)

@@ -13,6 +13,7 @@ from .._declare.converters import as_parameter
 from .._errors import ModelError, suggestion
 from .._evaluate.system import System
 from .._tracing import known
+from .schedule import tick
 from .settings import Numbers
 
 T = TypeVar("T")
@@ -124,11 +125,19 @@ def demands(system: System, numbers: Numbers) -> list[Demand]:
     if (event := _lasting(system)) is not None:
         text = f"A run cannot go back in time, to t1 before t0, as it cannot undo the event {event}"
         found.append(Demand(t1 >= t0, text, "t1"))
+    if (past := numbers.past) is not None and _counts_times(system):
+        text = "The start is that of a later time, until which events have happened: begin there, or give resume=False"
+        found.append(Demand(t0 >= past.time - tick(past.time, t0), text, "t0"))
     return found
 
 
 def _is_positive(value: Any) -> Any:
     return (value > 0.0) & (value < np.inf)
+
+
+def _counts_times(system: System) -> bool:
+    """Whether something changes at times known ahead."""
+    return system.events is not None and any(e.kind == "at" and e.targets for e in system.events.entries)
 
 
 def _lasting(system: System) -> str | None:

@@ -128,6 +128,12 @@ class RunEvents(EventNumbers):
             [_spread(own, self.scheduled[: self.n_model], jnp.inf), jnp.full(self.total - self.n_model, jnp.inf)]
         )
 
+    def done(self, given: Given) -> Any:
+        """Those that have happened already where they are true at the start."""
+        if given.numbers.past is None:
+            return self._done
+        return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))
+
     def bound(self, y: Any, given: Given) -> Inputs:
         """The inputs with the discrete variables of a point."""
         return self.system.carried.with_discrete(given.inputs, y[self.layout.point])

@@ -7,6 +7,7 @@ from typing import Any
 import diffrax
 import jax
 
+from .._declare.past import Past
 from .._evaluate.system import System
 from .state_vector import StateVector
 from .user_function import UserFunction
@@ -88,3 +89,4 @@ class Numbers:
     peaks: list[Any]  # in the functions whose peaks are wanted
     stored: list[Any]  # and in the energy
     unmet: Any = None  # 1 where no start values meet the initial equations of components, else 0
+    past: Past | None = None  # what has happened before the run

@@ -105,8 +105,9 @@ def settle(
         if is_start:
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
             # What is true and has happened in the search for the start does not happen again, but is listed.
-            had = here.truths & events.done & (r.count == 0)
-            told = (had | jnp.isfinite(r.order)) & (r.count == 0) & events.settings.is_started
+            had = here.truths & events.done(given) & (r.count == 0)
+            is_told = events.settings.is_started and given.numbers.past is None
+            told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
             held = jnp.where((events.stops | events.bends) & is_first, here.truths, held | had)
         fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
         if is_start:

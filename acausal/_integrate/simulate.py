@@ -12,6 +12,7 @@ import numpy as np
 from .._declare.annotations import Scalar
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
+from .._declare.past import past_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
@@ -57,7 +58,7 @@ def simulate(
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,
-    resume: bool = False,
+    resume: bool | None = None,
     throw: bool = True,
     progress: bool | None = None,
     system: System | None = None,
@@ -84,8 +85,9 @@ def simulate(
     - `max_steps`: most steps, rejected ones included.
     - `max_events`: how many events are recorded; what comes later happens, but is not listed.
     - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
-    - `resume`: go on from where a run ended, `simulate(sol.final, t1, t0=sol.t1, resume=True)`, or from what
-      `initialise` returned: what was due before `t0`, or is true there, has happened. Otherwise it happens then.
+    - `resume`: go on from where a run ended, `simulate(sol.final, t1, t0=sol.t1, resume=True)`: what was due before
+      `t0`, or is true there, has happened. With False it happens then. None: it happens then, but for what has happened
+      in the search of `initialise` for this start.
     - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
     - `progress`: print how far the run is; None: say only that a compilation takes long; False: not that, either.
     - `system`: the outcome of `choose_states`, whose choice of states is then used; None: chosen from the classes.
@@ -108,10 +110,11 @@ def simulate(
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
     t0 = instant(t0, "t0")
-    resume = flag(resume, "resume")
+    past = past_of(model) if resume is None else None
+    resume = resume is not None and flag(resume, "resume")
     if system.initial_equations is not None and not resume:
         with compiling("the start", model, search_start, progress):
-            leaves, unmet = started(system, leaves, t0, throw=throw)
+            leaves, unmet = started(system, leaves, t0, past, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     watched, peak_constants = _traced(peaks, system, "peaks")
@@ -147,6 +150,7 @@ def simulate(
         peaks=peak_constants,
         stored=stored_constants,
         unmet=unmet,
+        past=past,
     )
     check_known(system, numbers)
     with compiling("a run", model, run, progress):

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._declare.past import Past
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
@@ -25,7 +26,7 @@ GUESSES = (1.0, *(2.0**k for n in range(1, 11) for k in (n, -n)))
 
 class Outcome(NamedTuple):
     """What was found; the events that go on to happen there and those that are refused; what is undetermined; the
-    requirements that parameters found do not meet; and whether there is no start.
+    requirements that parameters found do not meet; whether there is no start; and what has happened by then.
     """
 
     found: NearestPoint
@@ -35,6 +36,7 @@ class Outcome(NamedTuple):
     unmet: Any
     params: dict[int, Any]  # those found, by number
     is_bad: Any
+    past: Past | None
 
 
 class Ends(NamedTuple):
@@ -104,7 +106,13 @@ class _Searches:
 
 @ft.partial(jax.jit, static_argnums=0)
 def search_start(
-    problem: Problem, params: ModelParameters, easy: ModelParameters | None, starts: Any, t0: Any, constants: list[Any]
+    problem: Problem,
+    params: ModelParameters,
+    easy: ModelParameters | None,
+    starts: Any,
+    t0: Any,
+    constants: list[Any],
+    past: Past | None,
 ) -> tuple[Outcome, dict[int, Any]]:
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
@@ -128,9 +136,11 @@ def search_start(
 
     if system.events is None:
         best, discrete, happen, refused = root(None)[0], None, jnp.zeros(0, bool), jnp.zeros(0, bool)
+        new_past = None
     else:
-        start = start_of(system, t0, x0[states], inputs)
-        best, discrete, happen, refused = modes_at(start, t0, Solver(root, followed, at))
+        start = start_of(system, t0, x0[states], inputs, past)
+        best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
+        new_past = Past(jnp.asarray(t0, float), holds.astype(float))
     values = values.in_modes(system, discrete)
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)
@@ -141,5 +151,6 @@ def search_start(
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
     trimmed = trim.values(found.x, sizes)
     new |= {leaf: jnp.where(is_bad, jnp.nan, value) for leaf, value in trimmed.items()}
-    outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad | ~(found.violation <= CLOSE))
+    is_bad |= ~(found.violation <= CLOSE)
+    outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad, new_past)
     return outcome, new | system.carried.discrete_values(y, values.inputs)

@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from .._declare.past import Past
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .no_start import report_no_start
@@ -13,7 +14,9 @@ from .problem import problem_of
 from .start_search import search_start
 
 
-def started(system: System, leaves: Sequence[Any], t0: Any, *, throw: bool = True) -> tuple[list[Any], Any]:
+def started(
+    system: System, leaves: Sequence[Any], t0: Any, past: Past | None, *, throw: bool = True
+) -> tuple[list[Any], Any]:
     """The leaves of a model, with start values that meet its initial equations; and 1 where there are none, else 0.
 
     They are then in the modes that the start values imply, past events have happened. Raises `SimulationError` where
@@ -24,7 +27,7 @@ def started(system: System, leaves: Sequence[Any], t0: Any, *, throw: bool = Tru
     system.entry.check(leaves)
     params = system.entry.enforced(system.entry.parameters(leaves))
     t0 = jnp.asarray(t0, float)
-    outcome, new = search_start(problem, params, None, system.entry.starts.pack(leaves), t0, constants)
+    outcome, new = search_start(problem, params, None, system.entry.starts.pack(leaves), t0, constants, past)
     if throw and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
     before = [_start(system, i, leaf) for i, leaf in enumerate(leaves)]

@@ -6,6 +6,7 @@ import diffrax
 import jax.numpy as jnp
 import numpy as np
 
+from .._declare.past import Past
 from .._evaluate.events import EventSet
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
@@ -42,14 +43,16 @@ class Start(NamedTuple):
         return self.y[self.events.layout.outcome]
 
 
-def start_of(system: System, t0: Any, states: Any, inputs: Inputs, *, is_started: bool = False) -> Start:
+def start_of(
+    system: System, t0: Any, states: Any, inputs: Inputs, past: Past | None, *, is_started: bool = False
+) -> Start:
     """What happens at the start of a run from these states, in a model with events; past events happen unless they
     have already.
     """
     none = diffrax.NoProgressMeter()
     settings = Settings(system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started)
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
-    given = Given(inputs, Numbers(t0, end, None, None, one, None, [], [], [], []))
+    given = Given(inputs, Numbers(t0, end, None, None, one, None, [], [], [], [], past=past))
     y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None

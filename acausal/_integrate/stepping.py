@@ -83,6 +83,8 @@ def begin_run(
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:
         begins &= past >= t0 - tick(t0, t0)
+    if numbers.past is not None:
+        begins &= past > numbers.past.time + tick(numbers.past.time, t0)
     settled = settle(events, t0, t0, y, begins, none, due, record, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))

@@ -11,6 +11,7 @@ from .._declare.component import Component
 from .._declare.fields import join
 from .._declare.layout import complete_leaves, with_leaves
 from .._declare.node import nodes_of
+from .._declare.past import past_of
 from .._declare.requirements import broken
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
@@ -91,7 +92,7 @@ def _start(system: System, model: Component) -> list[str]:
     if system.initial_equations is not None:
         leaves, _ = complete_leaves(model)
         try:
-            model = with_leaves(model, started(system, leaves, 0.0)[0])
+            model = with_leaves(model, started(system, leaves, 0.0, past_of(model))[0])
         except SimulationError as error:
             return [str(error)]
     inputs = system.pack(model)

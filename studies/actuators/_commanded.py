@@ -38,7 +38,8 @@ def commanded(
     actuator: ElectromechanicalActuator | ElectrohydraulicActuator, command: TimeSeries
 ) -> CommandedElectromechanical | CommandedElectrohydraulic:
     """An actuator with a signal in place of its constant voltage."""
-    parts: dict[str, Any] = {field.name: getattr(actuator, field.name) for field in dataclasses.fields(actuator)}
+    fields = [field.name for field in dataclasses.fields(actuator) if field.init]
+    parts: dict[str, Any] = {name: getattr(actuator, name) for name in fields}
     parts |= {"supply": SignalVoltage(), "command": command}
     if isinstance(actuator, ElectromechanicalActuator):
         return CommandedElectromechanical(**parts)

@@ -1,22 +1,30 @@
 """Runs that go on from a point at which events have happened: each counts once."""
 
+import copy
+import pickle
 from typing import Any, Self
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import (
     Component,
     Discrete,
     Equations,
     Events,
+    ModelError,
     Param,
+    Result,
     Scalar,
     Var,
     at,
     eq,
     initialise,
+    linearise,
+    replace,
     simulate,
     when,
 )
@@ -85,3 +93,68 @@ def test_what_happens_in_the_search_for_a_start_happens_once() -> None:
     on = simulate(start, 3.0, t0=2.0, resume=True)
     np.testing.assert_allclose([on.final.x, on.final.past, on.final.full], [4.0, 1.0, 1.0])
     assert not on.events.names
+
+
+class Counter(Component):
+    """A store that is fed, with a clock and an event at a time; what the inflow exceeds is counted, too."""
+
+    u: Param[Scalar, "1"] = 3.0
+    x: Var[Scalar, "1"] = 0.0
+    past: Discrete[Scalar, "1"] = 0.0
+    ticks: Discrete[Scalar, "1"] = 0.0
+    full: Discrete[Scalar, "1"] = 0.0
+    large: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(store=eq(d.x, self.u + self.past - self.x, check_units=False))
+
+    def events(self) -> Events:
+        return dict(
+            came=at(1.0, past=self.past + 1.0),
+            tick=at(0.5, every=0.5, ticks=self.ticks + 1.0),
+            fills=when(self.x > 0.5, full=self.full + 1.0),
+            grows=when(self.u > 4.0, large=self.large + 1.0),
+        )
+
+
+def counts(start: Counter, t1: float, **options: Any) -> list[float]:
+    """What was counted at the end, after a start at rest."""
+    run = simulate(start, t1, rtol=1e-9, **options)
+    np.testing.assert_allclose(run["x"][0], 4.0)
+    return [float(n) for n in (run.final.past, run.final.ticks, run.final.full, run.final.large)]
+
+
+def test_a_start_knows_what_has_happened() -> None:
+    """At its time nothing happens twice; later what became due since, and what a changed parameter makes true."""
+    start = initialise(Counter(), steady=True, t0=2.0)
+    for again in (start, initialise(start, steady=True, t0=2.0), pickle.loads(pickle.dumps(copy.deepcopy(start)))):
+        assert counts(again, 2.4, t0=2.0) == [1.0, 1.0, 1.0, 0.0]
+    assert counts(start, 3.1, t0=3.0) == [1.0, 2.0, 1.0, 0.0]
+    assert counts(start, 2.4, t0=2.0, resume=False) == [2.0, 2.0, 2.0, 0.0]
+    changed = [replace(start, {"u": 5.0}), eqx.tree_at(lambda model: model.u, start, 5.0)]
+    assert [counts(model, 2.4, t0=2.0) for model in changed] == 2 * [[1.0, 1.0, 1.0, 1.0]]
+    np.testing.assert_allclose(linearise(start, t=2.0).A, -1.0)
+
+
+def test_a_start_is_not_begun_before_its_time() -> None:
+    """Events until then would happen again: an error, or a result where the numbers are not known."""
+    start = initialise(Counter(), steady=True, t0=2.0)
+    with pytest.raises(ModelError, match=r"The start is that of a later time.* got t0=0\."):
+        simulate(start, 2.4)
+    run = eqx.filter_jit(lambda model, t0: simulate(model, 2.4, t0=t0, save="end", throw=False))
+    early, late = run(start, jnp.asarray(0.0)), run(start, jnp.asarray(2.0))
+    assert early.result == Result.bad_option
+    np.testing.assert_allclose([late.final.past, late.final.ticks, late.final.full], 1.0)
+
+
+@pytest.mark.slow
+def test_starts_of_a_batch_know_what_has_happened() -> None:
+    """With derivatives of what follows: x = u + past at rest."""
+
+    def end(u: Any) -> Any:
+        final = simulate(initialise(Counter(u=u), steady=True, t0=2.0), 2.4, t0=2.0, save="end").final
+        return jnp.stack([final.x, final.past, final.ticks, final.full])
+
+    values, slopes = jax.vmap(lambda u: jax.jvp(end, (u,), (1.0,)))(jnp.array([1.0, 2.0]))
+    np.testing.assert_allclose(values, [[2.0, 1.0, 1.0, 1.0], [3.0, 1.0, 1.0, 1.0]], atol=1e-6)
+    np.testing.assert_allclose(slopes, [[1.0, 0.0, 0.0, 0.0]] * 2, atol=1e-6)

@@ -1,0 +1,25 @@
+"""What a model that was started knows of its events."""
+
+from typing import Any, NamedTuple
+
+
+class Past(NamedTuple):
+    """What has happened in a model whose start was searched for: what was due until `time`, and the events for which
+    `holds` has 1, whose conditions are true then.
+    """
+
+    time: Any
+    holds: Any
+
+
+def past_of(model: Any) -> Past | None:
+    """What has happened in a model; None where it was never started."""
+    return vars(model).get("_past")
+
+
+def with_past(model: Any, past: Past | None) -> Any:
+    """A copy of a model that knows what has happened in it."""
+    copy = object.__new__(type(model))
+    for name, value in vars(model).items():
+        object.__setattr__(copy, name, past if name == "_past" else value)
+    return copy
