@@ -31,8 +31,8 @@ def sized(model: M, nominal: Mapping[str, Any]) -> M:
     """The model with nominal sizes of variables, by path: `sized(model, {"c.v": 1e-5})`.
 
     A nominal size is what counts as 1 of a variable in error tolerances and in searches. It holds for all that is equal
-    to the variable and, per millisecond, for its derivative. Of sizes given by a component and by one that holds it,
-    the latter's count.
+    to the variable, be it as a derivative, as two speeds are of one angle, and per millisecond for its derivative. Of
+    sizes given by a component and by one that holds it, the latter's count.
 
     Raises `ModelError` for a name that the model does not have, and for what is not a positive number.
     """

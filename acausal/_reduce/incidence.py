@@ -30,9 +30,18 @@ class Incidence:
     strength: Int[np.ndarray, " entries"]
     steady: Bool[np.ndarray, " entries"]
 
-    @ft.cached_property
+    @property
     def sizes(self) -> np.ndarray:
         """The nominal size of each variable."""
+        return self._sizes[0]
+
+    @property
+    def rate_sizes(self) -> np.ndarray:
+        """The nominal size of the derivative of each variable."""
+        return self._sizes[1]
+
+    @ft.cached_property
+    def _sizes(self) -> tuple[np.ndarray, np.ndarray]:
         return nominal_sizes(self.flat, self.merged, self.variables)
 
     @property

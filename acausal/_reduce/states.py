@@ -143,9 +143,11 @@ def _told_apart(entries: Entries) -> Entries:
 
 
 def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
-    """The nominal size of a variable, or of a derivative of it: as large over a typical time of a millisecond."""
+    """The nominal size of a variable, or of a derivative of it: each as large over a typical time of a millisecond."""
     variable, order = pair
-    return float(table.sizes[variable]) * 1e3**order
+    if order == 0:
+        return float(table.sizes[variable])
+    return float(table.rate_sizes[variable]) * 1e3 ** (order - 1)
 
 
 def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: bool) -> tuple[list[int], list[int]]:

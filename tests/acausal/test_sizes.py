@@ -33,7 +33,7 @@ from acausal import (
 )
 from acausal._evaluate.building import build
 from components.electrical import ConstantVoltage, Ground, Pin, Resistor
-from components.rotational import Inertia
+from components.rotational import Damper, Fixed, Inertia, SpeedSensor
 
 TIMES = jnp.linspace(0.0, 5.0, 11)
 
@@ -187,6 +187,31 @@ def test_members_of_arrays_have_one_size(name: str) -> None:
     found = sizes(sized(chain, {name: 2.0, "others[1].w": 3.0}))
     speeds = {path: size for path, size in found.items() if path.endswith(".w")}
     assert speeds == {**{f"links[{i}].w": 2.0 for i in range(3)}, "others[0].w": 10.0, "others[1].w": 3.0}
+
+
+class Coupled(Component):
+    """Two inertias that are joined rigidly, between a sensor and a damper to the wall."""
+
+    one: Inertia
+    other: Inertia
+    sensor: SpeedSensor
+    damper: Damper
+    wall: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.one.b, self.other.a, self.sensor.flange, self.damper.a),
+            connect(self.damper.b, self.wall.flange),
+        )
+
+
+@pytest.mark.parametrize("name", ["one.w", "other.w", "sensor.y.value", "damper.w_rel"])
+def test_a_size_holds_for_what_is_the_same_derivative(name: str) -> None:
+    """Whichever of the speeds along a shaft is a state, or the derivative of an angle; the smallest one counts."""
+    coupled = Coupled(one=Inertia(J=1.0), other=Inertia(J=1.0), sensor=SpeedSensor(), damper=Damper(d=1.0))
+    assert sizes(coupled)["one.w"] == 10.0
+    assert sizes(sized(coupled, {name: 1e-6}))["one.w"] == 1e-6
+    assert sizes(sized(coupled, {"one.w": 1e-4, name: 1e-6}))["one.w"] == 1e-6
 
 
 def test_components_that_differ_in_sizes_only_share_their_equations() -> None:
