@@ -19,7 +19,7 @@ from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
-from .._reduce.jaxpr import assembled, structs
+from .._reduce.jaxpr import assembled, check_effects, structs
 from .._reduce.logic import Expression
 from .._reduce.margins import relations
 
@@ -121,7 +121,7 @@ class EventSet:
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     """The events of a model, in which some leaves are the time; None where it has none.
 
-    Raises `ModelError` for an event that changes what its component does not have, or a parameter.
+    Raises `ModelError` for an event that changes what its component does not have, or a parameter, or one that prints.
     """
     entries: list[Entry] = []
 
@@ -136,6 +136,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
     closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
+    check_effects(closed, "A method `events`")
     if not entries:
         return None
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
 
 
@@ -30,6 +31,17 @@ def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
     constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
     sliced = assembled([jaxpr.invars[i] for i in used], [target], kept[::-1], [var for var, _ in constants])
     return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
+
+
+def check_effects(closed: ClosedJaxpr, where: str) -> None:
+    """Raise `ModelError` for what is traced from a method and does more than compute."""
+    if closed.effects:
+        names = sorted({eqn.primitive.name for eqn in closed.jaxpr.eqns if eqn.effects})
+        raise ModelError(
+            f"{where} does more than compute, as jax.debug.print does ({', '.join(names)}). What it states is taken "
+            "apart and put in order, and only what gives a result is computed. Remedy: leave it out, and look at "
+            "variables in the solution, as in solution['spring.tau'], or print them in a function given as peaks."
+        )
 
 
 def assembled(

@@ -14,7 +14,7 @@ from .._errors import ModelError
 from .flatten import Kind
 from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
-from .jaxpr import structs
+from .jaxpr import check_effects, structs
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
 
@@ -24,7 +24,7 @@ _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero"
 def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
     """The equations of a component kind, in the order in which its class states them; with `split`, by element.
 
-    Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`.
+    Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`, or prints.
     """
     return _split(kind) if split else _stated(kind, "equations")
 
@@ -64,6 +64,7 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 
     closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
+    check_effects(closed, where)
     signs = []
     for item in inputs:
         sign = kind.declarations[item.slot].sign

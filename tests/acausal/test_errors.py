@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, Self
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import pytest
 from _models import oscillator, rc
@@ -213,3 +214,26 @@ def test_unknown_name_in_a_condition() -> None:
 def test_times_outside_the_run() -> None:
     with pytest.raises(ModelError, match=r"between t0 and t1, got times=\[0\.5 1\.5\]"):
         simulate(rc(), 1.0, save=jnp.array([0.5, 1.5]))
+
+
+class Printing(Component):
+    """Prints where it states its equation."""
+
+    x: Var[Scalar, ""] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        jax.debug.print("{}", self.x)
+        return dict(decay=eq(d.x, -self.x))
+
+
+def test_equations_that_print_say_where_it_is_possible(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ModelError, match=r"Printing\.equations does more than compute.* print them in a function"):
+        simulate(Printing(), 1.0)
+
+    def printed(s: Any) -> Any:
+        jax.debug.print("at {}", s.c.v)
+        return s.c.v
+
+    simulate(rc(), 0.1, peaks=printed)
+    jax.effects_barrier()
+    assert "at 0.0\n" in capsys.readouterr().out
