@@ -1,10 +1,8 @@
 """The pages: their code runs, and what they show is what it gives."""
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
-import jax
 import pytest
 
 from docs._compare import ALIKE, first_difference, picture_difference
@@ -14,15 +12,7 @@ NOTEBOOKS = tuple(sorted(DOCS.glob("*.ipynb")))
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _compile_fast() -> Iterator[None]:
-    """The pages compile much and compute little."""
-    before = jax.config.read("jax_disable_most_optimizations")
-    jax.config.update("jax_disable_most_optimizations", True)
-    yield
-    jax.config.update("jax_disable_most_optimizations", before)
-
-
+@pytest.mark.usefixtures("compiled_fast")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -> None:
     difference = first_difference(page.read_text(), refreshed(page, tmp_path))
