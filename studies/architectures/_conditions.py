@@ -1,7 +1,7 @@
 """Other conditions of the duty: cold, hot, and with a worn clutch.
 
-All sizes are those at 40 C; away from it the liquid is DOT 4, windings are of copper, and magnets lose 0.1 % of their
-flux per kelvin, as those of neodymium do. Friction of the drives stays: what part of it is the liquid's is not known.
+All sizes are those at 40 C; away from it the liquid is DOT 4, windings are of copper, and magnets of neodymium.
+Friction of the drives stays: what part of it is the liquid's is not known.
 """
 
 import functools as ft
@@ -13,9 +13,10 @@ from acausal import Scalar, parameters, replace
 from components.hydraulic import dot_4
 
 from .._opening import STROKE, WORN_LOAD
+from .._warm import magnets, winding
 
+ZERO = 273.15  # K
 BASE = 40.0  # C
-COPPER, MAGNET = 3.93e-3, -1e-3  # 1/K, at 20 C
 WORN_LEAKS = 10.0  # times those past new seals; assumed
 PRESSURE = 2e6  # Pa, at which stiffnesses are compared
 
@@ -23,10 +24,9 @@ PRESSURE = 2e6  # Pa, at which stiffnesses are compared
 def at_temperature(celsius: Scalar, model: Any) -> Any:
     """The model with windings, magnets and liquid at a temperature in C."""
     thinner, softer = _liquid(celsius)
-    windings = _linear(COPPER, celsius) / _linear(COPPER, BASE)
-    magnets = _linear(MAGNET, celsius) / _linear(MAGNET, BASE)
+    copper, flux = (law(celsius + ZERO, BASE + ZERO) for law in (winding, magnets))
     factors = {
-        "motor.resistor.R": windings, "coil.R": windings, "motor.emf.k": magnets, "viscosity": thinner,
+        "motor.resistor.R": copper, "coil.R": copper, "motor.emf.k": flux, "viscosity": thinner,
         "leak.resistance": thinner, "bulk_modulus": softer, "line.stiffness": softer,
     }  # fmt: skip
     return _multiplied(model, factors)
@@ -53,13 +53,9 @@ def _multiplied(model: Any, factors: Mapping[str, Scalar]) -> Any:
     return replace(model, changed)
 
 
-def _linear(coefficient: Scalar, celsius: Scalar) -> Scalar:
-    return 1.0 + coefficient * (celsius - 20.0)
-
-
 def _liquid(celsius: Scalar) -> tuple[Scalar, Scalar]:
     """Viscosity and bulk modulus of DOT 4, over those at the base temperature."""
-    now, base = (dot_4(temperature=273.15 + value, air=1e-6) for value in (celsius, BASE))
+    now, base = (dot_4(temperature=ZERO + value, air=1e-6) for value in (celsius, BASE))
     return (
         now.kinematic_viscosity(PRESSURE) / base.kinematic_viscosity(PRESSURE),
         now.bulk_modulus_at(PRESSURE) / base.bulk_modulus_at(PRESSURE),

@@ -20,6 +20,7 @@ from components.thermal import FixedTemperature
 
 from .._opening import opening
 from .._statics import holding_current
+from .._warm import COPPER, SHEETS, T20, magnets, winding
 from ..actuators import ehs_maxon
 from ._line import DIAMETER, LongLine
 from ._prototypes import PROTOTYPES, RE40, RE50
@@ -28,8 +29,6 @@ from ._row import Row
 ITEM = "temperature"
 LENGTH = 1.0  # m, of the pipe
 TEMPERATURES = (-30.0, 0.0, 25.0, 80.0, 120.0)  # degC
-REFERENCE = 298.15  # K, of data sheets
-COPPER, MAGNETS = 3.93e-3, -1.1e-3  # 1/K, of the winding's resistance and of NdFeB
 LATEST = 2.0  # s, given up after this time
 ORDER = "148867"  # RE 40, 24 V
 HOLDS = (0.0, 1.0, 10.0)  # s
@@ -50,10 +49,9 @@ def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
     drop = LaminarResistance.from_pipe(diameter=DIAMETER, length=LENGTH, viscosity=viscosity)
     line = LongLine(spring=Line(stiffness=stiffness, damping=base.line.damping), pipe=drop)
     warmed = dataclasses.replace(base, line=line)
-    warmer = motor - REFERENCE
     values = {
-        "motor.resistor.R": base.motor.resistor.R * (1.0 + COPPER * warmer),
-        "motor.emf.k": base.motor.emf.k * (1.0 + MAGNETS * warmer),
+        "motor.resistor.R": base.motor.resistor.R * winding(motor),
+        "motor.emf.k": base.motor.emf.k * magnets(motor),
     }
     return replace(warmed, values)
 
@@ -69,7 +67,7 @@ def opening_rows(rtol: float = 1e-8, actuators: Any = ACTUATORS, temperatures: A
     for name, build in actuators.items():
         for celsius in temperatures:
             kelvin = celsius + 273.15
-            for what, motor in (("all", kelvin), ("liquid alone", REFERENCE)):
+            for what, motor in (("all", kelvin), ("liquid alone", SHEETS)):
                 time = float(_time(at_temperature(build, jnp.asarray(kelvin), jnp.asarray(motor)), rtol))
                 rows.append(Row(ITEM, f"{name}, {what} at {celsius:g} C", "opening time", "s", time))
     for celsius in temperatures:
@@ -99,14 +97,14 @@ def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8
     limit = sheet["max_winding_temperature"]
     power = (limit - ambient) / (inner + outer)
     housing = ambient + power * outer
-    winding = sheet["resistance"] * (1.0 + COPPER * (limit - REFERENCE))
-    k = sheet["torque_constant"] * (1.0 + MAGNETS * (housing - REFERENCE))
+    resistance = sheet["resistance"] * winding(limit)
+    k = sheet["torque_constant"] * magnets(housing)
     # What was identified beyond the winding of the data sheet is that of leads and brushes.
     leads = built.motor.resistor.R - sheet["resistance"]
-    model = replace(built, {"motor.resistor.R": winding + leads, "motor.emf.k": k})
+    model = replace(built, {"motor.resistor.R": resistance + leads, "motor.emf.k": k})
     opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
     current = float(holding_current(model))
-    heat = winding * (float(opened.integrals["heat"][-1]) + (0.0 if valve else hold * current**2))
+    heat = resistance * (float(opened.integrals["heat"][-1]) + (0.0 if valve else hold * current**2))
     time = float(opened.t1)
     return Allowed(min(60.0 * power / heat, 60.0 / (time + hold)), heat, time, limit, housing)
 
@@ -131,11 +129,10 @@ class Warming(Component):
 
 def time_to_limit(per_minute: float, one: Allowed, ambient: float) -> float:
     """After how many s the winding reaches its limit, from the ambient's temperature on; infinite where it does not."""
-    winding = _sheet()["resistance"] * (1.0 + COPPER * (one.winding - REFERENCE))
-    current = (per_minute / 60.0 * one.heat / winding) ** 0.5
+    current = (per_minute / 60.0 * one.heat / (_sheet()["resistance"] * winding(one.winding))) ** 0.5
+    motor = brushed_motor(ORDER, L=None, T=ambient, alpha=COPPER / winding(SHEETS, T20))
     model = Warming(
-        source=ConstantCurrent(I=-current), motor=brushed_motor(ORDER, L=None, T=ambient),
-        ambient=FixedTemperature(temperature=ambient),
+        source=ConstantCurrent(I=-current), motor=motor, ambient=FixedTemperature(temperature=ambient)
     )  # fmt: skip
     found = simulate(
         model, 4.0 * 3600.0, until=lambda s: s.motor.winding.T - one.winding, save="end", rtol=1e-7, throw=False

@@ -62,7 +62,7 @@ def test_duty_is_done(name: str) -> None:
     assert STROKE - 1e-3 < row.lowest <= row.highest < STROKE + 1e-3
     assert abs(row.closed) < 0.5e-3
     for figures in row.conditions.values():
-        assert abs(figures.get("closed", 0.0)) < 1e-3
+        assert abs(figures["closed"]) < 1e-3
 
 
 @pytest.mark.parametrize("name", list(ROWS))
@@ -136,13 +136,15 @@ def test_variable_pump_idles() -> None:
 
 
 def test_conditions() -> None:
-    """Windings and viscosities as published; at rest the power is that of the current against the magnets."""
+    """Windings, magnets and viscosities as published."""
     cold, hot = (at_temperature(celsius, named("holding valve").build()) for celsius in (-40.0, 100.0))
     assert cold.pump.liquid.viscosity / hot.pump.liquid.viscosity == pytest.approx(1200.0 / 2.5, rel=1e-6)
     assert cold.leak.resistance / hot.leak.resistance == pytest.approx(1200.0 / 2.5, rel=1e-6)
     copper = (1.0 + 3.93e-3 * 80.0) / (1.0 - 3.93e-3 * 60.0)
     for part in ("motor.resistor.R", "coil.R"):
         assert parameters(hot)[part] / parameters(cold)[part] == pytest.approx(copper, rel=1e-12)
+    flux = (1.0 - 1.1e-3 * 80.0) / (1.0 + 1.1e-3 * 60.0)
+    assert hot.motor.emf.k / cold.motor.emf.k == pytest.approx(flux, rel=1e-12)
     worn_out = worn(named("holding valve").build())
     assert worn_out.clutch.rate * STROKE == pytest.approx(800.0)
 
