@@ -15,10 +15,11 @@ from .._declare.layout import complete, layout_of, rebuilt
 from .._errors import ModelError, StructureError
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
-from .._reduce.flatten import FlatModel, flatten
+from .._reduce.flatten import FlatModel, Instances, flatten
 from .._reduce.index import Reduced
 from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
+from .._reduce.stated import templates
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
 from .._unit_check.check import check_units
@@ -102,16 +103,28 @@ def _again(model: Component, pivots: np.ndarray | None) -> System:
 
 
 def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
-    """Arrays are kept whole, unless the model determines one of them piece by piece."""
+    """Arrays are kept whole, unless the model determines one of them piece by piece, or equations read parts in one."""
     flat = flatten(model)
     check_units(flat)
-    try:
-        return flat, *reduced_exactly(flat, merge(flat))
-    except StructureError:
-        if not any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves):
-            raise
+    if not any(_reads_stacked_parts(flat, instances) for instances in flat.instances):
+        try:
+            return flat, *reduced_exactly(flat, merge(flat))
+        except StructureError:
+            if not any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves):
+                raise
     flat = flatten(model, split=True)
     return flat, *reduced_exactly(flat, merge(flat))
+
+
+def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:
+    """Whether equations read variables of an array of parts below them, whose members are nodes of their own."""
+    first, sizes = instances.first_leaf[0], instances.kind.sizes
+    try:
+        stated = templates(instances.kind)
+    except ModelError:  # which is said where the equations are put together
+        return False
+    inputs = {item for template in stated for item in template.inputs if item.source == "var"}
+    return any(sizes[item.slot] != flat.leaves[first + item.slot].sizes for item in inputs)
 
 
 def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:

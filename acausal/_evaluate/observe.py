@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError
+from .._indices import unsigned
 from .affine import computed, times
 from .plan import Pair, Store
 from .starts import Inputs
@@ -72,14 +73,16 @@ def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | N
     values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
     if values is not None:
         return computed(times(values, float(pairs[0][1])))
+    shape = (-1,) + (1,) * len(flat_leaf.sizes)
+    is_known = np.array([pair is not None for pair, _ in pairs])
     stacked = jnp.zeros((len(pairs), *flat_leaf.sizes))
     if known:
-        where = np.array([i for i, (pair, _) in enumerate(pairs) if pair is not None])
-        stacked = stacked.at[where].set(store.gather(system.plan.read(known)))
-    signs = np.array([sign for _, sign in pairs])
+        signs = np.array([sign for _, sign in pairs]).reshape(shape)
+        # Read rather than written in places: XLA on CPU does not compile a loop as one function that scatters.
+        found = store.gather(system.plan.read(known))[unsigned(np.maximum(np.cumsum(is_known) - 1, 0))]
+        stacked = jnp.where(is_known.reshape(shape), signs * found, stacked)
     timed = np.array([pair is None and sign == 1 for pair, sign in pairs])
-    shape = (-1,) + (1,) * len(flat_leaf.sizes)
-    stacked = jnp.where(timed.reshape(shape), time, stacked * signs.reshape(shape))
+    stacked = jnp.where(timed.reshape(shape), time, stacked)
     return stacked.reshape(flat_leaf.stack + flat_leaf.sizes)
 
 

@@ -1,9 +1,11 @@
 """Array-valued variables, and arrays of components."""
 
-from typing import Self
+from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.linalg import expm
 
 from acausal import (
     Array as Parts,
@@ -22,6 +24,7 @@ from acausal import (
     repeat,
     shape,
     simulate,
+    stack,
 )
 from components.rotational import Inertia, Spring
 
@@ -54,6 +57,64 @@ def test_arrays_within_arrays() -> None:
     expected = np.broadcast_to(alone.final.masses.item.w, (4, 3))
     np.testing.assert_allclose(many.final.chains.item.masses.item.w, expected, rtol=1e-9)
     np.testing.assert_allclose(many["chains[2].masses[1].w"][-1], expected[0, 1], rtol=1e-9)
+
+
+class Watched(Component):
+    """Its equations read single members of an array of parts and the sum over all of them."""
+
+    rate: Param[Scalar, "1/s"] = 2.0
+    first: Var[Scalar, "rad/s"] = 0.0
+    last: Var[Scalar, "rad/s"] = 0.0
+    mean: Var[Scalar, "rad/s"] = 0.0
+    chain: Chain
+
+    def equations(self, d: Self) -> Equations:
+        masses = self.chain.masses
+        return dict(
+            first=eq(d.first, self.rate * (masses[0].w - self.first)),
+            last=eq(d.last, self.rate * (masses[-1].w - self.last)),
+            mean=eq(self.mean, jnp.mean(masses.item.w)),
+        )
+
+
+def _lags(t1: float, rate: float, w0: float) -> np.ndarray:
+    """First, last and mean in Watched(chain(3, w0)), with matrices."""
+    ends = -(3.0 / 2.0) * np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    lags = rate * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    a = np.block(
+        [
+            [np.zeros((3, 3)), np.eye(3), np.zeros((3, 2))],
+            [ends, np.zeros((3, 5))],
+            [np.zeros((2, 3)), lags, -rate * np.eye(2)],
+        ]
+    )
+    x = expm(t1 * a) @ np.array([0.0, 0.0, 0.0, w0, 0.0, 0.0, 0.0, 0.0])
+    return np.array([*x[6:], np.mean(x[3:6])])
+
+
+def test_equations_read_members_of_an_array_of_parts() -> None:
+    def seen(rate: Any) -> Any:
+        end = simulate(Watched(rate=rate, chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-10).final
+        return jnp.stack([end.first, end.last, end.mean])
+
+    values, along = jax.jit(seen)(2.0), jax.jit(jax.jacfwd(seen))(2.0)
+    np.testing.assert_allclose(values, _lags(1.0, 2.0, 1.0), rtol=1e-8)
+    differences = (_lags(1.0, 2.0 + 1e-5, 1.0) - _lags(1.0, 2.0 - 1e-5, 1.0)) / 2e-5
+    np.testing.assert_allclose(along, differences, rtol=1e-6, atol=1e-9)
+
+
+class SeveralWatched(Component):
+    parts: Parts[Watched]
+
+
+def test_equations_read_members_of_arrays_within_an_array() -> None:
+    speeds = jnp.array([1.0, 0.5])
+    starts = jnp.zeros((2, 3)).at[:, 0].set(speeds)
+    springs = repeat(Spring(c=3.0), 2)
+    parts = [Watched(chain=Chain(masses=repeat(Inertia(J=2.0, w=w), 3), springs=springs)) for w in starts]
+    end = simulate(SeveralWatched(parts=stack(parts)), 1.0, save="end", rtol=1e-10).final.parts.item
+    for i, w0 in enumerate(speeds.tolist()):
+        np.testing.assert_allclose([end.first[i], end.last[i], end.mean[i]], _lags(1.0, 2.0, w0), rtol=1e-8)
 
 
 class Idle(Component):
