@@ -25,6 +25,7 @@ from ._passive import Inductor as Inductor
 from ._passive import NegativeResistor as NegativeResistor
 from ._passive import Resistor as Resistor
 from ._pmsm import PMSM as PMSM
+from ._pmsm import DqCurrentSensor as DqCurrentSensor
 from ._pmsm import DqPort as DqPort
 from ._pmsm import Inverter as Inverter
 from ._pmsm import PMSMDrive as PMSMDrive

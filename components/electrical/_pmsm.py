@@ -1,4 +1,4 @@
-"""Synchronous machine with permanent magnets in rotor coordinates, its inverter, and both as a controlled drive."""
+"""Synchronous machine with permanent magnets in rotor coordinates, its inverter and sensor, and a controlled drive."""
 
 from typing import Self
 
@@ -20,7 +20,7 @@ from acausal import (
     prefer,
 )
 
-from ..blocks import Input
+from ..blocks import Input, Output
 from ..rotational import Flange
 from ._dq_machine import DqCurrents, DqMachine
 from ._interfaces import Pin, TwoPin
@@ -75,6 +75,25 @@ class PMSM(Component):
         return Energy(
             stored=coils + 0.5 * self.J * self.w**2,
             dissipated=1.5 * m.Rs * (self.i_d**2 + self.i_q**2),
+        )
+
+
+class DqCurrentSensor(Component):
+    """y_d and y_q = the currents from p to n in A, in rotor coordinates; no voltage drop."""
+
+    p: DqPort = DqPort()
+    n: DqPort = DqPort()
+    y_d: Output = Output()
+    y_q: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            no_drop_d=eq(self.p.v_d, self.n.v_d),
+            no_drop_q=eq(self.p.v_q, self.n.v_q),
+            kirchhoff_d=eq(self.p.i_d + self.n.i_d),
+            kirchhoff_q=eq(self.p.i_q + self.n.i_q),
+            reading_d=eq(self.y_d.value, self.p.i_d),
+            reading_q=eq(self.y_q.value, self.p.i_q),
         )
 
 

@@ -22,6 +22,7 @@ ELECTRIC: tuple[Component, ...] = (
     electrical.Cable(length=1.3, area=0.7, resistivity=0.4, inductance=0.3),
     electrical.CurrentLimitedBridge(i_max=1.3, band=0.4, Ron=0.3),
     electrical.DataSheetSolenoid(R=1.3, L_0=3.7, rated=0.9, positions=[-0.5, 0.1, 0.8], forces=[0.2, 0.4, 1.3]),
+    electrical.DqCurrentSensor(),
     electrical.Inverter(),
     electrical.MagnetEMF(k_ref=0.7, alpha=-0.1, T_ref=0.9),
     electrical.PMSM(machine=MACHINE, J=0.7),

@@ -129,6 +129,48 @@ def test_stall_at_the_voltage_limit() -> None:
     assert machine.torque(at_rest) > 6.0 * 0.012 * last  # it uses the reluctance, too
 
 
+def under_current_control(
+    source: Any, inverter: Any, sensor: Any, motor: Any, wall: Any, none: Any, wanted: Any, along: Any, across: Any,
+    ground: Any,
+) -> Connections:  # fmt: skip
+    return (
+        connect(source.p, inverter.p),
+        connect(source.n, inverter.n, ground.p),
+        connect(inverter.machine, sensor.p),
+        connect(sensor.n, motor.terminals),
+        connect(motor.shaft, wall.flange),
+        connect(none.y, along.u_s),
+        connect(wanted.y, across.u_s),
+        connect(sensor.y_d, along.u_m),
+        connect(sensor.y_q, across.u_m),
+        connect(along.y, inverter.u_d),
+        connect(across.y, inverter.u_q),
+    )
+
+
+def test_current_control_of_a_held_machine() -> None:
+    """With k = Lq w_c/V and Ti = Lq/Rs the zero of the controller cancels the winding: i_q = i (1 - exp(-w_c t))."""
+    machine, bandwidth, voltage = DqMachine(p=4, psi=0.012, Ld=60e-6, Lq=80e-6, Rs=0.05), 1e3, 48.0
+    parts = (
+        electrical.ConstantVoltage(V=voltage),
+        electrical.Inverter(),
+        electrical.DqCurrentSensor(),
+        electrical.PMSM(machine=machine, J=1e-4),
+        rotational.Fixed(),
+        blocks.Constant(k=0.0),
+        blocks.Constant(k=20.0),
+        *(
+            blocks.LimPI(k=inductance * bandwidth / voltage, Ti=inductance / 0.05, y_max=1.0, y_min=-1.0)
+            for inductance in (60e-6, 80e-6)
+        ),
+        electrical.Ground(),
+    )
+    solution = simulate(Rig(parts=parts, wiring=under_current_control), 5e-3, rtol=1e-9, save="steps")
+    motor, times = solution.parts[3], np.asarray(solution.ts)
+    np.testing.assert_allclose(motor.i_q, 20.0 * (1.0 - np.exp(-bandwidth * times)), atol=20e-7)
+    np.testing.assert_allclose(motor.i_d, 0.0, atol=1e-7)
+
+
 def driven(battery: Any, cable: Any, drive: Any, demand: Any, load: Any, ground: Any) -> Connections:
     return (
         connect(battery.p, cable.p),
