@@ -38,7 +38,7 @@ def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Any:
     ax.set_xlim(np.min(points[:, 0] - sizes[:, 0]), np.max(points[:, 0] + sizes[:, 0]))
     ax.set_ylim(np.min(points[:, 1] - 0.5), np.max(points[:, 1] + 0.5))
     ax.axis("off")
-    ax.set_title(f"{graph.name}, bond graph", fontsize="medium")
+    ax.set_title(f"{graph.name}, bond graph; values in SI units", fontsize="medium")
     return ax
 
 

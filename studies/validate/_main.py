@@ -2,8 +2,9 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from acausal import BondGraph, bond_graph
 
@@ -23,6 +24,26 @@ from ._thesis import NOT_COMPARED, NOTE, TOLERANCE, statements
 
 STORED = Path(__file__).parent / "rows.json"
 HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation", "why")
+SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "validate_deviations": (
+            "How far the model is from each figure",
+            "Figures within the grey band count as reproduced; the summary has the reasons of the others.",
+        ),
+        "validate": (
+            "Times, currents and frequencies",
+            "Diamonds are the model's, circles were measured, squares are computed or in a table of the thesis.",
+        ),
+        "validate_openings": (
+            "The openings in time",
+            "Stroke, current and pressure at full voltage, with the opening times that the thesis states.",
+        ),
+        "validate_linear": (
+            "The present actuator as a linear system",
+            "Its gain over the frequency, and which store has which share of the energy of its two modes.",
+        ),
+    }
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,16 +118,11 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
     }
     for name, figure in pictures.items():
         save(figure, out, name)
-    write_report(
-        out,
-        "validate",
-        "Clutch actuators: Meloni's thesis (2012) and the model",
-        [
-            ("Summary", summary(rows), list(pictures.values())),
-            ("All figures", plain_table(HEADS, _cells(rows)), []),
-            ("The present actuator, read off its bond graph", _of_graph(graph), []),
-        ],
-    )
+    texts = {**SHOWN, "validate_bond_graph": ("The present actuator, read off its bond graph", _of_graph(graph))}
+    parts = [(*texts[name], [figure]) for name, figure in pictures.items()]
+    summed, table = ("Summary", summary(rows), []), ("All figures", plain_table(HEADS, _cells(rows)), [])
+    title = "Clutch actuators: Meloni's thesis (2012) and the model"
+    write_report(out, "validate", title, [summed, *parts, table])
 
 
 def _of_graph(graph: BondGraph) -> str:
