@@ -43,7 +43,7 @@ class ChainOfSingles(Component):
 
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Both ways to declare the chain, at all lengths; the limits hold at the greatest."""
-    makers = {"array": _of_arrays, "single parts": _of_singles}
+    makers = {"array": chain_of_arrays, "single parts": _of_singles}
     times = {name: [_measured(make, n, effort) for n in effort.lengths] for name, make in makers.items()}
     if out is not None:
         from ._figures import scaling
@@ -69,9 +69,11 @@ def _numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.linspace(1.0, 2.0, n), np.linspace(2.0, 1.0, n - 1)
 
 
-def _of_arrays(n: int) -> Component:
+def chain_of_arrays(n: int, speed: float = 0.0) -> ChainOfArrays:
+    """A chain whose first inertia starts at a speed."""
     inertia, stiffness = _numbers(n)
-    return ChainOfArrays(masses=repeat(Inertia(J=inertia), n), springs=repeat(Spring(c=stiffness), n - 1))
+    masses = repeat(Inertia(J=inertia, w=np.where(np.arange(n) == 0, speed, 0.0)), n)
+    return ChainOfArrays(masses=masses, springs=repeat(Spring(c=stiffness), n - 1))
 
 
 def _of_singles(n: int) -> Component:

@@ -11,10 +11,12 @@ from studies.actuators import ElectromechanicalActuator, ema_maxon
 from ._effort import Effort
 from ._rows import Row, compared
 from ._timing import fastest
+from .chain import ChainOfArrays, chain_of_arrays
 
 LIMIT = 1.3
 T1 = 0.08
 FEW, MANY = 1_000, 10_000
+LENGTH = 12  # of the chain
 
 
 class Watched(Component):
@@ -30,6 +32,22 @@ class Watched(Component):
             late=when(self.t > 1e3, alarms=1.0),
             far=when(rod.s > 1.0, alarms=2.0),
             strained=when(rod.f > 1e9, alarms=3.0),
+        )
+
+
+class WatchedChain(Component):
+    """The same for a chain of inertias."""
+
+    t: Time[Scalar, "s"] = 0.0
+    alarms: Discrete[Scalar, "1"] = 0.0
+    chain: ChainOfArrays
+
+    def events(self) -> Events:
+        first, spring = self.chain.masses[0], self.chain.springs[0]
+        return dict(
+            late=when(self.t > 1e3, alarms=1.0),
+            fast=when(first.w > 1e6, alarms=2.0),
+            strained=when(spring.tau > 1e9, alarms=3.0),
         )
 
 
@@ -51,18 +69,27 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The same run with and without conditions to watch; runs with more and fewer impacts."""
     bare = ema_maxon()
     watched = Watched(actuator=bare)
+    chain = chain_of_arrays(LENGTH, speed=1.0)
+    watched_chain = WatchedChain(chain=chain)
     runs = {
         "bare": jax.jit(lambda: simulate(bare, T1, save="end").final.slave.rod.s),
         "watched": jax.jit(lambda: simulate(watched, T1, save="end").final.actuator.slave.rod.s),
+        "chain": jax.jit(lambda: simulate(chain, 10.0, save="end").final.masses[0].w),
+        "watched chain": jax.jit(lambda: simulate(watched_chain, 10.0, save="end").final.chain.masses[0].w),
         "few": _bouncing(FEW),
         "many": _bouncing(MANY),
     }
     times = fastest({name: lambda f=f: f() for name, f in runs.items()}, effort.repeats)
     per_event = {name: times[name] / n * 1e6 for name, n in (("few", FEW), ("many", MANY))}
     return [
-        compared("events: never met", times["watched"] * 1e3, "ms", times["bare"] * 1e3, "without them", LIMIT),
+        _never_met("actuator of 5 states", times["watched"], times["bare"]),
+        _never_met(f"chain of {2 * LENGTH} states", times["watched chain"], times["chain"]),
         compared(f"events: each of {MANY}", per_event["many"], "us", per_event["few"], f"each of {FEW}", LIMIT),
     ]
+
+
+def _never_met(name: str, watched: float, bare: float) -> Row:
+    return compared(f"events: never met, {name}", watched * 1e3, "ms", bare * 1e3, "without them", LIMIT)
 
 
 def _bouncing(n: int) -> Any:
