@@ -9,7 +9,7 @@ import numpy as np
 
 from .._errors import ModelError
 from .component import Component
-from .layout import rebuilt
+from .layout import as_new, rebuilt
 from .node import Leaf, Node, leaves_of
 
 C = TypeVar("C", bound=Component)
@@ -54,6 +54,9 @@ def repeat(part: C, n: int) -> Array[C]:
     A parameter of `part` is shared by all, or has a leading axis of length `n` in front of its declared shape:
     `repeat(Inertia(J=jnp.linspace(1.0, 2.0, 5)), 5)`.
     """
+    if not isinstance(part, Component) or not isinstance(n, int | np.integer) or n < 0:
+        raise ModelError(f"repeat(part, n) takes a component and how many of it, got repeat({part!r}, {n!r}).")
+    part = as_new(part)
     structure = jax.tree_util.tree_structure(part)
     item = structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part) if leaf.value is not None])
     return Array(item=deepened(item, 1), n=n)
@@ -71,6 +74,7 @@ def stack(parts: Sequence[C]) -> Array[C]:
 
     Where only some of them give a start value, the others give that of their class.
     """
+    parts = [as_new(part) for part in parts]
     if len({jax.tree_util.tree_structure(part) for part in parts}) > 1:
         parts = [rebuilt(part, lambda _, declared, value: declared.start if value is None else value) for part in parts]
     if len({jax.tree_util.tree_structure(part) for part in parts}) != 1:

@@ -64,7 +64,9 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
     Raises `ModelError` for a name that the model does not have.
     """
     known = {leaf.path for leaf in leaves_of(model)}
-    for name in values:
+    if not isinstance(values, Mapping):
+        raise ModelError(f"replace(model, values) takes a dictionary by path, got {values!r}.")
+    for name in map(str, values):
         if name not in known:
             raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, known)}")
 

@@ -34,6 +34,11 @@ def with_leaves(node: Any, leaves: Iterable[Any]) -> Any:
     return rebuilt(node, lambda path, declaration, value: next(remaining))
 
 
+def as_new(node: Any) -> Any:
+    """A tree of nodes in which nothing has happened."""
+    return rebuilt(node, lambda path, declaration, value: value, is_new=True)
+
+
 def complete(node: Any) -> Any:
     """A tree of nodes with zeros for the start values that are not given, in which nothing has happened."""
     return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)

@@ -50,7 +50,8 @@ class RunEvents(EventNumbers):
         late = (t - due)[number]
         if not self.is_searched:
             return late
-        margins = self.margins(t, y, given)
+        # Algebraic unknowns have no rates of their own; here they are functions of the time and the states.
+        margins = self.margins(t, self.with_algebraic(t, y, given), given)
         return jnp.where(jnp.asarray(self.scheduled)[number], late, self.conditions(margins, -margins)[number])
 
     # What is read at a point
@@ -88,7 +89,7 @@ class RunEvents(EventNumbers):
         wanted |= {*events.truths.leaves, *events.actions.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted))
-        values = self._values(t, y, given, store, wanted)
+        values = values_of(ordinary, t, point, given, store, wanted)
         truths = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
         parts = [_spread(truths, ~self.scheduled[: self.n_model + self.n_instants], False)]
         if self.n_curved:

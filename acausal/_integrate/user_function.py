@@ -135,6 +135,8 @@ def _check_real(results: list[Any], what: str) -> None:
             raise ModelError(f"{what} must return real numbers, but returned {value!r}.")
         if jnp.ndim(value) != 0:
             raise ModelError(f"{what} must return real numbers, but returned an array of shape {jnp.shape(value)}.")
+        if jnp.iscomplexobj(value):
+            raise ModelError(f"{what} must return real numbers, but returned a complex one.")
         if jnp.issubdtype(jnp.result_type(value), jnp.bool_):
             raise ModelError(
                 f"{what} returned a truth value: return a real function that crosses zero, as in s.x - 1.0."

@@ -27,6 +27,7 @@ from acausal import (
     linearise,
     positive,
     prefer,
+    repeat,
     replace,
     simulate,
 )
@@ -71,7 +72,7 @@ ENTRIES: dict[str, Callable[[Any], Any]] = {
 
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_numbers_of_a_model(entry: str) -> None:
-    with pytest.raises(ParameterError, match=r"resistor\.R must be nonnegative, got -1\.0 ohm"):
+    with pytest.raises(ParameterError, match=r"resistor\.R must be nonnegative.*, got -1\.0 ohm"):
         ENTRIES[entry](BAD)
     with pytest.raises(ParameterError, match=r"capacitor\.v must be a finite number, but starts from nan V"):
         ENTRIES[entry](NAN)
@@ -123,6 +124,26 @@ def test_a_single_name_is_one_name() -> None:
     ):
         with pytest.raises(ModelError, match=rf"{argument} must be a name or a sequence of names, got "):
             entry()
+
+
+def _any(value: Any) -> Any:
+    return value
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: repeat(Resistor(R=1.0), -1), r"repeat\(part, n\) takes a component and how many of it, got .*, -1\)"),
+        (lambda: repeat(Resistor(R=1.0), _any(2.5)), r"repeat\(part, n\) takes a component"),
+        (lambda: repeat(_any(3), 2), r"repeat\(part, n\) takes a component"),
+        (lambda: replace(MODEL, _any(3)), r"replace\(model, values\) takes a dictionary by path, got 3"),
+        (lambda: replace(MODEL, _any({3: 1.0})), r"The model has no parameter or start value '3'"),
+        (lambda: simulate(MODEL, 1.0, until=lambda s: 1j * s.capacitor.v), r"until must return real numbers.* complex"),
+    ],
+)
+def test_what_is_no_part_or_number(wrong: Callable[[], Any], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        wrong()
 
 
 def test_inherited_fields_name_the_class_that_is_used() -> None:

@@ -1,14 +1,31 @@
 """Simultaneous equations left to the integrator: M dy/dt = f(t, y)."""
 
-from typing import Any
+from typing import Any, Self
 
 import diffrax
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from _models import rectifier
 from test_evaluate import bridge
 
-from acausal import ModelError, Rodas3P, choose_states, simulate
+from acausal import (
+    Component,
+    Discrete,
+    Equations,
+    Events,
+    ModelError,
+    Param,
+    Rodas3P,
+    Scalar,
+    Var,
+    choose_states,
+    eq,
+    prefer,
+    simulate,
+    when,
+)
 
 TIMES = np.linspace(0.0, 0.3, 4)
 
@@ -43,3 +60,42 @@ def test_the_smaller_rosenbrock_method() -> None:
     final = probe @ np.linalg.solve(star, [12.0 / 1.5, 0.0, 0.0])
     expected = final * (1.0 - np.exp(-TIMES / (resistance * 0.1)))
     np.testing.assert_allclose(sol["c.v"], expected, rtol=1e-6, atol=1e-8)
+
+
+class Watched(Component):
+    """Events that read what non-linear equations determine, and set the rate of the state to it."""
+
+    k: Param[Scalar, "1/s"]
+    x: Var[Scalar, "1", prefer] = 1.0
+    y: Var[Scalar, "1"] = 0.5
+    z: Var[Scalar, "1"] = 0.5
+    u: Var[Scalar, "1"] = 0.5
+    seen: Discrete[Scalar, "1"] = 0.0
+    gain: Discrete[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            decay=eq(d.x, -self.k * self.gain * self.u),
+            cube=eq(self.y + self.y**3, self.x),
+            first=eq(self.z + 0.3 * self.u**3, self.y),
+            second=eq(self.u + 0.3 * self.z**3, self.x),
+        )
+
+    def events(self) -> Events:
+        return dict(low=when(self.u < 0.8, seen=self.y, gain=1.0 + self.z))
+
+
+def test_events_and_stops_by_algebraic_unknowns() -> None:
+    """In both forms at rates that differ: all happens at the same k t, whatever k is."""
+    system = choose_states(Watched(k=1.0), algebraic="integrate")
+    assert np.sum(system.mass == 0.0) == 2
+
+    def found(k: Any, system: Any) -> Any:
+        sol = simulate(Watched(k=k), 9.0, system=system, until=lambda s: s.u - 0.4, rtol=1e-9, save="end")
+        return jnp.stack([k * sol.t1, k * sol.events.times[0], sol.final.u, sol.final.seen, sol.final.gain])
+
+    one = found(1.0, None)
+    other, slope = jax.jvp(lambda k: found(k, system), (2.0,), (1.0,))
+    np.testing.assert_allclose(other, one, rtol=1e-7)
+    np.testing.assert_allclose(other[2], 0.4, rtol=1e-8)
+    np.testing.assert_allclose(slope, np.zeros(5), atol=1e-6)

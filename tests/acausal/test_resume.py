@@ -24,8 +24,10 @@ from acausal import (
     eq,
     initialise,
     linearise,
+    repeat,
     replace,
     simulate,
+    stack,
     when,
 )
 
@@ -134,6 +136,7 @@ def test_a_start_knows_what_has_happened() -> None:
     changed = [replace(start, {"u": 5.0}), eqx.tree_at(lambda model: model.u, start, 5.0)]
     assert [counts(model, 2.4, t0=2.0) for model in changed] == 2 * [[1.0, 1.0, 1.0, 1.0]]
     np.testing.assert_allclose(linearise(start, t=2.0).A, -1.0)
+    assert len(stack([start, Counter()])) == len(repeat(start, 2)) == 2
 
 
 def test_a_start_is_not_begun_before_its_time() -> None:
