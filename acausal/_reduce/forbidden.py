@@ -6,7 +6,7 @@ from .._errors import ModelError
 
 
 class Forbidden:
-    """Computing with it, comparing it or indexing it is a `ModelError` with this text."""
+    """Computing with it or comparing it is a `ModelError` with this text; its elements are as forbidden."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -14,6 +14,9 @@ class Forbidden:
     def _raise(self, *args: Any) -> Any:
         raise ModelError(self._text)
 
+    def __getitem__(self, index: Any) -> "Forbidden":
+        return self
+
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise
-    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __getitem__ = __float__ = __jax_array__ = _raise
+    __neg__ = __pow__ = __matmul__ = __rmatmul__ = __float__ = __jax_array__ = _raise
     __lt__ = __le__ = __gt__ = __ge__ = __abs__ = _raise

@@ -103,6 +103,24 @@ def test_equations_read_members_of_an_array_of_parts() -> None:
     np.testing.assert_allclose(along, differences, rtol=1e-6, atol=1e-9)
 
 
+class Accelerations(Component):
+    first: Var[Scalar, "rad/s2"] = 0.0
+    total: Var[Scalar, "rad/s2"] = 0.0
+    chain: Chain
+
+    def equations(self, d: Self) -> Equations:
+        masses = d.chain.masses
+        return dict(first=eq(self.first, masses[0].w), total=eq(self.total, jnp.sum(masses.item.w)))
+
+
+def test_equations_read_derivatives_in_an_array_of_parts() -> None:
+    end = simulate(Accelerations(chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-9).final
+    torques = end.chain.springs.item.tau
+    np.testing.assert_allclose(end.first, end.chain.masses[0].b.tau / 2.0, rtol=1e-12)
+    np.testing.assert_allclose(abs(end.first), abs(torques[0]) / 2.0, rtol=1e-12)
+    np.testing.assert_allclose(end.total, 0.0, atol=1e-12)  # without torque from outside
+
+
 class SeveralWatched(Component):
     parts: Parts[Watched]
 
