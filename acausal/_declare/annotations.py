@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from jax import Array
 
 from .._errors import ArgumentError
+from .._numbers import Scalar as Scalar
 
-Scalar: TypeAlias = Array | float
 Vector: TypeAlias = Array
 
 Role = Literal["param", "var", "flow", "time", "discrete"]

@@ -10,9 +10,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax.numpy as jnp
+from jax import Array
 
 from .._errors import StructureError
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
+from .._numbers import Numbers
 from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 
@@ -30,11 +32,11 @@ class Affine:
     base: Any = None
     terms: dict[int, Any] = dataclasses.field(default_factory=dict)
 
-    def value(self) -> Any:
+    def value(self) -> Numbers:
         return 0.0 if self.base is None else computed(self.base)
 
 
-def computed(value: Any) -> Any:
+def computed(value: Any) -> Numbers:
     """A value as something to calculate with."""
     return -value.array if isinstance(value, Minus) else value
 
@@ -52,7 +54,7 @@ def times(a: Any, b: Any) -> Any:
     return a * b
 
 
-def over(a: Any, b: Any) -> Any:
+def over(a: Any, b: Numbers) -> Any:
     for x in (a, b):
         if isinstance(x, Minus):
             return negated(over(x.array, b) if x is a else over(a, x.array))
@@ -81,12 +83,12 @@ def add(a: Affine, b: Affine) -> Affine:
     return Affine(plus(a.base, b.base), terms)
 
 
-def scale(a: Affine, factor: Any) -> Affine:
+def scale(a: Affine, factor: Numbers) -> Affine:
     base = None if a.base is None else times(a.base, factor)
     return Affine(base, {symbol: times(value, factor) for symbol, value in a.terms.items()})
 
 
-def divide(a: Affine, divisor: Any) -> Affine:
+def divide(a: Affine, divisor: Numbers) -> Affine:
     base = None if a.base is None else over(a.base, divisor)
     return Affine(base, {symbol: over(value, divisor) for symbol, value in a.terms.items()})
 
@@ -108,7 +110,7 @@ def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     others = [arg.value() for arg in args[1:]]
     shape = shape_of(eqn.invars[0])
 
-    def apply(value: Any) -> Any:
+    def apply(value: Numbers) -> Array:
         return bind(eqn, [jnp.broadcast_to(jnp.asarray(computed(value), float), shape), *others])[0]
 
     base = None if args[0].base is None else apply(args[0].base)
@@ -173,7 +175,7 @@ def _is_plain(eqn: JaxprEqn) -> bool:
     return all(shape_of(var) == shape or math.prod(shape_of(var)) == 1 for var in eqn.invars)
 
 
-def _filled(arg: Affine, atom: Any) -> Any:
+def _filled(arg: Affine, atom: Any) -> Numbers:
     """A value that can be bound: zeros and python floats as arrays."""
     if arg.base is None or isinstance(arg.base, float):
         return jnp.full(shape_of(atom), arg.value(), atom.aval.dtype)

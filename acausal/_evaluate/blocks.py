@@ -6,8 +6,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jax.flatten_util import ravel_pytree
 
+from .._numbers import Numbers
 from .._reduce.ranges import is_within, within
 from .affine import Affine, Minus, computed, evaluate, plus, scale, solved_for, times
 from .elimination import SMALL, eliminated, stacked
@@ -18,7 +20,7 @@ from .roots import scaled_root
 class Known:
     """What a program reads: parameters, values computed before, and time."""
 
-    def __init__(self, params: Sequence[Any], values: Sequence[Any], time: Any) -> None:
+    def __init__(self, params: Sequence[Array], values: Sequence[Any], time: Numbers) -> None:
         self.params, self.values, self.time = params, values, time
 
     def read(self, arg: Arg) -> Affine:
@@ -106,7 +108,7 @@ def _symbolic(program: Program, known: Known) -> tuple[list[Affine], list[Affine
     return unknowns, [_residual(step, known, dict(enumerate(unknowns))) for step in program.residuals]
 
 
-def tear_matrix(program: Program, known: Known) -> Any:
+def tear_matrix(program: Program, known: Known) -> Array:
     """The square matrices, stacked, of the linear equations that determine the tearing variables."""
     if not program.is_elementwise:
         return _dense_system(program, known)[0][None]
@@ -145,7 +147,7 @@ def _dense_system(program: Program, known: Known) -> tuple[Any, Any, Callable[[A
     zeros = [jnp.zeros(program.shapes[i]) for i in _tear_indices(program)]
     flat, unravel = ravel_pytree(zeros)
 
-    def residual(x: Any) -> Any:
+    def residual(x: Array) -> Any:
         return ravel_pytree(_residuals(program, known, unravel(x)))[0]
 
     return jax.jacfwd(residual)(flat), residual(flat), unravel
@@ -173,7 +175,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
     slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
     root = scaled_root(residual, start / sizes, args, row_scale(slopes), is_inside if any(program.ranges) else None)
-    return unravel(sizes * root)
+    return unravel(root * sizes)
 
 
 def row_scale(slopes: Any) -> Any:

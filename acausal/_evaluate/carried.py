@@ -4,10 +4,10 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import jax
 import numpy as np
+from jax import Array
 
 from .._reduce.flatten import FlatModel
 from .packing import ModelParameters, slot_values
@@ -51,7 +51,7 @@ class Carried:
     def _shape(self, leaf: int) -> tuple[int, ...]:
         return self.flat.leaves[leaf].stack + self.flat.leaves[leaf].sizes
 
-    def memory_of(self, y: Any) -> Guess | None:
+    def memory_of(self, y: Array) -> Guess | None:
         """The guesses that a point holds; None where it is states alone."""
         if len(y) == self.n_states:
             return None
@@ -59,13 +59,13 @@ class Carried:
         sizes = [self.plan.size(v) for v, _ in self.memory]
         first = dict(zip(self.memory, np.cumsum([0, *sizes]).tolist(), strict=False))
 
-        def guess(pairs: Sequence[Pair]) -> Any:
+        def guess(pairs: Sequence[Pair]) -> Array:
             index = np.array([first[pair] + np.arange(self.plan.size(pair[0])) for pair in pairs])
             return values[index].reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
 
         return guess
 
-    def discrete_values(self, y: Any, inputs: Inputs) -> dict[int, Any]:
+    def discrete_values(self, y: Array, inputs: Inputs) -> dict[int, Array]:
         """The discrete leaves by number, from a point that holds them or else from the inputs."""
         first = self._first_discrete
         end = first + self.n_discrete
@@ -77,7 +77,7 @@ class Carried:
             for i, places in self.discrete_places.items()
         }
 
-    def with_discrete(self, inputs: Inputs, y: Any) -> Inputs:
+    def with_discrete(self, inputs: Inputs, y: Array) -> Inputs:
         """The inputs with the discrete variables that a point holds."""
         values = self.discrete_values(y, inputs)
         if not values:

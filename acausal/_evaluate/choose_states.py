@@ -6,10 +6,12 @@ from typing import Any, Literal
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
 from .._errors import ModelError
+from .._numbers import Numbers
 from .._reduce.aliases import Family, Merged
 from .._reduce.index import Reduced
 from .._reduce.jaxpr import as_function
@@ -76,7 +78,7 @@ def _jacobian(template: Template) -> Any:
     return jax.jit(jax.grad(lambda *values: jnp.sum(residual(*values)), argnums=positions))
 
 
-def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> Any:
+def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> Numbers:
     item, shape = family.template.inputs[position], family.template.jaxpr.in_avals[position].shape
     if item.source in ("param", "discrete"):
         assert family.instances is not None
@@ -87,7 +89,7 @@ def _input(family: Family, row: int, position: int, leaves: list[Any], starts: S
     return int(family.signs[row, position]) * starts.values(inputs, [node]).reshape(shape)
 
 
-def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Any:
+def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Array:
     instances = family.instances
     assert instances is not None
     member, inside = instances.place(int(family.members[row]))

@@ -12,6 +12,7 @@ import jax.scipy.linalg as jsl
 import numpy as np
 from jaxtyping import Array, Float
 
+from .._numbers import Numbers
 from .._reduce.graph import sharing
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
@@ -55,7 +56,7 @@ class Constraints:
         """How easily elements of x move: dependent variables freely, states little, and those that are `held` least."""
         return np.where(held, of_held, np.where(self.is_state, STATE, 1.0))
 
-    def residuals(self, x: Float[Array, " elements"], t: Any, params: ModelParameters) -> Any:
+    def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Any:
         """All g(x), in the order of `names`."""
         store = Store(x, t)
         parts = [
@@ -65,8 +66,8 @@ class Constraints:
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def projected(
-        self, x: Float[Array, " elements"], weight: Any, t: Any, params: ModelParameters, *, far: bool = False
-    ) -> Any:
+        self, x: Float[Array, " elements"], weight: Numbers, t: Numbers, params: ModelParameters, *, far: bool = False
+    ) -> Array:
         """The nearest x with g(x) = 0; elements of small `weight` yield less.
 
         With G = dg/dx and W the weights, in variables measured in nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
@@ -80,17 +81,17 @@ class Constraints:
 
     def _moved(
         self, group: Group, store: Store, weight: Any, params: ModelParameters, solve: Callable[..., Any]
-    ) -> Any:
+    ) -> Array:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
-        def one(g: Function, values: Any, args: Any, weight: Any, sizes: Any) -> Any:
+        def one(g: Function, values: Array, args: Any, weight: Array, sizes: Array) -> Any:
             return sizes * projected(_in_sizes(g), values / sizes, weight, (args, sizes), solve)
 
         moved = _of_members(group, store, params, one, weight[index], jnp.asarray(self.sizes[index]))
         return placed(store.flat(0), np.ravel(index), jnp.ravel(moved))
 
 
-def placed(vector: Any, places: np.ndarray, values: Any) -> Any:
+def placed(vector: Array, places: np.ndarray, values: Array) -> Array:
     """The vector with values at some places: by selection, since XLA on CPU does not compile a loop as one function
     where writes in it are scattered.
     """
@@ -105,14 +106,14 @@ def _in_sizes(g: Function) -> Function:
 
 
 def projected(
-    g: Function, z: Any, weight: Any, args: Any, solve: Callable[..., Any], inverse: Inverse | None = None
-) -> Any:
+    g: Function, z: Array, weight: Numbers, args: Any, solve: Callable[..., Any], inverse: Inverse | None = None
+) -> Array:
     """The point with g(z, args) = 0 nearest to z by `weight`, from where `solve` ends, as a function of z and args."""
     inverse = _inverse if inverse is None else inverse
     start, fixed = jax.lax.stop_gradient((z, args))
     root = jnp.sqrt(weight)
 
-    def measured(move: Any, args: Any) -> Any:
+    def measured(move: Any, args: Any) -> Array:
         z, root, rows, args = args
         return g(z + root * move, args) / rows
 
@@ -126,27 +127,27 @@ def projected(
     return jnp.where(found, moved, jnp.nan)
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: Array) -> Array:
     """The pseudo-inverse of a matrix with independent rows, from C^T = Q R, so that weights do not enter squared."""
     q, r = jnp.linalg.qr(matrix.T)
     return q @ jsl.solve_triangular(r, jnp.eye(len(matrix)), trans=1)
 
 
-def loose_inverse(matrix: Any) -> Any:
+def loose_inverse(matrix: Array) -> Array:
     """As `_inverse` where constraints repeat each other, or leave only variables of tiny weight to move: as far as they
     do not, and so that these do not move.
     """
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
 
-def _basis(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def _basis(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tuple[Any, Any]:
     """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
     return root[:, None] * inverse(root * slopes / rows[:, None]), rows
 
 
-def back(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def back(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tuple[Any, Any]:
     """A few steps of Newton's method with one Jacobian."""
     basis, rows = _basis(g, z, root, inverse)
     for _ in range(SWEEPS):
@@ -154,7 +155,7 @@ def back(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[
     return z, rows
 
 
-def find(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def find(g: Callable[[Any], Any], z: Numbers, root: Any, inverse: Inverse) -> tuple[Any, Any]:
     """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
     def step(carry: Any) -> Any:
@@ -166,7 +167,7 @@ def find(g: Callable[[Any], Any], z: Any, root: Any, inverse: Inverse) -> tuple[
         best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))
         return carry[0] + 1, jnp.max(jnp.abs(missing)), z, rows, trials[best]
 
-    def goes_on(carry: Any) -> Any:
+    def goes_on(carry: Any) -> Numbers:
         return (carry[1] > EXACT) & (carry[0] < MOST)
 
     m = jax.eval_shape(g, z).shape[0]
@@ -182,7 +183,7 @@ def _of_members(group: Group, store: Store, params: ModelParameters, function: C
     shapes = [read.shape for read in group.reads]
     splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
 
-    def g(flat: Any, args: Any) -> Any:
+    def g(flat: Any, args: Any) -> Array:
         pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
         found = residuals(group.program, Known(args[0], pieces, args[1]))
         return jnp.concatenate([jnp.ravel(value) for value in found])

@@ -1,9 +1,9 @@
 """Which of the unknowns of a system went wrong; for messages."""
 
-from typing import Any
-
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .._reduce.aliases import ZERO
 from .._reduce.tear import Torn
 from .plan import Pair
@@ -11,7 +11,7 @@ from .starts import Inputs
 from .system import System
 
 
-def first_not_finite(system: System, t: Any, y: Any, inputs: Inputs) -> Pair | None:
+def first_not_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Pair | None:
     """The first unknown, in the order of computation, that is not finite at a point."""
     store = system.evaluate_all(t, y, inputs)
     for pair, place in system.plan.places.items():

@@ -5,9 +5,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._indices import behind_filler
 from .._linear_solver import linear_solver
+from .._numbers import Numbers
 from .affine import computed, negated, over, plus, times
 
 SMALL = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
@@ -65,15 +67,15 @@ def _reduced(row: _Row, pivot: _Row, k: int) -> _Row:
     ]
 
 
-def _pivot(row: _Row, k: int) -> Any:
+def _pivot(row: _Row, k: int) -> Numbers:
     return 0.0 if row[k] is None else row[k]
 
 
-def _product(a: Any, b: Any) -> Any:
+def _product(a: Numbers, b: Numbers) -> Any:
     return None if a is None or b is None else times(a, b)
 
 
-def _either(which: Any, a: Any, b: Any) -> Any:
+def _either(which: Array, a: Array, b: Numbers) -> Array:
     """One of two coefficients; no operation where they are the same."""
     if a is b:
         return a
@@ -91,7 +93,7 @@ def _solved(rows: list[_Row]) -> list[Any]:
     return [solutions[:, i].reshape(shape) for i in range(n)]
 
 
-def stacked(rows: list[_Row]) -> Any:
+def stacked(rows: list[_Row]) -> Array:
     """[elements, rows, columns], the coefficients of equations that hold for each element of arrays."""
     values = [value for row in rows for value in row if value is not None]
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for value in values))

@@ -6,10 +6,12 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
 from .._errors import ParameterError
+from .._numbers import Numbers
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import known
 from .packing import ModelParameters, discrete_start, slot_values
@@ -80,7 +82,7 @@ class Entry:
             if start is not None and not np.all(_is_admitted(leaf, start)):
                 raise ParameterError(_bad_start(leaf, start))
 
-    def bad_values(self, inputs: Inputs) -> Any:
+    def bad_values(self, inputs: Inputs) -> Array:
         """For each of the requirements, and of the start values that are given, whether it is not met."""
         checks = [self.requirements.broken(inputs.params)]
         for index in sorted(inputs.given):
@@ -101,12 +103,12 @@ class Entry:
         return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
 
 
-def _strong(value: Any) -> Any:
+def _strong(value: Numbers) -> Numbers:
     """A python float, which jax would compile for separately, as an array."""
     return np.asarray(value) if isinstance(value, float) else value
 
 
-def _is_admitted(leaf: FlatLeaf, start: Any) -> Any:
+def _is_admitted(leaf: FlatLeaf, start: Numbers) -> Numbers:
     """Whether each element of a start value is one that the variable can have."""
     sign, is_finite = leaf.declaration.sign, abs(start) < np.inf
     return is_finite if sign is None else is_finite & sign.admits(start)

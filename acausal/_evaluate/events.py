@@ -15,6 +15,7 @@ from .._declare.component import At, Component, Event, Kink, Refuse, When
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._jax_private import Literal as Constant
+from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
 from .._reduce.flatten import FlatModel, indexed
@@ -55,7 +56,7 @@ class Function:
     closed: ClosedJaxpr
     leaves: tuple[int, ...]
 
-    def __call__(self, values: Sequence[Any]) -> list[Any]:
+    def __call__(self, values: Sequence[jax.Array]) -> list[jax.Array]:
         return list(jaxpr_as_fun(self.closed)(*values))
 
 
@@ -144,7 +145,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
 
-    def real(*leaves: Any) -> list[Any]:
+    def real(*leaves: Any) -> list[jax.Array]:
         margins, logic[:] = relations(closed, leaves, n)
         return [jnp.asarray(margin, float) for margin in margins]
 
@@ -168,11 +169,11 @@ def _in_order(entries: Sequence[Entry], logic: Sequence[np.ndarray]) -> tuple[Ex
     return tuple(expression for part in parts for expression in part)
 
 
-def _condition(event: When | Kink | Refuse) -> Any:
+def _condition(event: When | Kink | Refuse) -> Numbers:
     return event.value if isinstance(event, Kink) else event.condition
 
 
-def _changes(event: Event) -> dict[str, Any]:
+def _changes(event: Event) -> dict[str, jax.Array]:
     return event.changes if isinstance(event, When | At) else {}
 
 
@@ -180,7 +181,7 @@ def _times(event: At) -> tuple[Any, Any]:
     return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
 
 
-def _truths(closed: ClosedJaxpr, leaves: Sequence[Any], n: int) -> list[Any]:
+def _truths(closed: ClosedJaxpr, leaves: Sequence[jax.Array], n: int) -> list[jax.Array]:
     found = jaxpr_as_fun(closed)(*leaves)[:n]
     return [value if value.dtype == bool else value > 0.0 for value in found]
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .constraints import TOLERANCE, find, loose_inverse, projected
 from .plan import Pair
 from .starts import Inputs
@@ -29,12 +31,12 @@ class GivenUnknowns:
     """The conditions that algebraic unknowns, `pairs`, have their start values, and how to meet them."""
 
     system: System
-    t0: Any
+    t0: Numbers
     inputs: Inputs
     given: np.ndarray
     pairs: list[Pair]
 
-    def moved(self, x: Any, bad: Any) -> tuple[Any, Any]:
+    def moved(self, x: Array, bad: Array) -> tuple[Any, Any]:
         """The nearest point to x where they hold, as the constraints do; and `bad` with what is contradicted.
 
         Where no such point is found, x stays as it is.
@@ -56,11 +58,11 @@ class GivenUnknowns:
         x = constraints.sizes * z
         return jnp.concatenate([constraints.residuals(x, t0, inputs.params), self._lack(x, t0, inputs)])
 
-    def _lack(self, x: Any, t0: Any, inputs: Inputs) -> Any:
+    def _lack(self, x: Array, t0: Numbers, inputs: Inputs) -> Any:
         return lack_of_given(self.system, t0, x[self.system.constraints.states], inputs, self.pairs)
 
 
-def lack_of_given(system: System, t0: Any, states: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
+def lack_of_given(system: System, t0: Numbers, states: Array, inputs: Inputs, pairs: Sequence[Pair]) -> Array:
     """What unknowns differ from their start values by, relative to their sizes."""
     wanted = system.starts.values(inputs, pairs)
     values = (system.solved or system).collected(t0, states, inputs, pairs)

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
 MOST = 20  # rounds of Newton's method for the nearest point
@@ -22,10 +24,10 @@ class _Here(NamedTuple):
 
     slopes: Any
     inverse: Any
-    multipliers: Any
+    multipliers: Array
     bend: Any
 
-    def moved(self, pull: Any, lack: Any) -> Any:
+    def moved(self, pull: Any, lack: Array) -> Numbers:
         """The dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
         one = jnp.eye(self.slopes.shape[1])
         free = one - self.inverse @ self.slopes
@@ -34,7 +36,7 @@ class _Here(NamedTuple):
         return onto - free @ jnp.linalg.solve(one + free @ self.bend @ free, along)
 
 
-def nearest(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
     r"""The point `x` as the function of `start` and `args` that it is: of all with g(x, args) = 0, nearest to `start`.
 
     As a number, x is what it was. Its derivatives are those of the solution of
@@ -51,7 +53,7 @@ def nearest(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
-def _nearest(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+def _nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
     del g, inverse, start, args
     return x
 
@@ -67,7 +69,7 @@ def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Se
     return x, here.moved(pull - array_of(dstart), lack)
 
 
-def settled(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any:
+def settled(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
     """The point nearest to `start` with g(x, args) = 0, from one that is near it and has that, by Newton's method on
     the equations of `nearest`; the given one where that does not converge.
     """
@@ -77,7 +79,7 @@ def settled(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any
         move = _here(g, inverse, x, start, args).moved(x - start, g(x, args))
         return count + 1, jnp.max(jnp.abs(move), initial=0.0), x + move
 
-    def goes_on(carry: Any) -> Any:
+    def goes_on(carry: Any) -> Numbers:
         count, size, x = carry
         return (count < MOST) & (size > STILL * (1.0 + jnp.max(jnp.abs(x), initial=0.0)))
 
@@ -90,13 +92,13 @@ def settled(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> Any
     return jnp.where(is_good, end, x)
 
 
-def _here(g: Function, inverse: Inverse, x: Any, start: Any, args: Any) -> _Here:
+def _here(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> _Here:
     slopes = jax.jacfwd(g)(x, args)
     found = inverse(slopes)
     multipliers = -(found.T @ (x - start))
     return _Here(slopes, found, multipliers, jax.jacfwd(lambda x: _pull(g, multipliers, x, args))(x))
 
 
-def _pull(g: Function, multipliers: Any, x: Any, args: Any) -> Any:
+def _pull(g: Function, multipliers: Array, x: Array, args: Any) -> Array:
     """C^T m."""
     return jax.vjp(lambda x: g(x, args), x)[1](multipliers)[0]

@@ -6,7 +6,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .constraints import TOLERANCE
 from .given_unknowns import GivenUnknowns, given_unknowns
 from .plan import Pair
@@ -14,7 +16,7 @@ from .starts import Inputs
 from .system import System
 
 
-def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
+def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, Array]:
     """The state vector to start from, and for each of `checked_names` whether its start value is contradicted.
 
     States keep their start values, unless values are given for variables that depend on them through constraints
@@ -33,13 +35,13 @@ def initial_state(system: System, t0: Any, inputs: Inputs) -> tuple[Any, Any]:
     return _with_algebraic(system, t0, x[system.constraints.states], inputs), bad
 
 
-def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tuple[Any, Any]:
+def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -> tuple[Any, Any]:
     """The start point moved onto the constraints."""
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = constraints.weights(given)
 
-    def project(x: Any, _: None) -> tuple[Any, None]:
+    def project(x: Array, _: None) -> tuple[Any, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
     # From the result of the first, given values put back, the second projection moves them no further.
@@ -48,7 +50,7 @@ def _projected(system: System, t0: Any, inputs: Inputs, given: np.ndarray) -> tu
     return x, jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
 
 
-def start_point(system: System, inputs: Inputs) -> Any:
+def start_point(system: System, inputs: Inputs) -> Array:
     """The start values of the constrained pairs, consistent or not."""
     return system.starts.values(inputs, system.constraints.pairs)
 
@@ -68,7 +70,7 @@ def is_plain(system: System, given: np.ndarray) -> bool:
     return not system.ordered.invariants and not np.any(given & ~system.constraints.is_state)
 
 
-def _with_algebraic(system: System, t0: Any, y: Any, inputs: Inputs) -> Any:
+def _with_algebraic(system: System, t0: Numbers, y: Array, inputs: Inputs) -> Array:
     """The states, followed by the algebraic unknowns of the mass-matrix form, solved for at the start."""
     if system.solved is None:
         return y
@@ -93,6 +95,6 @@ def pair_names(system: System, pairs: Sequence[Pair]) -> list[str]:
     return [table.variable_name(*pair) for pair in pairs for _ in range(size(pair[0]))]
 
 
-def _disagreement(system: System, inputs: Inputs) -> Any:
+def _disagreement(system: System, inputs: Inputs) -> Array:
     """Whether start values given for variables that are the same differ."""
     return system.starts.spreads(inputs, system.constraints.pairs) > TOLERANCE * system.constraints.sizes

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._declare.fields import join
 from .._reduce.flatten import FlatModel, indexed
@@ -91,7 +92,7 @@ class InitialEquations:
         return jnp.concatenate(parts)
 
 
-def _mapped(entry: _Entry, read: Sequence[Any]) -> Any:
+def _mapped(entry: _Entry, read: Sequence[Any]) -> Array:
     """The residuals of all members."""
     residual, count = as_function(entry.template.jaxpr), math.prod(entry.stack)
     sizes = [aval.shape for aval in entry.template.jaxpr.in_avals]

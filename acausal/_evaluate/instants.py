@@ -7,7 +7,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flatten import FlatModel
 from .._reduce.instants import Instants, Role, instants
@@ -30,7 +32,7 @@ class _Rows:
     members: np.ndarray
     shapes: tuple[tuple[int, ...], ...]
 
-    def mapped(self, function: Any, params: ModelParameters) -> Any:
+    def mapped(self, function: Any, params: ModelParameters) -> Numbers:
         """`function(known)` for each row."""
 
         def one(own: list[Any]) -> Any:
@@ -60,7 +62,7 @@ class EquationInstants:
         """How many zeros have to be searched for."""
         return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
 
-    def following(self, t: Any, params: ModelParameters, direction: Any) -> Any:
+    def following(self, t: Numbers, params: ModelParameters, direction: Array) -> Array:
         """The next instant of each equation that has one; infinite where there is none."""
         parts = [
             rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), params)
@@ -69,7 +71,7 @@ class EquationInstants:
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
-    def curved(self, t: Any, params: ModelParameters) -> Any:
+    def curved(self, t: Numbers, params: ModelParameters) -> Array:
         """Margins whose zeros have to be searched for."""
         parts = [
             jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), params)) for rows in self.rows

@@ -1,9 +1,9 @@
 """Invariants: constraints that the equations of motion keep, but for the error of integration."""
 
-from typing import Any
-
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .constraints import placed
 from .plan import group_residuals
 from .program import residual_programme
@@ -11,7 +11,7 @@ from .starts import Inputs
 from .system import System
 
 
-def missed_invariants(system: System, t: Any, y: Any, inputs: Inputs) -> Any:
+def missed_invariants(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
     """The invariants as functions of the state vector, zero where they hold."""
     ordered = system.ordered
     rows = sorted(ordered.invariants)
@@ -21,7 +21,7 @@ def missed_invariants(system: System, t: Any, y: Any, inputs: Inputs) -> Any:
     return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
 
-def onto_invariants(system: System, t: Any, y: Any, inputs: Inputs) -> Any:
+def onto_invariants(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
     """The state vector moved onto the invariants; it has drifted by no more than an error of integration."""
     if not system.ordered.invariants:
         return y

@@ -6,16 +6,18 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError
 from .._indices import unsigned
+from .._numbers import Numbers
 from .affine import computed, times
 from .plan import Pair, Store
 from .starts import Inputs
 from .system import System
 
 
-def observe(system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:
+def observe(system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:
     """The values of variable leaves, given by their number, at time `t` and state `y`."""
     store = system.evaluate(t, y, inputs, pairs_of(system, leaves))
     return [leaf_value(system, store, leaf, t) for leaf in leaves]
@@ -28,7 +30,7 @@ def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
 
 
 def observe_with_rates(
-    system: System, t: Any, y: Any, inputs: Inputs, leaves: Sequence[int], moving: Sequence[int]
+    system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int], moving: Sequence[int]
 ) -> tuple[dict[int, Any], dict[int, Any]]:
     """The values of variable leaves by number, and the derivatives of `moving` ones along the motion.
 
@@ -61,12 +63,12 @@ def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
     return [system.pair_of_node(flat_leaf.first + i) for i in range(flat_leaf.count)]
 
 
-def leaf_value(system: System, store: Store, leaf: int, t: Any) -> Any:
+def leaf_value(system: System, store: Store, leaf: int, t: Numbers) -> Numbers:
     """The value of a variable leaf, from what was computed at a point."""
     return _stacked(system, store, leaf, _pairs(system, leaf), t)
 
 
-def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | None, int]], time: Any) -> Any:
+def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | None, int]], time: Numbers) -> Numbers:
     """The values of the pairs of a leaf; what stands for the time is `time`."""
     flat_leaf = system.flat.leaves[leaf]
     known = [pair for pair, _ in pairs if pair is not None]

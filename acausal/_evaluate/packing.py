@@ -7,7 +7,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._tracing import is_traced
 
@@ -21,18 +23,18 @@ class SlotValues:
 
     members: Any
 
-    def of(self, member: int) -> Any:
+    def of(self, member: int) -> Array:
         """The value of one member."""
         return self.members[member]
 
     @property
-    def stacked(self) -> Any:
+    def stacked(self) -> Array:
         """The values of all members as one array."""
         if isinstance(self.members, tuple):
             return jnp.stack([jnp.asarray(value) for value in self.members])
         return self.members
 
-    def picked(self, members: np.ndarray) -> Any:
+    def picked(self, members: np.ndarray) -> Array:
         """The values of some members as one array."""
         array = self.stacked
         if np.array_equal(members, np.arange(len(array))):
@@ -57,7 +59,7 @@ class ModelParameters:
         return ModelParameters(leaves=self.leaves | dict(values))
 
 
-def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
+def discrete_start(leaf: FlatLeaf, value: Numbers | None) -> Any:
     if leaf.declaration.role != "discrete":
         return value
     value = leaf.declaration.start if value is None else value
@@ -65,7 +67,7 @@ def discrete_start(leaf: FlatLeaf, value: Any) -> Any:
     return jnp.broadcast_to(value, shape) if shape else value
 
 
-def slot_values(flat: FlatModel, leaves: Mapping[int, Any], kind: int, slot: int) -> SlotValues:
+def slot_values(flat: FlatModel, leaves: Mapping[int, Array], kind: int, slot: int) -> SlotValues:
     """One parameter of a component kind, from leaves by number."""
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]

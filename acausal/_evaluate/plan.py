@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
+from .._numbers import Numbers
 from .._reduce.ranges import Ranges, within
 from .affine import Minus, computed
 from .blocks import Known, residuals, run
@@ -55,7 +57,7 @@ class Group:
 class Store:
     """Segments computed so far; segment 0 is the state vector."""
 
-    def __init__(self, y: Any, time: Any) -> None:
+    def __init__(self, y: Array, time: Numbers) -> None:
         self.time = time
         self._segments: dict[int, Any] = {0: y}
 
@@ -63,15 +65,15 @@ class Store:
         """Keep a segment; it may be a `Minus` array."""
         self._segments[segment] = value
 
-    def flat(self, segment: int) -> Any:
+    def flat(self, segment: int) -> Array:
         """A segment as a flat array."""
         return jnp.ravel(computed(self._segments[segment]))
 
-    def is_finite(self) -> Any:
+    def is_finite(self) -> Array:
         """Whether all that was computed so far is finite."""
         return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self._segments])))
 
-    def gather(self, read: Read) -> Any:
+    def gather(self, read: Read) -> Array:
         """The values of all members, stacked in front."""
         parts = [self.flat(segment) for segment in read.segments]
         source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
@@ -190,7 +192,13 @@ class Plan:
         return set(segments).union(*(group.depends for group in groups)) - several
 
     def evaluate(
-        self, y: Any, time: Any, params: ModelParameters, guess: Guess, wanted: Iterable[Pair], also: Iterable[int] = ()
+        self,
+        y: Array,
+        time: Numbers,
+        params: ModelParameters,
+        guess: Guess,
+        wanted: Iterable[Pair],
+        also: Iterable[int] = (),
     ) -> Store:
         """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
@@ -203,13 +211,13 @@ class Plan:
                 store.add(group.first_segment + i, value)
         return store
 
-    def _within(self, y: Any) -> Any:
+    def _within(self, y: Array) -> Array:
         """The states, NaN where they are outside their ranges."""
         for ranges, is_own in self._bounded.items():
             y = jnp.where(is_own, within(y, ranges), y)
         return y
 
-    def collect(self, store: Store, pairs: Sequence[Pair]) -> Any:
+    def collect(self, store: Store, pairs: Sequence[Pair]) -> Array:
         """The values of pairs as one flat vector, contiguous ones copied together."""
         runs: list[list[int]] = []
         for pair in pairs:
@@ -224,7 +232,7 @@ class Plan:
         parts = [store.flat(segment)[start:stop] for segment, start, stop in runs]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
-    def _gathered(self, store: Store, pairs: Sequence[Pair]) -> Any:
+    def _gathered(self, store: Store, pairs: Sequence[Pair]) -> Array:
         segments = sorted({self.places[pair].segment for pair in pairs})
         offset = dict(zip(segments, np.cumsum([0, *(self._sizes[s] for s in segments)]).tolist(), strict=False))
         starts = [offset[self.places[pair].segment] + self.places[pair].start for pair in pairs]
@@ -266,7 +274,7 @@ def over_members(group: Group, store: Store, params: ModelParameters, function: 
     own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
-    def one(params: list[Any], values: list[Any], extra: list[Any]) -> list[Any]:
+    def one(params: list[Array], values: list[Array], extra: list[Any]) -> list[Any]:
         return function(Known(params, values, store.time), extra)
 
     return jax.vmap(one, axis_size=len(group.uses))(own, values, extra)

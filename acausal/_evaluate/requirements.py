@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.fields import join
 from .._declare.requirements import told
@@ -33,7 +34,7 @@ class ModelRequirements:
         """The parameters that are read, by kind and slot."""
         return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
 
-    def broken(self, params: ModelParameters) -> Any:
+    def broken(self, params: ModelParameters) -> Array:
         """For each requirement, whether it is not met."""
         parts = [jnp.zeros(0, bool)]
         for number, needed in self._groups:
@@ -85,5 +86,5 @@ class ModelRequirements:
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _broken(requirements: ModelRequirements, slots: dict[tuple[int, int], SlotValues]) -> Any:
+def _broken(requirements: ModelRequirements, slots: dict[tuple[int, int], SlotValues]) -> Array:
     return requirements.broken(ModelParameters(slots))

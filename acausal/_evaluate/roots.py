@@ -6,7 +6,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import optimistix as optx
+from jax import Array
 
+from .._numbers import Numbers
 from .affine import computed
 from .elimination import SMALL, eliminated
 
@@ -22,8 +24,8 @@ Test = Callable[[Any, Any], Any]
 
 
 def scaled_root(
-    residual: Callable[[Any, Any], Any], start: Any, args: Any, scale: Any, is_inside: Test | None = None
-) -> Any:
+    residual: Callable[[Any, Any], Any], start: Array, args: Any, scale: Numbers, is_inside: Test | None = None
+) -> Array:
     """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
 
     Newton's method from the start; where it fails, or finds a root that is not inside what `is_inside(x, args)` admits,
@@ -31,17 +33,17 @@ def scaled_root(
     ends that fails, the function may have no derivative.
     """
 
-    def scaled(x: Any, args: Any) -> Any:
+    def scaled(x: Array, args: Any) -> Array:
         scale, args = args
         # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
         value = residual(x, args) / scale
         return jnp.where(jnp.isfinite(value), value, HUGE)
 
-    def fenced(x: Any, args: Any) -> Any:
+    def fenced(x: Array, args: Any) -> Array:
         value = scaled(x, args)
         return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
 
-    def search(x: Any, args: Any) -> Any:
+    def search(x: Array, args: Any) -> Array:
         root, is_good = _found(scaled, NEWTON, x, args)
         if is_inside is not None:
             is_good &= is_inside(root, args[1])
@@ -51,16 +53,16 @@ def scaled_root(
     return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), start, lambda _, x: search(x, held), _solved)
 
 
-def _found(function: Callable[[Any, Any], Any], method: Any, start: Any, args: Any) -> tuple[Any, Any]:
+def _found(function: Callable[[Any, Any], Any], method: Any, start: Array, args: Any) -> tuple[Any, Any]:
     found = optx.root_find(function, method, start, args, max_steps=ITERATIONS, throw=False)
     return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
 
 
-def _or_nan(root: Any, is_good: Any) -> Any:
+def _or_nan(root: Any, is_good: Any) -> Array:
     return jnp.where(is_good, root, jnp.nan)
 
 
-def _solved(slope: Callable[[Any], Any], value: Any) -> Any:
+def _solved(slope: Callable[[Any], Any], value: Array) -> Array:
     """The x of a linear function at which it has a value."""
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
     if len(value) > SMALL:

@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .blocks import Known, tear_matrix
 from .plan import Pair, Store, over_members
@@ -16,7 +17,7 @@ CHANGE = 1e-6  # of the numbers from which a determinant is computed
 GROWTH = 1e7  # by this change, from which on the determinant counts as zero but for rounding
 
 
-def singular_blocks(system: System, store: Store, inputs: Inputs) -> Any:
+def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
     """For each linear block, in the order of `linear_blocks`, whether it is singular but for rounding.
 
     Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
@@ -37,8 +38,8 @@ def linear_blocks(system: System) -> list[Pair]:
     return [use.gives[0] for group in groups for use in group.uses]
 
 
-def _singular(program: Program, known: Known) -> Any:
-    def matrix(change: Any) -> Any:
+def _singular(program: Program, known: Known) -> Array:
+    def matrix(change: Array) -> Array:
         """With all numbers changed by shares that differ, so that the changes do not cancel between coefficients."""
         leaves, structure = jax.tree_util.tree_flatten((known.params, known.values))
         changed = [x + change * x * np.cos(1.0 + i + np.arange(x.size)).reshape(x.shape) for i, x in enumerate(leaves)]

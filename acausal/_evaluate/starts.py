@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from .._numbers import Numbers
 from .._reduce.aliases import Merged
 from .._reduce.flatten import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence
@@ -67,7 +68,7 @@ class Starts:
         """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
-    def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Any:
+    def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Numbers:
         """The largest difference between that mean and what it was made from; zero where no value is given."""
         sources = self._sources(inputs.given, tuple(nodes))
         if sources.places.shape[1] == 1:
@@ -76,13 +77,13 @@ class Starts:
         apart = jnp.abs(values - self._mean(inputs, sources)[:, None])
         return jnp.max(jnp.where(sources.counts & sources.is_given[:, None], apart, 0.0), axis=1)
 
-    def _mean(self, inputs: Inputs, sources: "_Sources") -> Any:
+    def _mean(self, inputs: Inputs, sources: "_Sources") -> Array:
         values = jnp.asarray(inputs.starts)[sources.places] * sources.signs
         if values.shape[1] == 1:
             return values[:, 0]
         return jnp.sum(jnp.where(sources.counts, values, 0.0), axis=1) / np.sum(sources.counts, axis=1)
 
-    def of_leaf(self, inputs: Inputs, leaf: int) -> Any:
+    def of_leaf(self, inputs: Inputs, leaf: int) -> Array:
         """The start values in one leaf."""
         place = self.flat.variable_leaves.index(leaf)
         first, last = np.sum(self._elements[:place]), np.sum(self._elements[: place + 1])
@@ -181,12 +182,12 @@ class PairStarts:
     def guess(self, inputs: Inputs) -> Guess:
         """From where non-linear solves start."""
 
-        def guess(pairs: Sequence[Pair]) -> Any:
+        def guess(pairs: Sequence[Pair]) -> Array:
             return self.values(inputs, pairs).reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
 
         return guess
 
-    def _without_rates(self, values: Any, pairs: Sequence[Pair]) -> Any:
+    def _without_rates(self, values: Numbers, pairs: Sequence[Pair]) -> Any:
         is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
         return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
+from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flatten import FlatModel
 from .._reduce.index import Reduced
@@ -181,12 +182,12 @@ class System:
 
     # Evaluation
 
-    def vector_field(self, t: Any, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
+    def vector_field(self, t: Numbers, y: Float[Array, " n"], inputs: Inputs) -> Float[Array, " n"]:
         """f of the reduced system M dy/dt = f(t, y), with `inputs` from `pack`."""
         return self.vector_field_and_store(t, y, inputs, [])[0]
 
     def vector_field_and_store(
-        self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], *, watch: bool = False
+        self, t: Numbers, y: Array, inputs: Inputs, wanted: Sequence[Pair], *, watch: bool = False
     ) -> tuple[Float[Array, " n"], Store]:
         """The vector field, and what was computed for it and for further pairs.
 
@@ -201,7 +202,7 @@ class System:
             rates = jnp.where(jnp.all(jnp.stack(inside)), rates, jnp.nan)
         return rates, store
 
-    def evaluate(self, t: Any, y: Any, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
+    def evaluate(self, t: Numbers, y: Array, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
         """Compute the wanted pairs, and further segments.
 
         After the states, `y` may hold what is `carried`; iterations then start from the memory in it.
@@ -210,15 +211,15 @@ class System:
         params = self.carried.with_discrete(inputs, y).params
         return self.plan.evaluate(y[: len(self.nominals)], t, params, guess, wanted, also)
 
-    def evaluate_all(self, t: Any, y: Any, inputs: Inputs) -> Store:
+    def evaluate_all(self, t: Numbers, y: Array, inputs: Inputs) -> Store:
         """All unknowns at a point, outputs that feed no state included."""
         return self.evaluate(t, y, inputs, list(self.plan.places))
 
-    def collected(self, t: Any, y: Any, inputs: Inputs, pairs: Sequence[Pair]) -> Any:
+    def collected(self, t: Numbers, y: Array, inputs: Inputs, pairs: Sequence[Pair]) -> Array:
         """The values of pairs as one flat vector."""
         return self.plan.collect(self.evaluate(t, y, inputs, pairs), pairs)
 
-    def with_memory(self, t: Any, y: Any, inputs: Inputs) -> Any:
+    def with_memory(self, t: Numbers, y: Array, inputs: Inputs) -> Array:
         """`y`, which may end in the memory of an earlier point, with that of this one."""
         carried = self.carried
         if not carried.memory:

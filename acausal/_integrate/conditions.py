@@ -5,13 +5,14 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 
-def sign_of(above: Any) -> Any:
+def sign_of(above: Array) -> Array:
     return jnp.where(above, 1.0, -1.0)
 
 
-def signs(g: Any, above: Any) -> Any:
+def signs(g: Array, above: Array) -> Array:
     """Which relations hold; where a margin is zero, what counts is what was before."""
     return (g > 0) | (above & ~(g < 0))
 
@@ -28,16 +29,16 @@ class EventConditions(NamedTuple):
     either: np.ndarray
     moves: np.ndarray
 
-    def true(self, above: Any) -> Any:
+    def true(self, above: Array) -> Array:
         """Which conditions hold where these relations do."""
         return self.logic(sign_of(above), -sign_of(above)) > 0
 
-    def begin(self, above: Any, holds: Any) -> Any:
+    def begin(self, above: Array, holds: Array) -> Any:
         """Which events begin where these relations hold, after `holds`."""
         true = self.true(above)
         return (~holds & true) | (self.either & holds & ~true)
 
-    def may_begin(self, above: Any, changes: Any, turns: Any, holds: Any) -> Any:
+    def may_begin(self, above: Array, changes: Array, turns: Array, holds: Array) -> Array:
         """Which events may begin where some relations change once, and others perhaps twice.
 
         A condition that holds must become false and true again for that.

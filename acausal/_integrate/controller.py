@@ -7,7 +7,9 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .state_vector import StateVector
 
 PER_OCTAVE = 4
@@ -22,9 +24,9 @@ class Control(NamedTuple):
 
     inner: Any
     wish: Any
-    error: Any
+    error: Array
     largest: Any
-    total: Any
+    total: Array
 
 
 class Steps(diffrax.PIDController):
@@ -38,7 +40,7 @@ class Steps(diffrax.PIDController):
     layout: StateVector = eqx.field(kw_only=True, static=True)
     shortest: Any = eqx.field(kw_only=True)  # step that errors may ask for
 
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, *others: Any, **named: Any) -> Any:
+    def init(self, terms: Any, t0: Numbers, t1: Any, y0: Array, *others: Any, **named: Any) -> Any:
         first, state = super().init(terms, t0, t1, y0, *others, **named)
         wish = on_grid(first - t0)
         return self._up_to_instant(t0, t0 + wish, y0), Control(
@@ -46,7 +48,7 @@ class Steps(diffrax.PIDController):
         )
 
     def adapt_step_size(  # pyright: ignore[reportIncompatibleMethodOverride]
-        self, t0: Any, t1: Any, y0: Any, y1_candidate: Any, args: Any, y_error: Any, error_order: Any,
+        self, t0: Numbers, t1: Any, y0: Array, y1_candidate: Array, args: Any, y_error: Array, error_order: int,
         controller_state: Control,
     ) -> Any:  # fmt: skip
         # What is not finite is a step that failed, and must not become a step size.
@@ -77,7 +79,7 @@ class Steps(diffrax.PIDController):
         next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0, next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 
-    def _no_farther(self, wish: Any, keep: Any, t0: Any, t1: Any, y: Any, before: Control) -> Any:
+    def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Any, y: Array, before: Control) -> Array:
         """The wish, which does not grow far beyond an event in the step: where solutions in between are polynomials,
         steps would become so much longer than the time to the next event that their rounding counts.
         """
@@ -87,7 +89,7 @@ class Steps(diffrax.PIDController):
         most = jnp.maximum(before.wish, FAR * (moment - t0))
         return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
-    def _up_to_instant(self, t0: Any, t1: Any, y: Any) -> Any:
+    def _up_to_instant(self, t0: Numbers, t1: Any, y: Array) -> Numbers:
         """The end of a step, if nothing is known to happen before."""
         if not self.layout.has_status:
             return t1
@@ -97,14 +99,14 @@ class Steps(diffrax.PIDController):
 def core_norm(layout: StateVector) -> Callable[[Any], Any]:
     """The root mean square of what is integrated; what is only carried along has no error."""
 
-    def norm(error: Any) -> Any:
+    def norm(error: Array) -> Array:
         core = error if len(error) == layout.n_core else layout.core(error)
         return jnp.sqrt(jnp.mean(core**2))
 
     return norm
 
 
-def on_grid(width: Any) -> Any:
+def on_grid(width: Numbers) -> Array:
     """The nearest step size on the grid."""
     width = jnp.maximum(width, jnp.finfo(jnp.float64).tiny)
     return jnp.exp2(jnp.round(PER_OCTAVE * jnp.log2(width)) / PER_OCTAVE)

@@ -6,8 +6,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jax.custom_derivatives import SymbolicZero
 
+from .._numbers import Numbers
 from .._progress import differentiating
 from .._tangents import array_of
 
@@ -54,7 +56,7 @@ def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
         shapes = [np.shape(arrays[i]) for i in moving]
         ends = np.cumsum([0, *(np.prod(shape, dtype=int) for shape in shapes)])
 
-        def of_moving(parts: Arrays) -> Any:
+        def of_moving(parts: Arrays) -> Array:
             whole = dict(enumerate(arrays)) | dict(zip(moving, parts, strict=True))
             return function(list(whole.values()))
 
@@ -74,11 +76,11 @@ def _stacked(one: Any) -> Any:
     return jax.tree.map(lambda x: x[None], one)
 
 
-def _change(value: Any, derivatives: Any, step: Any) -> Any:
+def _change(value: Numbers, derivatives: Any, step: Array) -> Numbers:
     if derivatives is None:  # of what is no real number
         return np.zeros(np.shape(value), jax.dtypes.float0)
     return jnp.tensordot(step, derivatives, 1)
 
 
-def _is_real(x: Any) -> bool:
+def _is_real(x: Array) -> bool:
     return jnp.issubdtype(x.dtype, jnp.floating)

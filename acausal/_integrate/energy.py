@@ -11,6 +11,7 @@ import numpy as np
 from .._declare.array import Array
 from .._declare.component import Component, Energy
 from .._extras import Axes
+from .._numbers import Numbers
 from .._reduce.connections import children
 
 
@@ -68,7 +69,7 @@ class EnergyAccount:
         return sum(self.supplied.values()), sum(self.stored.values()), sum(self.dissipated.values())
 
     @property
-    def imbalance(self) -> Any:
+    def imbalance(self) -> jax.Array:
         supplied, stored, dissipated = self.totals
         return supplied - stored - dissipated - sum(self.events.values())
 
@@ -89,6 +90,6 @@ class EnergyAccount:
         return "\n".join([*lines, f"imbalance: {float(self.imbalance):.3g} J"])
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Numbers) -> str:
     number = float(np.asarray(value))
     return f"{number:12.6g}" if number else f"{'':12}"

@@ -6,6 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError, suggestion
 from .._extras import Axes, given_or_new
@@ -51,7 +52,7 @@ class EventLog(eqx.Module):
             raise ModelError("The names of events are those of a single run, outside of jit and vmap: use of_event.")
         return numbers
 
-    def of_event(self, name: str) -> Any:
+    def of_event(self, name: str) -> Array:
         """The times of one event, infinite where it is another one.
 
         Raises `ModelError` for a name that no event of the model has.

@@ -3,13 +3,13 @@
 import dataclasses
 import functools as ft
 import math
-from typing import Any
 
 import numpy as np
 
 from .._evaluate.events import Entry, Kind
 from .._evaluate.system import System
 from .._indices import unsigned
+from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
 from .._reduce.logic import Circuit, Expression, circuit, relations_of
 from .settings import Settings
@@ -48,7 +48,7 @@ class EventNumbers:
     def total(self) -> int:
         return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
 
-    def _mask(self, model: Any, instants: bool, curved: bool, stop: bool) -> np.ndarray:
+    def _mask(self, model: Numbers, instants: bool, curved: bool, stop: bool) -> np.ndarray:
         model = np.broadcast_to(np.asarray(model, bool), self.n_model)
         others = [instants] * self.n_instants + [curved] * self.n_curved
         return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)

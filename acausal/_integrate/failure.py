@@ -4,12 +4,12 @@ import contextlib
 import contextvars
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError, ParameterError, SimulationError
 from .._evaluate.diagnosis import block_of, first_not_finite, without_storage
@@ -55,7 +55,7 @@ def report_failure(solution: Solution) -> Solution:
     return solution
 
 
-def _checked_at_run_time(solution: Solution, failed: Any) -> Solution:
+def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
     """The solution, whose computation raises. A bad parameter is named; other culprits are known to eager runs only."""
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter

@@ -6,6 +6,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._evaluate.observe import leaf_value, pairs_of
 from .._evaluate.plan import Store
@@ -23,7 +24,7 @@ class Given:
     numbers: Numbers
     carried: Any = None
 
-    def carrying(self, carried: Any) -> "Given":
+    def carrying(self, carried: Array) -> "Given":
         """With what is carried along behind the states."""
         return dataclasses.replace(self, carried=carried)
 
@@ -41,7 +42,7 @@ def vector_field(settings: Settings) -> Field:
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
-    def field(t: Any, core: Any, given: Given) -> Any:
+    def field(t: Any, core: Array, given: Given) -> Array:
         point = jnp.concatenate([core[:n], given.carried])
         if integrand is None or settings.n_integrals == 0:
             rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .._reduce.angles import with_angles
 from .conditions import EventConditions, sign_of, signs
 
@@ -21,7 +23,7 @@ class Point(NamedTuple):
 
     t: Any
     g: Any
-    rate: Any
+    rate: Array
     angle: Any
     speed: Any
     steps: Any
@@ -36,13 +38,13 @@ class Verdict(NamedTuple):
     x: Any
 
 
-def seen(margins: Callable[[Any], Any], t: Any) -> Point:
+def seen(margins: Callable[[Any], Any], t: Numbers) -> Point:
     """What is there at a time."""
     here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
     return Point(t, here.value, rates.value, here.angles, rates.angles, here.steps)
 
 
-def advance(low: Point, high: Point) -> Any:
+def advance(low: Point, high: Point) -> Array:
     """By how much the fastest angle turns on an interval: by the difference, and lest it turns there and back, by what
     the rates at both ends agree on.
     """
@@ -51,14 +53,14 @@ def advance(low: Point, high: Point) -> Any:
     return jnp.max(jnp.where(jnp.isfinite(turned), turned, 0.0), initial=0.0)
 
 
-def may_turn(conditions: EventConditions, low: Point, high: Point, above: Any) -> Any:
+def may_turn(conditions: EventConditions, low: Point, high: Point, above: Array) -> Array:
     """Which margins may be zero in between, though they need not be of another sign at the ends of an interval: those
     that come near zero, and where angles turn fast, all that move.
     """
     return _is_near(low, high, above) | (conditions.moves & (advance(low, high) > TURN))
 
 
-def _is_near(low: Point, high: Point, above: Any) -> Any:
+def _is_near(low: Point, high: Point, above: Array) -> Array:
     """Which margins may become zero on an interval by as much as they vary there, or are not known; those that are
     infinite at both ends, as at a stop that is infinitely far away, do not.
     """
@@ -69,7 +71,14 @@ def _is_near(low: Point, high: Point, above: Any) -> Any:
 
 
 def judged(
-    conditions: EventConditions, length: Any, short: Any, count: Any, low: Point, high: Point, above: Any, holds: Any
+    conditions: EventConditions,
+    length: Array,
+    short: Numbers,
+    count: Array,
+    low: Point,
+    high: Point,
+    above: Array,
+    holds: Array,
 ) -> Verdict:
     """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`."""
     width, sign = high.t - low.t, -sign_of(above)
@@ -95,7 +104,17 @@ def judged(
     )
 
 
-def _aim(q0: Any, q1: Any, p0: Any, p1: Any, width: Any, changes: Any, bumps: Any, short: Any, count: Any) -> Any:
+def _aim(
+    q0: Array,
+    q1: Array,
+    p0: Array,
+    p1: Array,
+    width: Numbers,
+    changes: Array,
+    bumps: Array,
+    short: Numbers,
+    count: Array,
+) -> Array:
     """The share of an interval at which to look: by turns before and behind where the zero probably is, or at the
     extremum, and lest that comes no nearer, half-way.
     """
@@ -112,5 +131,5 @@ def _aim(q0: Any, q1: Any, p0: Any, p1: Any, width: Any, changes: Any, bumps: An
     return jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share)
 
 
-def over(a: Any, b: Any) -> Any:
+def over(a: Numbers, b: Array) -> Array:
     return jnp.where(b != 0, a / jnp.where(b != 0, b, 1.0), jnp.inf)

@@ -5,7 +5,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .conditions import EventConditions, signs
 from .interval import PARTS, TURN, Point, advance, judged, may_turn, over, seen
 
@@ -26,7 +28,7 @@ class Found(NamedTuple):
     leaps: Any
     holds: Any
     end: Point
-    reached: Any
+    reached: Numbers
 
 
 class _Search(NamedTuple):
@@ -49,7 +51,14 @@ class _Search(NamedTuple):
 
 
 def look(
-    conditions: EventConditions, start: Point, is_known: Any, end: Any, holds: Any, fresh: Any, span: Any, short: Any
+    conditions: EventConditions,
+    start: Point,
+    is_known: Array,
+    end: Array,
+    holds: Numbers,
+    fresh: Array,
+    span: Numbers,
+    short: Numbers,
 ) -> Found:
     """The first event after `start`, of which all but the time may be unknown.
 
@@ -92,7 +101,7 @@ def look(
             is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, at_once & is_end)
         )
 
-    def narrowed(s: _Search, new: Point, at_once: Any) -> _Search:
+    def narrowed(s: _Search, new: Point, at_once: Array) -> _Search:
         """The search after a look at a point between `low` and `high`."""
         now = jnp.any(at_once)
         above = signs(new.g, s.above)
@@ -156,5 +165,5 @@ def _both(a: Any, b: Any) -> Any:
     return jax.tree.map(lambda x, y: jnp.stack([x, y]), a, b)
 
 
-def _pick(condition: Any, a: Any, b: Any) -> Any:
+def _pick(condition: Array, a: Any, b: Any) -> Any:
     return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)

@@ -124,5 +124,5 @@ def _choice(system: System) -> list[Any]:
     return [made.__name__, [_choice(x) if isinstance(x, System) else x for x in numbers if not _is_model(x)]]
 
 
-def _is_model(value: Any) -> bool:
+def _is_model(value: object) -> bool:
     return not isinstance(value, System | np.ndarray | None)

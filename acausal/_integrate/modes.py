@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
 from .field import Given
 from .run_events import RunEvents
@@ -44,7 +46,7 @@ class _Round(NamedTuple):
     y: Any
     holds: Any
     kept: _Point
-    fired: Any
+    fired: Numbers
     late: Any  # what happened one by one
     count: Any
     tried: Any  # how many single events since one was kept, after nothing happened any more
@@ -60,7 +62,7 @@ class Solver(NamedTuple):
     at: Callable[[Any, Given], tuple[Any, Given]]
 
 
-def modes_at(start: Start, t0: Any, solver: Solver) -> Modes:
+def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     """The modes in which nothing happens at the point that they lead to.
 
     A complementarity problem at one instant: the events at the point that belongs to modes are those to be changed.
@@ -91,7 +93,7 @@ def modes_at(start: Start, t0: Any, solver: Solver) -> Modes:
         here = events.here(t0, y, found)
         return _Point(x, y, holds, here.truths, here.values, lack), here.truths & ~holds & matters
 
-    def lasts(point: _Point) -> Any:
+    def lasts(point: _Point) -> Numbers:
         after, _ = assigned(events, point.y, point.values, point.truths & matters)
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
@@ -125,7 +127,7 @@ def modes_at(start: Start, t0: Any, solver: Solver) -> Modes:
     return _modes(events, end, jnp.where(after == before, before, after))
 
 
-def _size(point: _Point) -> Any:
+def _size(point: _Point) -> Array:
     """How much is lacking, of all conditions."""
     return jnp.sum(point.lack**2)
 

@@ -6,24 +6,28 @@ from typing import Any, Protocol
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
 
 class Laws(Protocol):
     """What moves a stepped vector, and the margins whose zeros are moments."""
 
-    def rates(self, t: Any, y: Any, given: Any) -> Any:
+    def rates(self, t: Numbers, y: Array, given: Any) -> Numbers:
         """The derivative of the vector in time."""
         ...
 
-    def margin(self, number: Any, t: Any, y: Any, due: Any, given: Any) -> Any:
+    def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: Any) -> Array:
         """What is zero at the moment of an event."""
         ...
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def carried_to_moment(laws: Laws, number: Any, t: Any, before: Any, ys: Any, due: Any, given: Any) -> tuple[Any, Any]:
+def carried_to_moment(
+    laws: Laws, number: Array, t: Numbers, before: Array, ys: Array, due: Array, given: Any
+) -> tuple[Numbers, Numbers]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
     As numbers both are what they were: t has been located. But $t^*$ depends on whatever the run depends on. With
@@ -46,14 +50,14 @@ def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> 
     moment, there = carried_to_moment(laws, number, t, before, ys, due, given)
     dt, dys = array_of(dt), array_of(dys)
 
-    def rates(t: Any, ys: Any, given: Any) -> Any:
+    def rates(t: Numbers, ys: Array, given: Any) -> Numbers:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
     f, df = pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
     # The vectors a little later have changed by this much; the time that has elapsed is zero, but has a derivative.
     dys = dys + (moment - t) * df
 
-    def margin(t: Any, y: Any, due: Any, given: Any) -> Any:
+    def margin(t: Numbers, y: Array, due: Array, given: Any) -> Array:
         return laws.margin(number, t, y, due, given)
 
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))

@@ -9,6 +9,7 @@ import numpy as np
 from .._errors import SimulationError, listed
 from .._evaluate.constraints import CLOSE
 from .._evaluate.initial import constrained_names
+from .._numbers import Numbers
 from .._reduce.ranges import ranges_of, requirements
 from .problem import Problem
 from .search import RANK, NearestPoint
@@ -18,7 +19,9 @@ from .starting import refusal
 EDGE = 1e-3  # how near to the edge of its range a variable counts as being at it, relative to its nominal size
 
 
-def report_no_start(problem: Problem, outcome: Outcome, leaves: Sequence[Any], new: dict[int, Any], t0: Any) -> None:
+def report_no_start(
+    problem: Problem, outcome: Outcome, leaves: Sequence[Any], new: dict[int, Any], t0: Numbers
+) -> None:
     """Raise `SimulationError` for a search from leaves of a model that did not find what it was asked for; `new` ones
     are what it found.
     """
@@ -110,7 +113,7 @@ def _about_modes(problem: Problem) -> str:
     )
 
 
-def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], t0: Any) -> str:
+def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], t0: Numbers) -> str:
     """The ranges at whose edges a search ended, or out of which its next step leads."""
     system, constraints = problem.system, problem.system.constraints
     table, count = system.ordered.table, len(constraints.sizes)

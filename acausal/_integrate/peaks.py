@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .field import Given, values_of, wanted_pairs
 from .settings import Settings
 from .span import Span
@@ -61,22 +63,22 @@ class Peaks:
         values = values_of(system, t, point, given, store, peaks.leaves)
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
 
-    def begun(self, t: Any, y: Any, given: Given) -> Any:
+    def begun(self, t: Any, y: Numbers, given: Given) -> Numbers:
         """The peaks where a run starts."""
         values = self.values(given.direction * t, y, given)
         return jnp.concatenate([values, jnp.full(len(values), t)])
 
-    def _along(self, t: Any, path: Span, given: Given) -> tuple[Any, Any, Any]:
+    def _along(self, t: Numbers, path: Span, given: Given) -> tuple[Any, Any, Any]:
         """The functions at a time on the path of a step, their rates, and the time as it moves with the step's ends."""
 
-        def values(t: Any) -> tuple[Any, Any]:
+        def values(t: Numbers) -> tuple[Any, Any]:
             moved, there = path.moving(t)
             return self.values(given.direction * moved, there, given), moved
 
         (found, moved), (rates, _) = jax.jvp(values, (t,), (jnp.ones_like(t),))
         return found, rates, moved
 
-    def renewed(self, path: Span, end: Any, y: Any, given: Given) -> Any:
+    def renewed(self, path: Span, end: Any, y: Array, given: Given) -> Array:
         """The peaks after a step along a path, which ends at a time with the vector y, that after an event."""
         old, forward = y[self.settings.layout.peaks], given.direction
         best = Peak(*jnp.split(old, 2))
@@ -102,7 +104,7 @@ class Peaks:
         return jnp.concatenate(best)
 
 
-def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Any, best: Any) -> _Turn:
+def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Numbers, best: Any) -> _Turn:
     """For each function the turn within a step that may lead highest, if any leads beyond the `best` so far."""
     n, width = len(best), end - start
 
@@ -111,7 +113,7 @@ def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Any, best: 
         g, rate = jnp.diagonal(values), jnp.diagonal(rates)
         return jax.lax.cond(turn.count < NODES, _enclosed, _narrowed, turn, g, rate)
 
-    def _enclosed(turn: _Turn, g: Any, rate: Any) -> _Turn:
+    def _enclosed(turn: _Turn, g: Any, rate: Array) -> _Turn:
         """After a look at a node."""
         x, last = turn.x, turn.last
         step = x - last[0]
@@ -133,7 +135,7 @@ def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Any, best: 
             exists, exists, bound, (x, g, rate), turn.count + 1,
         )  # fmt: skip
 
-    def _narrowed(turn: _Turn, g: Any, rate: Any) -> _Turn:
+    def _narrowed(turn: _Turn, g: Any, rate: Array) -> _Turn:
         """After a look between low and high."""
         rises = rate > 0.0
         low, high = jnp.where(rises, turn.x, turn.low), jnp.where(rises, turn.high, turn.x)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Equation
 from .._errors import ModelError, suggestion
@@ -18,6 +19,7 @@ from .._evaluate.packing import ModelParameters
 from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .options import names_of
 from .trim import Trim
 from .user_function import UserFunction, as_function, trace
@@ -33,7 +35,7 @@ class Values(NamedTuple):
     inputs: Inputs
     t0: Any
     constants: list[Any]
-    sizes: Any
+    sizes: Numbers
 
     def in_modes(self, system: System, discrete: Any) -> "Values":
         """With these values of the discrete variables, one after the other."""
@@ -42,7 +44,7 @@ class Values(NamedTuple):
         inputs = dataclasses.replace(self.inputs, discrete=discrete)
         return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)))
 
-    def at(self, trim: Trim, x: Any) -> "Values":
+    def at(self, trim: Trim, x: Numbers) -> "Values":
         """With the parameters that are among the unknowns."""
         return self._replace(inputs=trim.applied(x, self.sizes, self.inputs))
 
@@ -162,7 +164,7 @@ def problem_of(
     ), constants
 
 
-def _residuals(conditions: Conditions, s: Any, d: Any) -> dict[str, Any]:
+def _residuals(conditions: Conditions, s: Any, d: Array) -> dict[str, Any]:
     stated = conditions(s, d)
     if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
         raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")

@@ -5,7 +5,10 @@ from typing import Any, TypeAlias
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
+
+from .._numbers import Numbers
 
 Vector: TypeAlias = Float[Array, " n"]
 
@@ -32,7 +35,7 @@ class Record(eqx.Module):
         first = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n)), jnp.asarray(0)
         return cls(*first, jnp.full(LAST, jnp.inf), jnp.full(LAST, -1))
 
-    def noted(self, when: Any, before: Vector, happened: Any, is_listed: Any) -> "Record":
+    def noted(self, when: Numbers, before: Vector, happened: Array, is_listed: np.ndarray) -> "Record":
         """The record with the events that have happened at one moment."""
         if not happened.size:
             return self
@@ -50,7 +53,7 @@ class Record(eqx.Module):
             *self._with_last(jax.lax.stop_gradient(when), happened),
         )
 
-    def _with_last(self, when: Any, happened: Any) -> tuple[Any, Any]:
+    def _with_last(self, when: Numbers, happened: Array) -> tuple[Array, Array]:
         is_some = jnp.concatenate([self.last_numbers >= 0, happened])
         places = jnp.cumsum(is_some) - jnp.sum(is_some) + LAST - 1
         mask = (jnp.arange(LAST)[:, None] == places) & is_some

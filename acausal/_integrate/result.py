@@ -3,6 +3,7 @@
 from typing import Any
 
 import equinox as eqx
+from jax import Array
 
 
 class Result(eqx.Enumeration):
@@ -45,6 +46,6 @@ def sentence(result: Any) -> str:
     return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]
 
 
-def is_success(result: Any) -> Any:
+def is_success(result: Any) -> Array:
     """Whether a run came to its end or was stopped as it was asked to."""
     return (result == Result.reached_end) | (result == Result.stopped)

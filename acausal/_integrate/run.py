@@ -10,6 +10,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
@@ -48,7 +49,7 @@ def _run(settings: Settings, given: Given) -> Solution:
     others: list[Any] = []  # what is the same for all numbers
 
     def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Any]], Any]:
-        def arrays(leaves: list[Any]) -> Any:
+        def arrays(leaves: list[Array]) -> Any:
             found, rest = eqx.partition(_integrated(settings, adjoint, structure.unflatten(leaves)), eqx.is_array)
             others[:] = [rest]
             return found
@@ -154,15 +155,15 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
     )
 
 
-def _peaks(settings: Settings, given: Given, y: Any) -> Any:
+def _peaks(settings: Settings, given: Given, y: Array) -> Any:
     """Values, then times, which the solver counts forwards."""
     values, times = jnp.split(y[settings.layout.peaks], 2)
     return jnp.concatenate([values, given.direction * times])
 
 
 def _outcome(
-    settings: Settings, given: Given, raw: diffrax.Solution, t: Any, y: Any, bad_starts: Any
-) -> tuple[Any, Any]:
+    settings: Settings, given: Given, raw: diffrax.Solution, t: Any, y: Any, bad_starts: Array
+) -> tuple[Any, Array]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
     bad_values = system.entry.bad_values(inputs)
@@ -191,5 +192,5 @@ def _outcome(
     return result, jnp.where(jnp.any(bad_values), _first(bad_values), culprit)
 
 
-def _first(mask: Any) -> Any:
+def _first(mask: Array) -> Array:
     return jnp.argmax(mask) if len(mask) else jnp.asarray(0)

@@ -6,10 +6,12 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._indices import behind_filler
+from .._numbers import Numbers
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .schedule import last_before, next_after
@@ -36,7 +38,7 @@ class RunEvents(EventNumbers):
 
     # The laws of `carried_to_moment`
 
-    def rates(self, t: Any, y: Any, given: Given) -> Any:
+    def rates(self, t: Numbers, y: Array, given: Given) -> Numbers:
         """The derivative of the stepped vector; zero for what events change, and for algebraic unknowns."""
         layout, system = self.layout, self.system
         n = layout.n_states - system.n_algebraic
@@ -45,7 +47,7 @@ class RunEvents(EventNumbers):
         rates = field(t, core, given.carrying(self._ordinary(y)[n:]))
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
 
-    def margin(self, number: Any, t: Any, y: Any, due: Any, given: Given) -> Any:
+    def margin(self, number: Any, t: Any, y: Array, due: Any, given: Given) -> Numbers:
         """The margin of one event, or how long it is past due."""
         late = (t - due)[number]
         if not self.is_searched:
@@ -56,7 +58,7 @@ class RunEvents(EventNumbers):
 
     # What is read at a point
 
-    def margins(self, t: Any, y: Any, given: Given) -> Any:
+    def margins(self, t: Numbers, y: Array, given: Given) -> Numbers:
         """How far each relation in a condition is from its limit, positive where it holds."""
         events, stop = self.system.events, self.settings.stop
         wanted = {leaf for part in (events and events.margins, stop) if part for leaf in part.leaves}
@@ -82,7 +84,7 @@ class RunEvents(EventNumbers):
         never = jnp.full(1, -1.0)
         return self.circuit(jnp.concatenate([holds, never]), jnp.concatenate([fails, -never]))
 
-    def here(self, t: Any, y: Any, given: Given) -> Here:
+    def here(self, t: Numbers, y: Array, given: Given) -> Here:
         """What holds at a point, and what events would change there."""
         system, (events, stop, stored) = self.system, (self.system.events, self.settings.stop, self.settings.stored)
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
@@ -106,7 +108,7 @@ class RunEvents(EventNumbers):
             margin == 0,
         )
 
-    def due(self, t: Any, y: Any, given: Given, done: Any = None) -> Any:
+    def due(self, t: Any, y: Any, given: Given, done: Numbers | None = None) -> Any:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
         done = jnp.full(self.total, -jnp.inf) if done is None else jnp.where(jnp.isfinite(done), done, -jnp.inf)
@@ -122,7 +124,7 @@ class RunEvents(EventNumbers):
             parts.append(events.instants.following(t, known, given.direction)[None])
         return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
 
-    def past(self, t: Any, y: Any, given: Given) -> Any:
+    def past(self, t: Any, y: Array, given: Given) -> Any:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
         own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
         return jnp.concatenate(
@@ -139,16 +141,16 @@ class RunEvents(EventNumbers):
         """The inputs with the discrete variables of a point."""
         return self.system.carried.with_discrete(given.inputs, y[self.layout.point])
 
-    def _curved(self, t: Any, y: Any, given: Given) -> Any:
+    def _curved(self, t: Numbers, y: Array, given: Given) -> Array:
         return self.system.instants.curved(t, self.bound(y, given).params)
 
-    def _stop(self, given: Given, values: dict[int, Any]) -> Any:
+    def _stop(self, given: Given, values: dict[int, Any]) -> Array:
         stop = self.settings.stop
         assert stop is not None
         value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
         return -value if self.settings.direction is False else value
 
-    def _times(self, t: Any, y: Any, given: Given) -> list[tuple[Any, Any, slice]]:
+    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Any, Any, slice]]:
         """Time or times, and period, of each entry that is scheduled, and its place among the events."""
         events = self.system.events
         if events is None:
@@ -161,7 +163,9 @@ class RunEvents(EventNumbers):
             for time, every, (n, count) in zip(found[::2], found[1::2], entries, strict=True)
         ]
 
-    def _values(self, t: Any, y: Any, given: Given, store: Store | None, leaves: Iterable[int]) -> dict[int, Any]:
+    def _values(
+        self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
+    ) -> dict[int, Array]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
 
     def with_algebraic(self, t: Any, y: Any, given: Given) -> Any:
@@ -184,7 +188,7 @@ class RunEvents(EventNumbers):
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
 
 
-def _spread(parts: list[Any], is_own: np.ndarray, filler: Any) -> Any:
+def _spread(parts: list[Array], is_own: np.ndarray, filler: Numbers) -> Array:
     """One vector of several, in the places that are their own, and a filler in the others."""
     values = jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])
     return values[behind_filler(is_own)]

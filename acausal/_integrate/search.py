@@ -9,10 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
+from jax import Array
 
 from .._evaluate.blocks import row_scale
 from .._evaluate.constraints import CLOSE
 from .._evaluate.implicit import nearest, settled
+from .._numbers import Numbers
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
@@ -32,8 +34,8 @@ class NearestPoint(eqx.Module):
     x: Any
     end: Any
     violation: Any
-    residual: Any
-    slopes: Any
+    residual: Array
+    slopes: Array
     freedom: Any
 
 
@@ -52,16 +54,16 @@ class Search:
     def _scale(self) -> np.ndarray:
         return self.sizes * np.sqrt(self.weight)
 
-    def _measured(self, z: Any, args: Any) -> Any:
+    def _measured(self, z: Numbers, args: Any) -> Any:
         x0, numbers, rows = args
         return self.residual(x0 + self._scale * z, numbers) / rows
 
-    def _rows(self, x0: Any, numbers: Any) -> Any:
+    def _rows(self, x0: Any, numbers: Numbers) -> Numbers:
         """The size of each condition: what it changes by where all unknowns that move change by their sizes."""
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
-    def best(self, x0: Any, numbers: Any, easy: Any = None) -> tuple[Any, Any]:
+    def best(self, x0: Array, numbers: Any, easy: Any = None) -> tuple[Any, Any]:
         """The x that comes nearest to satisfying the conditions, or the nearest one that does, and what is lacking
         there; constants.
 
@@ -74,17 +76,17 @@ class Search:
         z, lack = jax.lax.cond(is_met(direct[1]), lambda: direct, lambda: _in_stages(self._measured, args, easy))
         return self._settled(z, args), lack
 
-    def direct(self, x0: Any, numbers: Any) -> Any:
+    def direct(self, x0: Array, numbers: Any) -> Array:
         """As `best`, but without stages; x0 where nothing satisfies the conditions."""
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         args = (x0, numbers, self._rows(x0, numbers))
         z, lack = _least(self._measured, jnp.zeros_like(x0), args)
         return jnp.where(is_met(lack), self._settled(z, args), x0)
 
-    def _settled(self, z: Any, args: Any) -> Any:
+    def _settled(self, z: Array, args: Any) -> Array:
         return args[0] + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(z), args)
 
-    def found(self, best: Any, x0: Any, numbers: Any) -> NearestPoint:
+    def found(self, best: Any, x0: Numbers, numbers: Any) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
         moves, held = self._scale > 0, self._held(x0, numbers)
         z = self._moved(best, held[0])
@@ -94,16 +96,16 @@ class Search:
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
         return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
 
-    def followed(self, best: Any, x0: Any, numbers: Any) -> Any:
+    def followed(self, best: Numbers, x0: Numbers, numbers: Any) -> Numbers:
         """What `best` ended at as the function of x0 and numbers that it is, also where conditions are not met."""
         held = self._held(x0, numbers)
         return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
 
-    def _held(self, x0: Any, numbers: Any) -> Any:
+    def _held(self, x0: Numbers, numbers: Numbers) -> Any:
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         return x0, numbers, self._rows(x0, numbers)
 
-    def _moved(self, x: Any, x0: Any) -> Any:
+    def _moved(self, x: Numbers, x0: Array) -> Numbers:
         """How far x is from x0, in the unit of each unknown."""
         return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
 
@@ -111,11 +113,11 @@ class Search:
         return x0 + self._scale * nearest(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: Array) -> Any:
     return jnp.linalg.pinv(matrix, rtol=RANK)
 
 
-def is_met(lack: Any) -> Any:
+def is_met(lack: Numbers) -> Array:
     """Whether conditions are met that lack this much."""
     return jnp.all(jnp.abs(lack) <= CLOSE)
 
@@ -129,7 +131,7 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
         others = (args[0], easy, args[2])
         first, lacking = _least(measured, origin, others)[0], 0.0
 
-    def stage(z: Any, s: Any) -> tuple[Any, Any]:
+    def stage(z: Array, s: Any) -> tuple[Any, Any]:
         # What is the same may be infinite, as the place of a stop that there is none of.
         between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
         return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
@@ -138,6 +140,6 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
     return z, lacks[-1]
 
 
-def _least(function: Callable[[Any, Any], Any], z: Any, args: Any) -> tuple[Any, Any]:
+def _least(function: Callable[[Any, Any], Any], z: Array, args: Any) -> tuple[Any, Any]:
     found = optx.least_squares(function, METHOD, z, args, max_steps=ITERATIONS, throw=False).value
     return found, function(found, args)

@@ -6,10 +6,12 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._equinox_private import while_loop
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from .._evaluate.observe import constrained_places
+from .._numbers import Numbers
 from .field import Given
 from .moment import carried_to_moment
 from .record import Record
@@ -25,7 +27,7 @@ class Counted(Protocol):
     """A round that knows its number."""
 
     @property
-    def count(self) -> Any: ...
+    def count(self) -> Array: ...
 
 
 R = TypeVar("R", bound=Counted)
@@ -39,7 +41,7 @@ class Settled(NamedTuple):
     t: Any
     y: Any
     holds: Any
-    fresh: Any
+    fresh: Array
     record: Record
     outcome: Any
 
@@ -51,10 +53,10 @@ class _Round(NamedTuple):
     ys: Any
     due: Any  # the events whose moment it is, and that have not happened yet
     holds: Any
-    happened: Any
+    happened: Array
     first: Any  # the first that happened, -1 if none
     stored: Any  # energy before
-    lost: Any
+    lost: Array
     order: Any  # at the start of a run, the last time of each past event
     n_own: Any  # rounds of events that were due
     record: Record
@@ -66,15 +68,15 @@ class _Round(NamedTuple):
 def settle(
     events: RunEvents,
     t: Any,
-    before: Any,
-    y: Any,
-    begins: Any,
-    holds: Any,
-    due: Any,
+    before: Numbers,
+    y: Numbers,
+    begins: Array,
+    holds: Array,
+    due: Array,
     record: Record,
     given: Given,
     *,
-    order: Any = None,
+    order: Numbers | None = None,
 ) -> Settled:
     """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on;
     just `before` t they had not begun.
@@ -166,14 +168,14 @@ def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R
     return jax.lax.while_loop(lambda r: goes_on(r) & (r.count < most), next_round, start)
 
 
-def _consequences(events: RunEvents, truths: Any, held: Any, r: _Round) -> Any:
+def _consequences(events: RunEvents, truths: Array, held: Array, r: _Round) -> Array:
     """What has become true by the last round."""
     begun = jnp.where(events.either, truths != held, truths & ~held) & ~events.bends
     one = begun & (jnp.cumsum(begun) == 1)
     return jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one)
 
 
-def _accounted(events: RunEvents, end: _Round) -> Any:
+def _accounted(events: RunEvents, end: _Round) -> Array:
     """The vector with the energy lost added to that of the first event that happened."""
     y, layout = end.ys[1], events.layout
     if not layout.n_losses:
@@ -182,7 +184,9 @@ def _accounted(events: RunEvents, end: _Round) -> Any:
     return layout.with_part(y, layout.losses, losses)
 
 
-def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, given: Given) -> tuple[Any, Any]:
+def _changed(
+    events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, given: Given
+) -> tuple[Numbers, Numbers]:
     """The vector after these events, and whether its constraints forbid it; of several values the last one counts."""
     if events.system.events is None:
         return y, jnp.asarray(False)
@@ -190,7 +194,7 @@ def _changed(events: RunEvents, t: Any, y: Any, values: list[Any], fired: Any, g
     return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
 
 
-def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[Any, dict[int, tuple[Any, Any]]]:
+def assigned(events: RunEvents, y: Any, values: list[Any], fired: Array) -> tuple[Any, dict[int, tuple[Any, Any]]]:
     """The vector with the discrete variables that these events set; and for other leaves the new value, and where."""
     new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
     for number, element, is_own in events.writes:
@@ -206,7 +210,9 @@ def assigned(events: RunEvents, y: Any, values: list[Any], fired: Any) -> tuple[
     return y, wanted
 
 
-def _reset(events: RunEvents, t: Any, y: Any, wanted: dict[int, tuple[Any, Any]], given: Given) -> tuple[Any, Any]:
+def _reset(
+    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Any, Any]], given: Given
+) -> tuple[Array, Array]:
     """The vector with new values of variables: those of states directly, others by way of the constraints."""
     system, constraints = events.system, events.system.constraints
     places = {leaf: constrained_places(system, leaf) for leaf in wanted}
@@ -223,12 +229,12 @@ def _reset(events: RunEvents, t: Any, y: Any, wanted: dict[int, tuple[Any, Any]]
     return placed(y, constraints.in_state_vector, new), is_bad
 
 
-def _followed(events: RunEvents, t: Any, y: Any, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
+def _followed(events: RunEvents, t: Numbers, y: Array, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
     """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
     system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
     weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
 
-    def project(x: Any, _: None) -> tuple[Any, None]:
+    def project(x: Array, _: None) -> tuple[Any, None]:
         start = jnp.where(touched, aimed, x)
         return constraints.projected(start, weight, t, inputs.params, far=True), None
 

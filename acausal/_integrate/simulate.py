@@ -8,6 +8,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike
 
 from .._declare.annotations import Scalar
 from .._declare.component import Component
@@ -41,20 +42,20 @@ _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: N
 
 def simulate(
     model: M,
-    t1: Any,
+    t1: ArrayLike,
     *,
-    t0: Any = 0.0,
+    t0: ArrayLike = 0.0,
     until: Callable[[M], Scalar] | None = None,
     direction: Literal["up", "down"] | None = None,
     save: Any = "steps",
     integrals: Callable[[M], Any] | None = None,
     peaks: Callable[[M], Any] | None = None,
     energy: bool = False,
-    rtol: Any = 1e-6,
+    rtol: ArrayLike = 1e-6,
     nominal: Mapping[str, Any] | None = None,
     solver: diffrax.AbstractSolver | None = None,
-    dt0: Any = None,
-    dtmin: Any = None,
+    dt0: ArrayLike | None = None,
+    dtmin: ArrayLike | None = None,
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,

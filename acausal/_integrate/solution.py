@@ -10,6 +10,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.array import deepened
 from .._declare.by_name import parameters
@@ -20,6 +21,7 @@ from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._files import described
+from .._numbers import Numbers
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
@@ -88,7 +90,7 @@ class Solution(eqx.Module, Generic[M]):
         """The saved times and vectors."""
         return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
 
-    def _both_sides(self, rows: Any, columns: slice | None) -> Any:
+    def _both_sides(self, rows: Array, columns: slice | None) -> Numbers:
         """Saved rows, and where steps are saved, those before each event; `columns` are theirs in the vector that is
         stepped, None for the times.
         """
@@ -128,7 +130,7 @@ class Solution(eqx.Module, Generic[M]):
         """The model with the values at the end of the run in place of its variables."""
         return self._view(*self._end)
 
-    def at(self, t: Any) -> Any:
+    def at(self, t: Numbers) -> Any:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
         if self._dense is None:
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
@@ -143,7 +145,7 @@ class Solution(eqx.Module, Generic[M]):
             ys[..., self._layout.point],
         )
 
-    def _view(self, ts: Any, ys: Any) -> Any:
+    def _view(self, ts: Numbers, ys: Numbers) -> Any:
         batch = jnp.ndim(self.t1)
         numbers = _trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
@@ -211,7 +213,7 @@ class Solution(eqx.Module, Generic[M]):
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
         return self._pick(jax.tree_util.tree_leaves(self.values), name)
 
-    def _pick(self, leaves: list[Any], name: str) -> Any:
+    def _pick(self, leaves: list[Array], name: str) -> Any:
         """The value behind a name, among the leaves of a view."""
         leaf, index = self._place(name)
         value = leaves[leaf]
@@ -327,8 +329,8 @@ def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., 
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> dict[int, Any]:
-    def at(t: Any, y: Any, inputs: Inputs) -> dict[int, Any]:
+def _trajectories(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
+    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Array]:
         if jnp.ndim(t) > 0:
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
         leaves = system.flat.variable_leaves

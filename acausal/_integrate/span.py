@@ -8,7 +8,9 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import Array
 
+from .._numbers import Numbers
 from .state_vector import StateVector, Vector
 
 
@@ -22,7 +24,7 @@ class Span(diffrax.AbstractLocalInterpolation):
     memory: Vector  # at the end
     layout: StateVector = eqx.field(static=True)
 
-    def evaluate(self, t0: Any, t1: Any | None = None, left: bool = True) -> Vector:
+    def evaluate(self, t0: Numbers, t1: Any | None = None, left: bool = True) -> Vector:
         """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
         if t1 is not None:
             return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
@@ -31,7 +33,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         y = layout.joined(self.inner.evaluate(t0, left=left), self.carried)
         return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
 
-    def moving(self, t: Any) -> tuple[Any, Vector]:
+    def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
         """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
         fixed time would be divided by the length of the step, which may be tiny.
         """
@@ -51,5 +53,7 @@ class SpanOf:
     inner: Callable[..., diffrax.AbstractLocalInterpolation]
     layout: StateVector
 
-    def __call__(self, *, t0: Any, t1: Any, begin: Any, end: Any, carried: Vector, memory: Vector, **info: Any) -> Span:
+    def __call__(
+        self, *, t0: Numbers, t1: Any, begin: Array, end: Array, carried: Vector, memory: Vector, **info: Any
+    ) -> Span:
         return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.past import Past
 from .._evaluate.constraints import CLOSE
@@ -13,6 +14,7 @@ from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
+from .._numbers import Numbers
 from .field import Given
 from .modes import Solver, modes_at
 from .problem import Problem, Values
@@ -62,12 +64,12 @@ class _Searches:
         if problem.system.initial_equations is not None:
             self._own = Search(problem.of_components.residual, constraints.sizes, own)
 
-    def best(self, x0: Any, unknowns: Any, values: Values, easier: Values | None) -> tuple[Ends, Any]:
+    def best(self, x0: Array, unknowns: Array, values: Values, easier: Values | None) -> tuple[Ends, Any]:
         """What each of them ends at, from states x0 and further unknowns, and what is lacking there."""
         x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
 
-        def attempt(k: Any) -> tuple[Any, Any, Any]:
+        def attempt(k: Numbers) -> tuple[Any, Any, Any]:
             guess = jnp.where(unknowns == 0.0, 1.0, unknowns) * jnp.array(self._guesses)[k]
             shift = jnp.where(k == 0, 0.0, guess - unknowns)
             return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
@@ -87,17 +89,17 @@ class _Searches:
             _, shift, whole, lack = jax.lax.while_loop(goes_on, another, (jnp.asarray(0), *nothing))
         return Ends(own, whole, shift), lack
 
-    def found(self, best: Ends, x0: Any, unknowns: Any, values: Values) -> NearestPoint:
+    def found(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> NearestPoint:
         """The point found, as the function of all numbers that it is."""
         origin = jnp.append(self._origin(best, x0, values), unknowns + best.shift)
         return self._whole.found(best.whole, origin, values)
 
-    def followed(self, best: Ends, x0: Any, unknowns: Any, values: Values) -> Ends:
+    def followed(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> Ends:
         """The points at which they ended, as functions of all numbers."""
         own = self._origin(best, x0, values)
         return Ends(own, self._whole.followed(best.whole, jnp.append(own, unknowns + best.shift), values), best.shift)
 
-    def _origin(self, best: Ends, x0: Any, values: Values) -> Any:
+    def _origin(self, best: Ends, x0: Array, values: Values) -> Array:
         if self._own is None:
             return x0
         x = self._own.found(best.own, x0, values).x
@@ -128,7 +130,7 @@ def search_start(
         here = None if easy is None else easier.in_modes(system, discrete)
         return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
 
-    def followed(best: Ends, discrete: Any) -> Ends:
+    def followed(best: Ends, discrete: Array) -> Ends:
         return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
 
     def at(best: Ends, given: Given) -> tuple[Any, Given]:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import diffrax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.past import Past
 from .._evaluate.events import EventSet
@@ -29,7 +30,7 @@ class Start(NamedTuple):
     holds: Any
 
     @property
-    def states(self) -> Any:
+    def states(self) -> Numbers:
         return self.y[self.events.layout.states]
 
     @property
@@ -59,7 +60,7 @@ def start_of(
     return Start(events, given, y, memory.holds)
 
 
-def why_ended(system: System, outcome: float, holds: Any) -> str:
+def why_ended(system: System, outcome: float, holds: Array) -> str:
     """What to say of a run that ends at its start."""
     events = system.events
     assert events is not None

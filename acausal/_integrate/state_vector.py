@@ -1,10 +1,12 @@
 """The vector that is stepped, and where its parts lie."""
 
 import dataclasses
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+from .._numbers import Numbers
 
 Vector: TypeAlias = Float[Array, " n"]
 STATUS = 4  # numbers that a step leaves about itself: see `StateVector`
@@ -102,6 +104,6 @@ class StateVector:
         """The whole vector from the core and what is carried along."""
         return jnp.concatenate([core[: self.n_states], carried, core[self.n_states :]])
 
-    def with_part(self, y: Vector, part: slice, value: Any) -> Vector:
+    def with_part(self, y: Vector, part: slice, value: Numbers) -> Vector:
         """The vector with another value of one of its parts."""
         return jnp.concatenate([y[: part.start], value, y[part.stop :]])

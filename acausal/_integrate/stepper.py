@@ -7,8 +7,10 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._equinox_private import unvmap_any
+from .._numbers import Numbers
 from .._reduce.instants import first
 from .conditions import EventConditions
 from .field import Given
@@ -42,7 +44,7 @@ class EventMemory(NamedTuple):
     """
 
     holds: Any
-    fresh: Any
+    fresh: Array
     point: Point
     due: Any
     record: Record
@@ -108,14 +110,14 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     def order(self, terms: Any) -> Any:
         return self.solver.order(terms)
 
-    def error_order(self, terms: Any) -> Any:
+    def error_order(self, terms: Any) -> int:
         return self.solver.error_order(terms)
 
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> Memory:
+    def init(self, terms: Any, t0: Numbers, t1: Any, y0: Vector, args: Given) -> Memory:
         inner = self.solver.init(terms, t0, t1, self.layout.core(y0), args.carrying(y0[self.layout.carried]))
         return Memory(inner, self.begin)
 
-    def func(self, terms: Any, t0: Any, y0: Vector, args: Given) -> Vector:
+    def func(self, terms: Any, t0: Numbers, y0: Vector, args: Given) -> Vector:
         carried = y0[self.layout.carried]
         rates = self.solver.func(terms, t0, self.layout.core(y0), args.carrying(carried))
         return self.layout.joined(rates, jnp.zeros_like(carried))
@@ -146,7 +148,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         info = {"inner": info, "begin": t0, "end": end, "carried": carried, "memory": y[layout.memory]}
         return y, error, info, Memory(inner, state), result
 
-    def _with_peaks(self, path: Span, end: Any, y: Vector, given: Given) -> Vector:
+    def _with_peaks(self, path: Span, end: Numbers, y: Vector, given: Given) -> Vector:
         """The vector after a step with the peaks up to its end."""
         if self.peaks is None:
             return y
@@ -203,7 +205,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         y, memory = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given), memory
 
-    def _first_event(self, path: Span, t0: Any, t1: Any, instant: Any, state: EventMemory, given: Given) -> _Event:
+    def _first_event(self, path: Span, t0: Any, t1: Any, instant: Array, state: EventMemory, given: Given) -> _Event:
         """Which events begin first in a step, and when; none where it has to be repeated up to there."""
         events, forward = self.events, given.direction
         assert events is not None
@@ -231,7 +233,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         is_whole = jnp.isinf(cut)
         return _Event(jnp.any(begins) & is_whole, t, before, begins & is_whole, found.holds, found.end, cut)
 
-    def _cut(self, found: Found, t0: Any, t1: Any, given: Given) -> Any:
+    def _cut(self, found: Found, t0: Numbers, t1: Any, given: Given) -> Array:
         """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
         events, times = self.events, given.numbers.times
         assert events is not None
@@ -249,18 +251,18 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         return jnp.where((is_cut | is_late) & (t1 > 2.0 * least - t0), to, jnp.inf)
 
 
-def _is_there(t: Any, instant: Any, given: Given) -> Any:
+def _is_there(t: Numbers, instant: Array, given: Given) -> Array:
     return instant <= t + tick(t, given.numbers.t0)
 
 
-def _short_of(t1: Any, instant: Any, given: Given) -> Any:
+def _short_of(t1: Any, instant: Array, given: Given) -> Array:
     """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
     return jnp.where(_is_there(t1, instant, given), t1 - 0.5 * tick(t1, given.numbers.t0), t1)
 
 
 def _crowded(
-    events: RunEvents, state: EventMemory, since: Any, t: Any, begins: Any, given: Given
-) -> tuple[Any, Any, Any]:
+    events: RunEvents, state: EventMemory, since: Array, t: Numbers, begins: Numbers, given: Given
+) -> tuple[Array, Array, Array]:
     """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
     close together, or one happens again at once. `since` is the time since the start of the step.
     """

@@ -8,8 +8,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._evaluate.invariants import onto_invariants
+from .._numbers import Numbers
 from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .field import Given, vector_field
@@ -27,7 +29,7 @@ def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
     """The vector field for a solver: of the core where it is told what is carried along, else of the whole vector."""
     field, layout = vector_field(settings), settings.layout
 
-    def rates(t: Any, y: Any, given: Given) -> Any:
+    def rates(t: Numbers, y: Array, given: Given) -> Numbers:
         if given.carried is not None:
             return field(t, y, given)
         carried = y[layout.carried]
@@ -44,10 +46,10 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
     if not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks:
         return solver
 
-    def project(t: Any, states: Any, given: Given) -> Any:
+    def project(t: Numbers, states: Array, given: Given) -> Array:
         return onto_invariants(system, t, states, given.inputs)
 
-    def remember(t: Any, y: Any, given: Given) -> Any:
+    def remember(t: Numbers, y: Array, given: Given) -> Array:
         return system.with_memory(t, y[settings.layout.point], given.inputs)[settings.layout.memory]
 
     return Stepper(
@@ -62,8 +64,8 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
 
 
 def begin_run(
-    settings: Settings, given: Given, y0: Any, *, is_reversible: bool = True
-) -> tuple[Any, RunEvents | None, EventMemory | None]:
+    settings: Settings, given: Given, y0: Array, *, is_reversible: bool = True
+) -> tuple[Array, RunEvents | None, EventMemory | None]:
     """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
     carried from step to step.
     """
@@ -98,7 +100,7 @@ def begin_run(
     return _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory
 
 
-def _remembered(settings: Settings, given: Given, y: Any) -> Any:
+def _remembered(settings: Settings, given: Given, y: Array) -> Array:
     system, layout = settings.system, settings.layout
     if not system.carried.memory:
         return y
@@ -106,7 +108,7 @@ def _remembered(settings: Settings, given: Given, y: Any) -> Any:
     return layout.with_part(y, layout.memory, new)
 
 
-def _with_peaks(settings: Settings, given: Given, y: Any) -> Any:
+def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
     if settings.peaks is None:
         return y
     t0 = given.direction * given.numbers.t0

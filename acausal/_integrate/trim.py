@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._declare.node import Leaf, leaves_of
@@ -15,6 +16,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .._reduce.nominal import nominal_size
 from .field import Given
 
@@ -46,7 +48,7 @@ class Trim:
         flat_leaf = self.system.flat.leaves[leaf]
         return flat_leaf.stack + flat_leaf.sizes
 
-    def sizes(self, params: ModelParameters) -> Any:
+    def sizes(self, params: ModelParameters) -> Numbers:
         """The largest element of each parameter, or its nominal size where it is zero; constants."""
         parts = [jnp.zeros(0)]
         for leaf, count in zip(self.leaves, self._counts, strict=True):
@@ -54,7 +56,7 @@ class Trim:
             parts.append(jnp.full(count, jnp.where(largest > 0, largest, nominal_size(self.system.flat.leaves[leaf]))))
         return jax.lax.stop_gradient(jnp.concatenate(parts))
 
-    def unknowns(self, params: ModelParameters, sizes: Any) -> Any:
+    def unknowns(self, params: ModelParameters, sizes: Any) -> Array:
         """The unknowns from the values of the parameters."""
         parts = [jnp.ravel(jnp.asarray(params.leaves[leaf], float)) for leaf in self.leaves]
         return jnp.concatenate([jnp.zeros(0), *parts]) / sizes
@@ -63,21 +65,21 @@ class Trim:
         """The unknowns of the start alone."""
         return x[: len(x) - self.count]
 
-    def values(self, x: Any, sizes: Any) -> dict[int, Any]:
+    def values(self, x: Any, sizes: Numbers) -> dict[int, Any]:
         """The parameters by number."""
         if not self.leaves:
             return {}
         pieces = jnp.split(x[len(x) - self.count :] * sizes, np.cumsum(self._counts)[:-1])
         return {leaf: piece.reshape(self._shape(leaf)) for leaf, piece in zip(self.leaves, pieces, strict=True)}
 
-    def applied(self, x: Any, sizes: Any, inputs: Inputs) -> Inputs:
+    def applied(self, x: Numbers, sizes: Any, inputs: Inputs) -> Inputs:
         """The numbers of a model with the parameters that the unknowns stand for."""
         if not self.leaves:
             return inputs
         params = self.system.entry.packed(inputs.params.changed(self.values(x, sizes)))
         return dataclasses.replace(inputs, params=params)
 
-    def given(self, x: Any, sizes: Any, given: Given) -> Given:
+    def given(self, x: Array, sizes: Any, given: Given) -> Given:
         """The numbers of a run with these parameters."""
         return dataclasses.replace(given, inputs=self.applied(x, sizes, given.inputs))
 

@@ -1,13 +1,15 @@
 """States so small that their errors are held by their nominal sizes, and add up to a good part of them."""
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError, listed
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .._tracing import known
 from .result import is_success
 
@@ -24,7 +26,7 @@ class UnresolvedWarning(UserWarning):
     """Variables of a run are so small that the error tolerance means little for them."""
 
 
-def are_unresolved(sizes: np.ndarray, rtol: Any, largest: Any, total: Any) -> Any:
+def are_unresolved(sizes: np.ndarray, rtol: Numbers, largest: Array, total: Array) -> Array:
     """Which states are unresolved, from their nominal sizes, their largest absolute values in a run, and the sums of
     the errors of all steps.
     """

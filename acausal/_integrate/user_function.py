@@ -9,6 +9,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError
 from .._fingerprint import NoFingerprintError, fingerprint
@@ -35,7 +36,7 @@ class UserFunction:
     def n_outputs(self) -> int:
         return self.tree.num_leaves
 
-    def __call__(self, constants: list[Any], values: list[Any]) -> list[Any]:
+    def __call__(self, constants: list[Array], values: list[Array]) -> list[Array]:
         """Evaluate from the constants and the values of `leaves`."""
         return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
@@ -87,7 +88,7 @@ def _refers_to(function: Any) -> tuple[Any, ...]:
     return code, *cells, *(function.__globals__[name] for name in code.co_names if name in function.__globals__)
 
 
-def _named(value: Any) -> str:
+def _named(value: object) -> str:
     """A number by what it prints, since 1, 1.0 and True are equal, and so are both zeros; anything else by address."""
     return repr(value) if type(value) in _NUMBERS else f"{id(value)}"
 
@@ -99,7 +100,7 @@ _LIBRARIES = frozenset(map(id, (jax, jnp, np, math)))  # modules that do not cha
 def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[UserFunction, list[Any]]:
     trees: list[Any] = []
 
-    def of_leaves(*values: Any) -> list[Any]:
+    def of_leaves(*values: Any) -> list[Array]:
         views = [flat.structure.unflatten(values[i : i + len(shapes)]) for i in range(0, len(values), len(shapes))]
         results, tree = jax.tree_util.tree_flatten(function(*views))
         trees.append(tree)
@@ -127,7 +128,7 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
         return UserFunction(text, slim, leaves, trees[0], owner), constants
 
 
-def _check_real(results: list[Any], what: str) -> None:
+def _check_real(results: list[Array], what: str) -> None:
     if what == "until" and len(results) != 1:
         raise ModelError(f"until must return one real number, but returned {len(results)}.")
     for value in results:

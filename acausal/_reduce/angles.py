@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, differentiable_call, is_floating, shape_of
@@ -21,7 +22,7 @@ class Traced(NamedTuple):
     sum of the `steps` on which it is.
     """
 
-    value: Any
+    value: Array
     angles: Any
     steps: Any
 
@@ -29,7 +30,7 @@ class Traced(NamedTuple):
 def with_angles(function: Callable[[Any], Any]) -> Callable[[Any], Traced]:
     """The function, and what turns in it, besides what a loop inside it computes."""
 
-    def both(x: Any) -> Traced:
+    def both(x: Array) -> Traced:
         closed, shape = jax.make_jaxpr(function, return_shape=True)(x)
         angles, stairs = [jnp.zeros(0)], [jnp.zeros(0)]
         values = _walk(closed, jax.tree.leaves(x), angles, stairs)
@@ -40,13 +41,13 @@ def with_angles(function: Callable[[Any], Any]) -> Callable[[Any], Traced]:
     return both
 
 
-def _walk(closed: ClosedJaxpr, inputs: Sequence[Any], angles: list[Any], stairs: list[Any]) -> list[Any]:
+def _walk(closed: ClosedJaxpr, inputs: Sequence[Array], angles: list[Array], stairs: list[Array]) -> list[Array]:
     """The outputs; notes angles and heights of stairs on the way."""
     jaxpr = closed.jaxpr
     env: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
     env |= dict(zip(jaxpr.constvars, closed.consts, strict=True))
 
-    def read(atom: Any) -> Any:
+    def read(atom: Any) -> Array:
         return jnp.asarray(atom.val) if isinstance(atom, Literal) else env[atom]
 
     for eqn in jaxpr.eqns:
@@ -61,7 +62,7 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[Any], angles: list[Any], stairs:
     return [read(atom) for atom in jaxpr.outvars]
 
 
-def _note(eqn: JaxprEqn, args: Sequence[Any], angles: list[Any], stairs: list[Any]) -> None:
+def _note(eqn: JaxprEqn, args: Sequence[Array], angles: list[Array], stairs: list[Array]) -> None:
     name = eqn.primitive.name
     if name in _WAVES:
         angles.append(jnp.ravel(args[0]))
@@ -96,7 +97,7 @@ def _looks_up(eqn: JaxprEqn) -> bool:
     return is_search and len(shape_of(table)) > 0
 
 
-def _place(table: Any, x: Any, rank: int) -> Any:
+def _place(table: Any, x: Array, rank: int) -> Array:
     """Where x is among the samples of a table; a whole number at each of them. What is found has `rank` axes."""
     if table.ndim > 1:  # those of an array of components, with one x for each of them, or for all
         axis = 0 if jnp.ndim(x) == rank else None

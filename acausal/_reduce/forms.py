@@ -77,7 +77,7 @@ class Form:
         return self.nonlinear | self.terms.keys()
 
 
-def constant(value: Any) -> Form:
+def constant(value: float) -> Form:
     values = np.unique(np.sign(np.asarray(value, dtype=float)))
     number = float(np.ravel(value)[0]) if np.size(value) and np.all(np.ravel(value) == np.ravel(value)[0]) else None
     return Form(frozenset(int(s) for s in values), number, has_rest=number != 0)

@@ -1,7 +1,6 @@
 """Graphs of equations and variables: matching, connected sets, and what to say when there is no matching."""
 
 import itertools
-from typing import Any
 
 import numpy as np
 import scipy  # whose parts are imported when they are first used: they take longer than the library itself
@@ -56,7 +55,7 @@ def sharing(rows: list[int], users: np.ndarray, variables: np.ndarray) -> tuple[
     return sets, label[user]
 
 
-def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> Any:
+def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> scipy.sparse.csr_array:
     return scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(n_rows, n_columns))
 
 

@@ -11,9 +11,11 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from .._jax_private import Literal as Constant
+from .._numbers import Numbers
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 Role = Literal["time", "known", "other"]
@@ -22,7 +24,7 @@ Role = Literal["time", "known", "other"]
 class _Value(NamedTuple):
     """A computed value and its degree in time between instants: 0 constant, 1 affine, 2 anything else."""
 
-    value: Any
+    value: Array
     degree: int
 
 
@@ -34,17 +36,17 @@ class _Found:
     stairs: list[Any] = dataclasses.field(default_factory=list)
     curved: list[Any] = dataclasses.field(default_factory=list)
 
-    def compare(self, margin: Any, degree: int) -> None:
+    def compare(self, margin: Array, degree: int) -> None:
         if degree == 1:
             self.affine.append(margin)
         elif degree == 2:
             self.curved.append(margin)
 
-    def compare_all(self, values: Any, others: Any, degree: int) -> None:
+    def compare_all(self, values: Array, others: Any, degree: int) -> None:
         """Each of some values with each of others."""
         self.compare(jnp.ravel(values)[:, None] - jnp.ravel(others), degree)
 
-    def step(self, value: Any, degree: int) -> None:
+    def step(self, value: Numbers, degree: int) -> None:
         if degree == 1:
             self.stairs.append(value)
 
@@ -65,17 +67,17 @@ class Instants:
     def n_curved(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.closed.out_avals[self.n_scheduled :])
 
-    def margins(self, t: Any, known: Sequence[Any]) -> list[Any]:
+    def margins(self, t: Numbers, known: Sequence[Any]) -> list[Any]:
         return list(jaxpr_as_fun(self.closed)(t, *known))
 
-    def curved(self, t: Any, known: Sequence[Any]) -> Any:
+    def curved(self, t: Numbers, known: Sequence[Any]) -> Array:
         """The margins whose zeros cannot be told in advance, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
-    def following(self, t: Any, known: Sequence[Any], direction: Any) -> Any:
+    def following(self, t: Numbers, known: Sequence[Any], direction: Array) -> Array:
         """The first instant after t in the direction of time; infinite if there is none."""
 
-        def scheduled(t: Any) -> tuple[Any, Any]:
+        def scheduled(t: Numbers) -> tuple[Any, Any]:
             found = self.margins(t, known)
             return _flat(found[: self.n_affine]), _flat(found[self.n_affine : self.n_scheduled])
 
@@ -96,7 +98,7 @@ def first(times: Any, direction: Any = 1.0) -> Any:
     return times[jnp.argmin(direction * times)]
 
 
-def _flat(values: Sequence[Any]) -> Any:
+def _flat(values: Sequence[Any]) -> Array:
     return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(value) for value in values)])
 
 
@@ -107,7 +109,7 @@ def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) 
     """
     counts: list[tuple[int, int]] = []
 
-    def traced(t: Any, *known: Any) -> list[Any]:
+    def traced(t: Numbers, *known: Any) -> list[Any]:
         remaining, found = iter(known), _Found()
         items = [_input(role, var.aval, t, remaining) for role, var in zip(roles, closed.jaxpr.invars, strict=True)]
         _walk(closed, items, found)
@@ -119,7 +121,7 @@ def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) 
     return Instants(made, *counts[-1]) if made.jaxpr.outvars else None
 
 
-def _input(role: Role, aval: Any, t: Any, known: Any) -> _Value | None:
+def _input(role: Role, aval: Any, t: Numbers, known: Any) -> _Value | None:
     if role == "other":
         return None
     return _Value(jnp.broadcast_to(t, aval.shape), 1) if role == "time" else _Value(next(known), 0)

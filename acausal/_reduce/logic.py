@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._indices import unsigned
 
@@ -68,7 +69,7 @@ class Circuit:
     levels: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
     outputs: np.ndarray
 
-    def __call__(self, holds: Any, fails: Any) -> Any:
+    def __call__(self, holds: Array, fails: Array) -> Array:
         """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
         the smaller one, of `or` the larger one.
         """

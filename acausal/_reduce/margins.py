@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, is_floating
@@ -41,7 +42,7 @@ _FOLDED: dict[str, Callable[..., Expression]] = {"reduce_and": both, "reduce_or"
 _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 
 
-def relations(closed: ClosedJaxpr, inputs: Sequence[Any], count: int) -> tuple[list[Any], list[np.ndarray]]:
+def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple[list[Any], list[np.ndarray]]:
     """The margins of the relations that the first outputs of a jaxpr are made of, and for each of these outputs an
     array of expressions in the elements of the margins, which are numbered one after the other.
 
@@ -77,7 +78,7 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], margins: list[Any]) -> 
     return [read(atom) for atom in jaxpr.outvars]
 
 
-def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Any]) -> np.ndarray | None:
+def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Array]) -> np.ndarray | None:
     name = eqn.primitive.name
     if name in _RELATIONS and is_floating(eqn.invars[0]):
         return _relation(_RELATIONS[name](*(value for value, _ in args)), margins)
@@ -96,13 +97,13 @@ def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Any]) -> np.ndar
     return None
 
 
-def _expressions(value: Any, found: np.ndarray | None, margins: list[Any]) -> np.ndarray:
+def _expressions(value: Array, found: np.ndarray | None, margins: list[Array]) -> np.ndarray:
     if found is not None:
         return found
     return _relation(jnp.where(value, 1.0, -1.0) if value.dtype == bool else value, margins)
 
 
-def _relation(margin: Any, margins: list[Any]) -> np.ndarray:
+def _relation(margin: Array, margins: list[Any]) -> np.ndarray:
     first, shape = sum(np.size(earlier) for earlier in margins), np.shape(margin)
     margins.append(margin)
     return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(margin)).reshape(shape))

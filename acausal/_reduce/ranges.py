@@ -1,12 +1,14 @@
 """The ranges that variables are declared to lie in."""
 
 import functools as ft
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.annotations import Sign
+from .._numbers import Numbers
 from .incidence import Incidence
 
 
@@ -42,7 +44,7 @@ def ranges_of_pair(table: Incidence, pair: tuple[int, int]) -> Ranges:
     return () if order else tuple(ranges_of(table).get(variable, ()))
 
 
-def is_within(value: Any, ranges: Ranges) -> Any:
+def is_within(value: Numbers, ranges: Ranges) -> Array:
     """Whether each element of a variable lies in its ranges."""
     inside = jnp.ones(jnp.shape(value), bool)
     for sign, factor in ranges:
@@ -50,7 +52,7 @@ def is_within(value: Any, ranges: Ranges) -> Any:
     return inside
 
 
-def within(value: Any, ranges: Ranges) -> Any:
+def within(value: Numbers, ranges: Ranges) -> Array:
     """A variable where it lies in its ranges; outside of them it has no value: NaN."""
     return jnp.where(is_within(value, ranges), value, jnp.nan)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._declare.fields import dynamic_fields, join
@@ -48,7 +49,7 @@ class Required:
     told: tuple[tuple[int, ...], ...]  # the slots whose values each text is about
     never: tuple[str, ...]  # those that cannot hold, whatever the numbers
 
-    def __call__(self, *values: Any) -> Any:
+    def __call__(self, *values: Any) -> Array:
         return jnp.stack(jaxpr_as_fun(self.jaxpr)(*values))
 
 
@@ -63,7 +64,7 @@ def required(kind: "Kind") -> Required:
     never: list[str] = []
     read: list[tuple[int, ...]] = []
 
-    def holds(*values: Any) -> list[Any]:
+    def holds(*values: Any) -> list[Array]:
         leaves: list[Any] = [_no_parameter(kind.cls.__name__, name) for name in kind.names]
         for slot, value in zip(params, values, strict=True):
             leaves[slot] = value

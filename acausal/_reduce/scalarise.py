@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .jaxpr import bind, called, shape_of
@@ -108,7 +109,7 @@ def _dot(a: np.ndarray, b: np.ndarray, axes_a: Any, axes_b: Any) -> np.ndarray:
     return products if isinstance(products, np.ndarray) else objects([products], ())
 
 
-def _whole(array: np.ndarray) -> Any:
+def _whole(array: np.ndarray) -> Array:
     if array.dtype != object:
         return jnp.asarray(array)
     return jnp.stack([jnp.asarray(value) for value in np.ravel(array)]).reshape(array.shape)

@@ -8,6 +8,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Equation
 from .._errors import ModelError
@@ -50,7 +51,7 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
     inputs += [Input(slot, 1, "var") for slot in variables]
     checks: dict[str, bool] = {}  # by name of the equation
 
-    def residuals(*values: Any) -> tuple[Any, ...]:
+    def residuals(*values: Any) -> tuple[Array, ...]:
         self = kind.component(values[: len(roles)])
         d_leaves: list[Any] = [_no_derivative(where, name) for name in kind.names]
         for slot, value in zip(variables, values[len(roles) :], strict=True):

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from .._jax_private import ClosedJaxpr
+from .._numbers import Numbers
 from .flatten import Kind
 from .forms import ANY, Coefficient, Form, interpret, parameter, variable
 from .jaxpr import as_function, slice_output, structs
@@ -81,7 +82,7 @@ class Template:
         position = {item: i for i, item in enumerate(inputs)}
         residual = as_function(self.jaxpr)
 
-        def derivative(*values: Any) -> Any:
+        def derivative(*values: Any) -> Numbers:
             tangents = []
             for item, value in zip(self.inputs, values, strict=False):
                 if item.source == "var":
@@ -138,7 +139,7 @@ def sliced(
 def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template:
     """A sum with fixed factors is zero, as that of the flows at a connection of several ports by Kirchhoff's law."""
 
-    def residual(*values: Any) -> Any:
+    def residual(*values: Any) -> Numbers:
         terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]
         return sum(terms[1:], terms[0])
 

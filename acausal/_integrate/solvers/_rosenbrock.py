@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from ..._errors import ParameterError
 from ..._linear_solver import linear_solver
+from ..._numbers import Numbers
 
 if TYPE_CHECKING:
     from typing import ClassVar as AbstractClassVar
@@ -114,11 +115,11 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     def order(self, terms: Any) -> int:
         return self.tableau.order
 
-    def func(self, terms: Any, t0: Any, y0: State, args: Any) -> State:
+    def func(self, terms: Any, t0: Numbers, y0: State, args: Any) -> State:
         """The right-hand side $f$, from which diffrax guesses the first step; with a mass matrix that is not $y'$."""
         return terms.vf(t0, y0, args)
 
-    def init(self, terms: Any, t0: Any, t1: Any, y0: State, args: Any) -> None:
+    def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: Any) -> None:
         if jax.tree.structure(y0) != jax.tree.structure(0) or jnp.ndim(y0) != 1 or not jnp.isrealobj(y0):
             raise ParameterError(
                 f"{type(self).__name__} integrates one flat vector of real numbers, but the state is {y0}. "
@@ -132,7 +133,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             )
 
     def step(
-        self, terms: Any, t0: Any, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Any
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Numbers
     ) -> tuple[State, State, dict[str, Array], None, diffrax.RESULTS]:
         tableau = self.tableau
         # Members of a batch that have ended are stepped on with h = 0, where the matrix of a DAE is singular.
@@ -157,7 +158,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         coeffs = jnp.stack([combine(row, u) for row in tableau.dense])
         return y1, combine(tableau.error, u), {"y0": y0, "y1": y1, "coeffs": coeffs}, None, diffrax.RESULTS.successful
 
-    def _mass_matrix(self, n: int, t: Any) -> Matrix:
+    def _mass_matrix(self, n: int, t: Numbers) -> Matrix:
         if self.mass is None:
             return _unit_vectors(n, t)
         return self.mass[:, None] * _unit_vectors(n, t) if self.mass.ndim == 1 else self.mass
@@ -194,7 +195,7 @@ def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
     return jnp.sum(jnp.asarray(weights)[:, None] * stages, axis=0)
 
 
-def _unit_vectors(n: int, t: Any) -> Matrix:
+def _unit_vectors(n: int, t: Numbers) -> Matrix:
     """The identity; a large one depends on `t` in form, lest XLA evaluate it, and what follows, while it compiles."""
     if n <= LARGEST_CONSTANT:
         return jnp.eye(n)
@@ -202,7 +203,7 @@ def _unit_vectors(n: int, t: Any) -> Matrix:
     return (index[:, None] == index + jnp.isnan(t)).astype(float)
 
 
-def linearise(f: VectorField, t: Any, y: State) -> tuple[State, State, Matrix]:
+def linearise(f: VectorField, t: Numbers, y: State) -> tuple[State, State, Matrix]:
     r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, in one batch of directional derivatives."""
 
     def directional(direction: Float[Array, " 1+n"]) -> tuple[State, State]:
