@@ -20,7 +20,8 @@ SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
         "prototypes_re50": (
             "RE50: resistance and friction",
             "On each line the model opens in the measured time; in each band it has the measured peak current.\n"
-            "One set of parameters would explain everything where all of them met.",
+            "With viscous friction alone all meet far from Table 8.2. Fits to the current of the held clutch, too,\n"
+            "have a third parameter and lie beside the lines.",
         ),
         "prototypes_re50_proposals": (
             "RE50: what would have to be measured",
