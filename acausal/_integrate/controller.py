@@ -13,6 +13,7 @@ from .._numbers import Numbers
 from .state_vector import StateVector
 
 PER_OCTAVE = 4
+LEAP = 1e8  # by how many times its size no state grows in a step
 FAR = 100.0  # times as long as the way to an event in a step, the next one is not asked to be
 
 
@@ -51,8 +52,12 @@ class Steps(diffrax.PIDController):
         self, t0: Numbers, t1: Any, y0: Array, y1_candidate: Array, args: Any, y_error: Array, error_order: int,
         controller_state: Control,
     ) -> Any:  # fmt: skip
-        # What is not finite is a step that failed, and must not become a step size.
-        has_failed = ~(jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate))))
+        # What is not finite is a step that failed, and must not become a step size. A step of the linearised equations
+        # that throws a state out of all proportion has failed, too, however small its error is beside where it ends.
+        scale, states = jnp.abs(y0) * self.rtol + self.atol, self.layout.states
+        has_leapt = jnp.any(jnp.abs(y1_candidate[states]) * self.rtol > LEAP * scale[states])
+        is_finite = jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate)))
+        has_failed = has_leapt | ~is_finite
         error = jnp.where(has_failed, jnp.inf, jnp.abs(y_error))
         y1 = jnp.where(jnp.isfinite(y1_candidate), y1_candidate, y0)
         keep, next_t0, next_t1, jump, inner, result = super().adapt_step_size(
@@ -63,7 +68,6 @@ class Steps(diffrax.PIDController):
         wish = jnp.where(keep & (t1 - t0 < controller_state.wish), jnp.maximum(wish, controller_state.wish), wish)
         wish = jax.lax.stop_gradient(self._no_farther(wish, keep, t0, t1, y1_candidate, controller_state))
         result = diffrax.RESULTS.where(wish < self.shortest, diffrax.RESULTS.dt_min_reached, result)
-        scale = jnp.abs(y0) * self.rtol + self.atol
         held = jax.lax.stop_gradient
         largest = jnp.maximum(controller_state.largest, jnp.where(keep, jnp.abs(y1), 0.0))
         total = controller_state.total + jnp.where(keep, error, 0.0)

@@ -1,0 +1,36 @@
+"""Rates that grow exponentially: a step far too long must not pass for an accurate one."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from acausal import Component, Equations, Param, Result, Scalar, Var, eq, prefer, simulate
+
+
+class Steep(Component):
+    """What runs off by an exponential law, dx/dt = -exp(c (x - 1)), as a charge through a diode does."""
+
+    c: Param[Scalar, "1"]
+    x: Var[Scalar, "1", prefer] = 5.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(runs=eq(d.x, -jnp.exp(self.c * (self.x - 1.0)), check_units=False))
+
+
+def test_runs_off_by_an_exponential_law() -> None:
+    """exp(-c (x - 1)) = c t + exp(-c (x0 - 1)), from rates of up to 1e100 at the start: found, or told to be lost."""
+    c = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 10.0, 20.0, 40.0, 60.0])
+    expected = 1.0 - np.log(c + np.exp(-4.0 * c)) / c
+    for first in (None, 1.0):
+
+        @jax.jit
+        @jax.vmap
+        def run(c: Any, dt0: float | None = first) -> Any:
+            sol = simulate(Steep(c=c), 1.0, dt0=dt0, rtol=1e-8, save="end", throw=False)
+            return sol.final.x, sol.result == Result.step_too_small
+
+        x, is_lost = run(c)
+        np.testing.assert_array_equal(is_lost[:6], False)
+        np.testing.assert_allclose(x[~is_lost], expected[~is_lost], rtol=1e-6)
