@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -18,6 +19,7 @@ from .._numbers import Numbers
 from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 
+@jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Minus:
     """The negative of an array, not computed before it has to be: most signs cancel on the way."""

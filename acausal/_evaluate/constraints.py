@@ -58,7 +58,7 @@ class Constraints:
 
     def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Any:
         """All g(x), in the order of `names`."""
-        store = Store(x, t)
+        store = Store(t, {0: x})
         parts = [
             jnp.ravel(_of_members(group, store, params, lambda g, values, args: g(values, args)))
             for group in self.groups
@@ -76,7 +76,7 @@ class Constraints:
         """
         x, t, weight, params = jax.tree_util.tree_map(jnp.asarray, (x, t, weight, params))
         for group in self.groups:
-            x = self._moved(group, Store(x, t), weight, params, find if far else back)
+            x = self._moved(group, Store(t, {0: x}), weight, params, find if far else back)
         return x
 
     def _moved(

@@ -14,6 +14,7 @@ from .._numbers import Numbers
 from .._reduce.ranges import Ranges, within
 from .affine import Minus, computed
 from .blocks import Known, residuals, run
+from .once import once
 from .packing import ModelParameters
 from .program import Program, Use
 
@@ -57,21 +58,20 @@ class Group:
 class Store:
     """Segments computed so far; segment 0 is the state vector."""
 
-    def __init__(self, y: Array, time: Numbers) -> None:
-        self.time = time
-        self._segments: dict[int, Any] = {0: y}
+    def __init__(self, time: Numbers, segments: dict[int, Any]) -> None:
+        self.time, self.segments = time, segments
 
     def add(self, segment: int, value: Any) -> None:
         """Keep a segment; it may be a `Minus` array."""
-        self._segments[segment] = value
+        self.segments[segment] = value
 
     def flat(self, segment: int) -> Array:
         """A segment as a flat array."""
-        return jnp.ravel(computed(self._segments[segment]))
+        return jnp.ravel(computed(self.segments[segment]))
 
     def is_finite(self) -> Array:
         """Whether all that was computed so far is finite."""
-        return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self._segments])))
+        return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self.segments])))
 
     def gather(self, read: Read) -> Array:
         """The values of all members, stacked in front."""
@@ -85,7 +85,7 @@ class Store:
         return picked.reshape(len(read.elements), *read.shape)
 
     def single(self, read: Read) -> Any:
-        segment = self._segments[read.segments[0]]
+        segment = self.segments[read.segments[0]]
         bare = segment.array if isinstance(segment, Minus) else segment
         if np.shape(bare) == read.shape and np.size(read.elements) == np.size(bare):
             return segment
@@ -204,12 +204,17 @@ class Plan:
 
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
-        store = Store(self._within(y), time)
-        for group in self.needed([*also, *(self.places[pair].segment for pair in wanted)]):
-            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, guess)
-            for i, value in enumerate(outputs):
-                store.add(group.first_segment + i, value)
-        return store
+        groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
+
+        def segments() -> dict[int, Any]:
+            store = Store(time, {0: self._within(y)})
+            for group in groups:
+                outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, guess)
+                for i, value in enumerate(outputs):
+                    store.add(group.first_segment + i, value)
+            return store.segments
+
+        return Store(time, once(segments))
 
     def _within(self, y: Array) -> Array:
         """The states, NaN where they are outside their ranges."""
