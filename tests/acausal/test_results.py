@@ -182,7 +182,7 @@ RUNS: dict[str, Run] = {
         Result.bad_parameter,
         lambda **k: simulate(bad_resistor(), 0.1, save="end", **k),
         ParameterError,
-        r"r\.R must be nonnegative, got -100\.0 ohm",
+        r"r\.R must be nonnegative .*NegativeResistor.*, got -100\.0 ohm",
     ),
     "bad_option": Run(
         Result.bad_option,
