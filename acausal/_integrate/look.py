@@ -72,7 +72,7 @@ def look(
     while nothing moves, steps are longer than the periods of what makes margins vary. On a part a relation has changed
     where its margin has another sign at the end, and may have changed where its rates point at zero from both ends, and
     the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed down to
-    rounding. So an event is found if each margin turns at most once on each part.
+    rounding. So an event is found if each margin turns at most once on each part, and bends one way where it does.
     """
     length = end - start.t
 

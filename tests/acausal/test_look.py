@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
@@ -148,3 +149,19 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]
+
+
+class Rise(Component):
+    """x rises at the rate 1."""
+
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, 1.0, check_units=False))
+
+
+@pytest.mark.parametrize("width", [1.0, 1e-3, 1e-6])
+def test_a_stop_where_several_relations_hold_at_once(width: float) -> None:
+    """As the smallest of their margins, however short that lasts."""
+    run = simulate(Rise(), END, until=lambda s: jnp.minimum(s.x - 5.0, 5.0 + width - s.x), save="end")
+    np.testing.assert_allclose(run.t1, 5.0, rtol=1e-12)
