@@ -18,10 +18,9 @@ from .._declare.component import Component
 from .._declare.layout import with_leaves
 from .._declare.node import Port, leaves_of
 from .._reduce.connections import children
+from .spans import SAME, equilibrated, independent, left_null, solution
 
 RATES = (0.37, 2.9, 31.0, 470.0)  # 1/s, the s that are tried
-SAME = 1e-7  # relative difference that counts as none
-RANK = 1e-10  # relative size of a singular value that counts as zero
 
 
 class PowerPort(NamedTuple):
@@ -92,8 +91,8 @@ class Local:
         matrix, columns = equilibrated(self.matrices[which])
         places = [self.index(column) for column in chosen]
         others = np.delete(np.arange(len(self.columns)), places)
-        rows = _left_null(matrix[:, others]) @ matrix[:, places] / columns[places]
-        return _independent(rows)
+        rows = left_null(matrix[:, others]) @ matrix[:, places] / columns[places]
+        return independent(rows)
 
     def merge(self, i: int, j: int, kept: str, sign: float) -> bool:
         """Join port j to port i, where `kept` ("e" or "f") of j is `sign` times that of i; whether that is possible.
@@ -133,7 +132,7 @@ class Local:
         found = []
         for matrix in self.matrices:
             scaled, columns = equilibrated(matrix)
-            found.append(_solution(scaled[:, rest], -scaled[:, given]))
+            found.append(solution(scaled[:, rest], -scaled[:, given]))
             if found[-1] is None:
                 return None
             found[-1] = (found[-1] * columns[rest][:, None] / columns[given])[places]
@@ -222,51 +221,3 @@ def _column(name: str, ports: Sequence[PowerPort]) -> Any:
         if name == f"{port.name}.{port.through}":
             return ("e" if port.of_flow else "f", i)
     return name
-
-
-def equilibrated(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A matrix with rows and columns scaled so that all its entries are near one, and the factors of the columns.
-
-    The logarithms of the entries are made as small as factors can make them, in the sense of least squares (Curtis and
-    Reid, 1972): volumes of 1e-14 beside pressures of 1 are as large as these then.
-    """
-    rows, columns = np.nonzero(matrix)
-    if not len(rows):
-        return matrix.copy(), np.ones(matrix.shape[1])
-    design = np.zeros((len(rows), sum(matrix.shape)))
-    design[np.arange(len(rows)), rows] = 1.0
-    design[np.arange(len(rows)), matrix.shape[0] + columns] = 1.0
-    logs = np.linalg.lstsq(design, -np.log(np.abs(matrix[rows, columns])), rcond=None)[0]
-    down, across = np.exp(logs[: matrix.shape[0]]), np.exp(logs[matrix.shape[0] :])
-    return matrix * down[:, None] * across, across
-
-
-def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-    """The solution of as many independent equations as unknowns, None where there are not as many."""
-    if matrix.shape[0] < matrix.shape[1] or np.linalg.matrix_rank(matrix, tol=RANK) < matrix.shape[1]:
-        return None
-    if matrix.shape[0] == matrix.shape[1]:
-        # Elimination keeps the zeros that least squares would fill with rounding.
-        return np.linalg.solve(matrix, right)
-    found = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    return found if np.max(np.abs(matrix @ found - right), initial=0.0) < SAME else None
-
-
-def _left_null(matrix: np.ndarray) -> np.ndarray:
-    """Rows that multiply the matrix to zero."""
-    if matrix.size == 0:
-        return np.eye(matrix.shape[0])
-    u, sizes, _ = np.linalg.svd(matrix)
-    rank = int(np.sum(sizes > RANK * max(sizes[0], 1e-300)))
-    return u[:, rank:].T
-
-
-def _independent(rows: np.ndarray) -> np.ndarray:
-    """Rows that span the same, each of size one, without those that say nothing."""
-    if rows.size == 0:
-        return rows[:0]
-    size = np.max(np.abs(rows), axis=0)
-    size = np.where(size > 0.0, size, 1.0)
-    _, sizes, vt = np.linalg.svd(rows / size)
-    rank = int(np.sum(sizes > RANK * max(sizes[0], 1e-300))) if sizes[0] > RANK else 0
-    return vt[:rank] * size

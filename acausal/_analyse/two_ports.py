@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .power_ports import SAME, Local, Series, series
+from .power_ports import Local, Series, series
+from .spans import SAME
 
 ROUNDING = 1e-15  # of the entries of a response
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from .._analyse.point import operating_point
-from .._analyse.power_ports import SAME, Local, PowerPort, Series, power_ports
+from .._analyse.power_ports import Local, PowerPort, Series, power_ports
+from .._analyse.spans import SAME
 from .._analyse.two_ports import TwoPort, two_port
 from .._declare.array import Array
 from .._declare.component import Component
@@ -18,6 +19,7 @@ from .._evaluate.building import system_of
 from .._reduce.connections import children
 from .._reduce.flatten import flatten
 from .bond_graph import Bond, Place
+from .bond_laws import is_lossless, weighted
 from .bond_simplify import simplified
 from .diagram import _joined_ports
 
@@ -109,8 +111,8 @@ class _Builder:
         if len(left) == 2 and (found := two_port(local, left[0], left[1], parameters)) is not None:
             self._two_port(name, found, [anchors[i] for i in left], [domains[i] for i in left])
             return
-        if len(left) == 3 and (weighted := _weighted(local, left)) is not None:
-            self._weighted(name, weighted, [anchors[i] for i in left], [domains[i] for i in left])
+        if len(left) == 3 and (found := weighted(local, left)) is not None:
+            self._weighted(name, found, [anchors[i] for i in left], [domains[i] for i in left])
             return
         field = self.place("field", name)
         for i in left:
@@ -122,7 +124,7 @@ class _Builder:
             if domains[i] != domains[j]:
                 continue
             shares = {kind: local.ratio(kind, i, j) for kind in ("f", "e")}
-            if _is_lossless(local, i, j, shares):
+            if is_lossless(local, i, j, shares):
                 continue
             for kind, junction in (("f", "1"), ("e", "0")):
                 ratio = shares[kind]
@@ -234,16 +236,6 @@ class _Builder:
             self.bond(transformer, ends[1], domain)
 
 
-def _is_lossless(local: Local, i: int, j: int, shares: Mapping[str, float | None]) -> bool:
-    """Whether both effort and flow are passed on between two ports, as in a transformer, and nothing is added."""
-    if local.is_driven or any(ratio is None for ratio in shares.values()):
-        return False
-    return all(
-        ratio is not None and abs(local.offset((kind, j)) - ratio * local.offset((kind, i))) < SAME
-        for kind, ratio in shares.items()
-    )
-
-
 def _value(local: Local, column: Any) -> float | None:
     """What a source gives by itself; None where a signal says it."""
     return None if local.is_driven else local.offset(column)
@@ -251,34 +243,3 @@ def _value(local: Local, column: Any) -> float | None:
 
 def _inverse(value: float) -> float:
     return 1.0 / value if value else 0.0
-
-
-def _weighted(local: Local, ports: Sequence[int]) -> tuple[np.ndarray, list[Series]] | None:
-    """Weights of the flows of three ports, and the impedance of each: e_i = Z_i f_i + weight_i effort."""
-    from .._analyse.power_ports import RATES, series
-
-    flows, efforts = [("f", i) for i in ports], [("e", i) for i in ports]
-    found = local.relations(flows)
-    if len(found) != 1 or np.min(np.abs(found[0])) < SAME * np.max(np.abs(found[0])):
-        return None
-    weights = found[0] / found[0][np.argmin(np.abs(found[0]))]
-    basis = np.linalg.svd(weights[None])[2][1:]
-    away = np.eye(3) - np.outer(weights, weights) / (weights @ weights)
-    values = []
-    for which in range(len(RATES)):
-        rows = local.relations([*efforts, *flows], which)
-        lines, targets = [], []
-        for motion in basis:
-            pushed = np.linalg.lstsq(rows[:, :3], -rows[:, 3:] @ motion, rcond=1e-10)[0]
-            if np.max(np.abs(rows[:, :3] @ pushed + rows[:, 3:] @ motion)) > SAME * np.max(np.abs(rows)):
-                return None
-            lines.append(away * motion)
-            targets.append(away @ pushed)
-        left, right = np.concatenate(lines), np.concatenate(targets)
-        solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
-        size = np.max(np.abs(right), initial=0.0)
-        if np.max(np.abs(left @ solution - right), initial=0.0) > SAME * size:
-            return None
-        values.append(np.where(np.abs(solution) < SAME * size, 0.0, solution))
-    laws = [series(column) for column in np.array(values).T]
-    return None if any(law is None for law in laws) else (weights, [law for law in laws if law is not None])
