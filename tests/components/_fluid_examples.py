@@ -46,6 +46,8 @@ FLUID: tuple[Component, ...] = (
     ),
     hydraulic.DoubleActingCylinder(liquid=OIL, **CYLINDER),
     hydraulic.DoubleActingCylinder(liquid=LINEAR, rod_a=0.4, **CYLINDER),
+    hydraulic.DrilledPassage(diameter=0.7, length=0.8, corners=1.3, liquid=OIL),
+    hydraulic.DrilledPassage(diameter=0.7, length=0.8, corners=1.3, liquid=OIL, heat=HeatPort()),
     hydraulic.EndCushion(gap=0.1, length=0.7, sense=-1.0, end=0.4, **HOLE),
     hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
     hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
