@@ -55,7 +55,7 @@ def sharing(rows: list[int], users: np.ndarray, variables: np.ndarray) -> tuple[
     return sets, label[user]
 
 
-def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> scipy.sparse.csr_array:
+def _incidence(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> "scipy.sparse.csr_array":
     return scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(n_rows, n_columns))
 
 
