@@ -9,7 +9,6 @@ import numpy as np
 from jax import Array
 
 from .._errors import ModelError
-from .._indices import unsigned
 from .._numbers import Numbers
 from .affine import computed, times
 from .plan import Pair, Store
@@ -81,7 +80,7 @@ def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | N
     if known:
         signs = np.array([sign for _, sign in pairs]).reshape(shape)
         # Read rather than written in places: XLA on CPU does not compile a loop as one function that scatters.
-        found = store.gather(system.plan.read(known))[unsigned(np.maximum(np.cumsum(is_known) - 1, 0))]
+        found = store.gather(system.plan.read([known[0] if pair is None else pair for pair, _ in pairs]))
         stacked = jnp.where(is_known.reshape(shape), signs * found, stacked)
     timed = np.array([pair is None and sign == 1 for pair, sign in pairs])
     stacked = jnp.where(timed.reshape(shape), time, stacked)

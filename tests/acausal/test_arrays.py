@@ -13,7 +13,9 @@ from acausal import (
 from acausal import (
     Component,
     Connections,
+    Discrete,
     Equations,
+    Events,
     Param,
     Scalar,
     Var,
@@ -25,6 +27,7 @@ from acausal import (
     shape,
     simulate,
     stack,
+    when,
 )
 from components.rotational import Inertia, Spring
 
@@ -119,6 +122,32 @@ def test_equations_read_derivatives_in_an_array_of_parts() -> None:
     np.testing.assert_allclose(end.first, end.chain.masses[0].b.tau / 2.0, rtol=1e-12)
     np.testing.assert_allclose(abs(end.first), abs(torques[0]) / 2.0, rtol=1e-12)
     np.testing.assert_allclose(end.total, 0.0, atol=1e-12)  # without torque from outside
+
+
+class Alarmed(Component):
+    """Its events read single members of an array of parts."""
+
+    limit: Param[Scalar, ""] = 1.0
+    alarms: Discrete[Scalar, ""] = 0.0
+    chain: Chain
+
+    def events(self) -> Events:
+        return dict(
+            fast=when(self.chain.masses[-1].w > self.limit, alarms=1.0),
+            strained=when(self.chain.springs[0].tau > self.limit, alarms=2.0),
+        )
+
+
+def test_the_steps_of_a_run_whose_events_read_members_are_one_function() -> None:
+    def end(limit: Any) -> Any:
+        return simulate(Alarmed(limit=limit, chain=chain(3, 1.0)), 2.0, save="end").final.chain.masses[0].w
+
+    program = jax.jit(end).lower(1.0).compile().as_text()
+    assert program is not None
+    main = program[program.index("\nENTRY ") :]
+    # XLA calls a loop that it compiles as one function; else the loop is an operation of the main program.
+    assert "outer-loop" in program
+    assert not [line for line in main.splitlines() if " while(" in line and "outer-loop" in line]
 
 
 class SeveralWatched(Component):
