@@ -1,10 +1,10 @@
 """Typical sizes of variables: given, declared, or by unit."""
 
 import numpy as np
-import scipy
 
 from .aliases import ZERO, Merged
 from .flatten import FlatLeaf, FlatModel
+from .graph import connected
 
 # Machinery between the size of a hand and of a person: an engineer's guess, to a factor of ten. Error tolerances are
 # relative to the larger of a variable and this size.
@@ -85,6 +85,4 @@ def _alike(flat: FlatModel, merged: Merged) -> np.ndarray:
         pairs = nodes[is_left].reshape(-1, 2)
         places = np.broadcast_to(orders, nodes.shape)[is_left].reshape(-1, 2)
         edges += [pairs + n * places, pairs[np.all(places == 0, axis=1)] + n]
-    first, second = np.concatenate(edges).T
-    links = scipy.sparse.coo_array((np.ones(len(first)), (first, second)), shape=(2 * n, 2 * n))
-    return scipy.sparse.csgraph.connected_components(links, directed=False)[1]
+    return connected(np.concatenate(edges), 2 * n)[1]
