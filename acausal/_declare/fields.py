@@ -1,10 +1,13 @@
-"""The fields of a class of nodes."""
+"""The fields of nodes and of their classes."""
 
 import dataclasses
 import functools as ft
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
 
 from .annotations import Declaration
+
+T = TypeVar("T")
 
 
 def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
@@ -20,3 +23,20 @@ def _dynamic_fields(cls: Any) -> tuple[tuple[str, Declaration | None], ...]:
 
 def join(path: str, name: str) -> str:
     return f"{path}.{name}" if path else name
+
+
+def copied(node: T, changes: Mapping[str, Any]) -> T:
+    """A copy of a node with other values of some fields, past its constructor, which would check and convert them."""
+    copy = object.__new__(type(node))
+    for name, value in {**vars(node), **changes}.items():
+        object.__setattr__(copy, name, value)
+    return copy
+
+
+def parts_of(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
+    """The nodes held by a field: the value itself, or the members of its tuples, each with its path."""
+    if isinstance(value, tuple | list):
+        for index, item in enumerate(value):
+            yield from parts_of(item, f"{path}[{index}]")
+    elif value is not None:
+        yield path, value

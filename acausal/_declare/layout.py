@@ -3,43 +3,44 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
+from jax.tree_util import PyTreeDef
 
 from .annotations import Declaration
-from .fields import dynamic_fields, join
+from .fields import copied, dynamic_fields, join
 from .node import Node, leaves_of
 
+T = TypeVar("T")
 
-def rebuilt(node: Any, new: Callable[[str, Declaration, Any], Any], path: str = "", *, is_new: bool = False) -> Any:
+
+def rebuilt(node: T, new: Callable[[str, Declaration, Any], Any], path: str = "", *, is_new: bool = False) -> T:
     """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf; `is_new`, as if never started."""
     if isinstance(node, tuple | list):
         return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in enumerate(node))
     if not isinstance(node, Node):
         return node
-    copy = object.__new__(type(node))
-    for name, value in vars(node).items():
-        object.__setattr__(copy, name, None if is_new and name == "_past" else value)
+    changes = {"_past": None} if is_new and "_past" in vars(node) else {}
     for name, declaration in dynamic_fields(type(node)):
         value, here = getattr(node, name), join(path, name)
-        changed = rebuilt(value, new, here, is_new=is_new) if declaration is None else new(here, declaration, value)
-        object.__setattr__(copy, name, changed)
-    return copy
+        is_part = declaration is None
+        changes[name] = rebuilt(value, new, here, is_new=is_new) if is_part else new(here, declaration, value)
+    return copied(node, changes)
 
 
-def with_leaves(node: Any, leaves: Iterable[Any]) -> Any:
+def with_leaves(node: T, leaves: Iterable[Any]) -> T:
     """A tree of nodes with other leaves, in pytree order; None for what is not given."""
     remaining = iter(leaves)
     return rebuilt(node, lambda path, declaration, value: next(remaining))
 
 
-def as_new(node: Any) -> Any:
+def as_new(node: T) -> T:
     """A tree of nodes in which nothing has happened."""
     return rebuilt(node, lambda path, declaration, value: value, is_new=True)
 
 
-def complete(node: Any) -> Any:
+def complete(node: T) -> T:
     """A tree of nodes with zeros for the start values that are not given, in which nothing has happened."""
     return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
 
@@ -52,7 +53,7 @@ class Layout:
     given.
     """
 
-    structure: Any
+    structure: PyTreeDef
     places: tuple[int, ...]
 
     def spread(self, given: Sequence[Any]) -> list[Any]:
@@ -68,7 +69,7 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
 
 
 @ft.lru_cache(maxsize=4096)
-def layout_of(structure: Any) -> Layout:
+def layout_of(structure: PyTreeDef) -> Layout:
     """How the leaves of models with this tree structure are laid out."""
     numbered = structure.unflatten(range(structure.num_leaves))
     places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))

@@ -16,7 +16,7 @@ from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameErro
 from .annotations import Declaration, declared
 from .arguments import check_arguments
 from .converters import CONVERTERS, Converter, plain_number
-from .fields import dynamic_fields, join
+from .fields import dynamic_fields, join, parts_of
 from .requirements import Requirements, broken
 
 
@@ -243,15 +243,6 @@ class Port(Node, partial=True):
 
 class Record(Node, partial=True):
     """A set of parameters with methods on them, such as a cam profile; it holds no variables."""
-
-
-def parts_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """The nodes held by a field: the value itself, or the members of its tuples, each with its path."""
-    if isinstance(value, tuple | list):
-        for index, item in enumerate(value):
-            yield from parts_of(item, f"{path}[{index}]")
-    elif value is not None:
-        yield path, value
 
 
 def nodes_of(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:

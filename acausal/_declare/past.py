@@ -1,6 +1,10 @@
 """What a model that was started knows of its events."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
+
+from .fields import copied
+
+T = TypeVar("T")
 
 
 class Past(NamedTuple):
@@ -17,9 +21,6 @@ def past_of(model: Any) -> Past | None:
     return vars(model).get("_past")
 
 
-def with_past(model: Any, past: Past | None) -> Any:
+def with_past(model: T, past: Past | None) -> T:
     """A copy of a model that knows what has happened in it."""
-    copy = object.__new__(type(model))
-    for name, value in vars(model).items():
-        object.__setattr__(copy, name, past if name == "_past" else value)
-    return copy
+    return copied(model, {"_past": past})

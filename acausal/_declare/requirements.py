@@ -10,7 +10,7 @@ import numpy as np
 
 from .._tracing import is_traced
 from .annotations import Declaration
-from .fields import dynamic_fields
+from .fields import copied, dynamic_fields
 
 
 class Requirement(NamedTuple):
@@ -74,18 +74,11 @@ def broken(node: Any) -> Iterator[str]:
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
         # Also while a function is traced, known numbers can be compared.
         with jax.ensure_compile_time_eval():
-            checks += _with_fields(node, known).requirements()
+            checks += copied(node, known).requirements()
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
             about = fields | started_of(type(node))
             yield told(text, [(name, values[name], about[name].unit) for name in named(text, about)])
-
-
-def _with_fields(node: Any, values: dict[str, Any]) -> Any:
-    copy = object.__new__(type(node))
-    for name, value in (vars(node) | values).items():
-        object.__setattr__(copy, name, value)
-    return copy
 
 
 def named(text: str, known: Container[str]) -> list[str]:

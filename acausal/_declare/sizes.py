@@ -11,13 +11,14 @@ import numpy as np
 from .._errors import ModelError, suggestion
 from .._tracing import is_traced
 from .._units.quantity import magnitude
-from .fields import dynamic_fields
-from .node import Leaf, Node, leaves_of, parts_of
+from .fields import copied, dynamic_fields, parts_of
+from .node import Leaf, Node, leaves_of
 
 if TYPE_CHECKING:
     from .component import Component
 
 M = TypeVar("M", bound="Component")
+T = TypeVar("T")
 
 
 class Sizes(dict[str, float]):
@@ -38,10 +39,7 @@ def sized(model: M, nominal: Mapping[str, Any]) -> M:
     """
     sizes = Sizes(sizes_of(model))
     sizes.update(checked_sizes(model, as_sizes(nominal)))
-    copy = object.__new__(type(model))
-    for name, value in vars(model).items():
-        object.__setattr__(copy, name, sizes if name == "nominal" else value)
-    return copy
+    return copied(model, {"nominal": sizes})
 
 
 def as_sizes(nominal: Any) -> Sizes:
@@ -96,18 +94,15 @@ def says_sizes(node: Node) -> bool:
     return bool(sizes_of(node)) or any(says_sizes(part) for part in _parts(node))
 
 
-def without_sizes(value: Any) -> Any:
+def without_sizes(value: T) -> T:
     """A tree of nodes without what is said of sizes, so that components that differ by nothing else are alike."""
     if isinstance(value, tuple | list):
         return type(value)(without_sizes(item) for item in value)
     if not isinstance(value, Node):
         return value
-    copy = object.__new__(type(value))
-    parts = {name for name, declaration in dynamic_fields(type(value)) if declaration is None}
-    for name, field in vars(value).items():
-        new = without_sizes(field) if name in parts else Sizes() if isinstance(field, Sizes) else field
-        object.__setattr__(copy, name, new)
-    return copy
+    parts = [name for name, declaration in dynamic_fields(type(value)) if declaration is None]
+    plain = {name: without_sizes(getattr(value, name)) for name in parts}
+    return copied(value, plain | {name: Sizes() for name, field in vars(value).items() if isinstance(field, Sizes)})
 
 
 def _parts(node: Node) -> Iterator[Node]:

@@ -7,8 +7,8 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import Component, Connection
-from .._declare.fields import dynamic_fields, join
-from .._declare.node import Node, Port, parts_of
+from .._declare.fields import dynamic_fields, join, parts_of
+from .._declare.node import Node, Port
 from .._errors import ModelError, complain
 from .graph import connected
 

@@ -13,9 +13,9 @@ from jaxtyping import Int
 from .._declare.annotations import Declaration
 from .._declare.array import Array, deepened
 from .._declare.component import Component
-from .._declare.fields import dynamic_fields, join
+from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.layout import complete
-from .._declare.node import Node, Port, leaves_of, parts_of
+from .._declare.node import Node, Port, leaves_of
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
 from .connections import Joints

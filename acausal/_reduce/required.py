@@ -11,8 +11,8 @@ import numpy as np
 from jax import Array
 
 from .._declare.component import Component
-from .._declare.fields import dynamic_fields, join
-from .._declare.node import Node, parts_of
+from .._declare.fields import dynamic_fields, join, parts_of
+from .._declare.node import Node
 from .._declare.requirements import named, parameters_of, stated
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, Literal, jaxpr_as_fun
