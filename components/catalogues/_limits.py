@@ -79,10 +79,13 @@ def limits(solution: Solution[Any]) -> Limits:
 
 
 def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarray, size: np.ndarray) -> Exceeded:
-    above, worst = size > limit, int(np.argmax(size))
+    excess, worst = size - limit, int(np.argmax(size))
+    # Sizes are straight between saved times, which tells when the limit is passed between two of them.
+    above, apart = np.maximum(excess, 0.0), np.abs(excess[1:]) + np.abs(excess[:-1])
     spans, run = np.diff(times), max(float(times[-1] - times[0]), np.finfo(float).tiny)
-    share = float(np.sum(spans * 0.5 * (above[1:].astype(float) + above[:-1].astype(float)))) / run
-    first = float(times[int(np.argmax(above))])
+    shares = (above[1:] + above[:-1]) / np.maximum(apart, np.finfo(float).tiny)
+    share = float(np.sum(spans * shares)) / run
+    first = float(times[int(np.argmax(excess > 0.0))])
     return Exceeded(
         path, sheet.order, rating, limit, float(size[worst]), float(times[worst]), first, share, sheet.unit(rating)
     )

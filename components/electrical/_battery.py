@@ -105,17 +105,17 @@ class Battery(TwoPin):
 class Cable(TwoPin):
     """A conductor and its return, lumped in one of the two: v = R i + L di/dt, R = 2 rho length/area.
 
-    rho = resistivity (1 + alpha (temperature - 293.15 K)), L = inductance per length of the pair times length. The
+    rho = resistivity (1 + alpha (temperature - T_ref)), L = inductance per length of the pair times length. The
     defaults are copper at 20 C (IEC 60228) and a pair whose distance is about that of its conductors' diameters. Not
     modelled: warming, capacitance, skin effect.
     """
 
     length: Param[Scalar, "m", positive]  # from end to end, once
     area: Param[Scalar, "m2", positive]  # of the section of one conductor
-    resistivity: Param[Scalar, "ohm.m", positive] = 1.7241e-8  # at 20 C
-    alpha: Param[Scalar, "1/K"] = 3.93e-3  # temperature coefficient at 20 C
+    resistivity: Param[Scalar, "ohm.m", positive] = 1.7241e-8  # at T_ref
+    alpha: Param[Scalar, "1/K"] = 3.93e-3  # temperature coefficient at T_ref
     temperature: Param[Scalar, "K", positive] = 293.15
-    T_ref: Param[Scalar, "K", positive] = 293.15  # at which the resistivity holds
+    T_ref: Param[Scalar, "K", positive] = 293.15  # at which resistivity and alpha hold
     inductance: Param[Scalar, "H/m", positive] = 0.7e-6  # of the pair, per length
     i: Var[Scalar, "A", prefer] = 0.0  # current from p to n
 

@@ -26,6 +26,8 @@ from ._interfaces import Pin, TwoPin
 from ._passive import Inductor
 from ._variable import HeatingResistor
 
+_COPPER, _T20 = 3.93e-3, 293.15  # temperature coefficient in 1/K at that temperature in K (IEC 60028)
+
 
 class BrushDrop(TwoPin):
     """Contact voltage of a pair of brushes, v = V tanh(i/i_0), nearly constant beyond the current i_0.
@@ -82,8 +84,9 @@ class BrushedMotor(Component):
     C_w dT_w/dt = R i^2 - G_wh (T_w - T_h) and C_h dT_h/dt = G_wh (T_w - T_h) + losses of brushes and core - G_ha (T_h -
     T_ambient). `ambient` has to be connected, if only to a `FixedTemperature`. A data sheet states thermal resistances,
     1/G, and time constants, C/G. `BrushedMotor(R=..., k=..., J=..., winding=..., housing=..., G_wh=..., G_ha=...)`. At
-    a constant current, the winding runs away above sqrt(G/(R alpha)), with 1/G = 1/G_wh + 1/G_ha. Not modelled:
-    commutation, armature reaction, saturation, cooling that depends on the speed.
+    a constant current, the winding runs away above sqrt(G/(R alpha)), with 1/G = 1/G_wh + 1/G_ha. Without alpha, the
+    winding is of copper: 3.93e-3 1/K at 20 C, and 3.85e-3 1/K at the 25 C of data sheets. Not modelled: commutation,
+    armature reaction, saturation, cooling that depends on the speed.
     """
 
     resistor: HeatingResistor
@@ -113,7 +116,7 @@ class BrushedMotor(Component):
         G_wh: Param[Scalar, "W/K"],  # thermal conductance from winding to housing
         G_ha: Param[Scalar, "W/K"],  # and from housing to ambient
         L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
-        alpha: Param[Scalar, "1/K"] = 3.93e-3,  # temperature coefficient of the resistance; copper
+        alpha: Param[Scalar, "1/K"] | None = None,  # temperature coefficient of R at T_ref; without, copper
         magnets: Param[Scalar, "1/K"] = 0.0,  # temperature coefficient of the magnets; see `MagnetEMF`
         brush: Param[Scalar, "V"] | None = None,  # contact voltage of the brushes
         T_h: Param[Scalar, "N.m"] = 0.0,  # constant part of friction and iron losses
@@ -122,10 +125,11 @@ class BrushedMotor(Component):
         T: Param[Scalar, "K"] = 298.15,  # of winding and housing at the start
         data_sheet: DataSheet | None = None,
     ) -> None:
-        self.resistor = HeatingResistor(R_ref=R, T_ref=T_ref, alpha=alpha)
+        self.emf = MagnetEMF(k_ref=k, alpha=magnets, T_ref=T_ref)
+        copper = _COPPER / (1.0 + _COPPER * (self.emf.T_ref - _T20))
+        self.resistor = HeatingResistor(R_ref=R, T_ref=T_ref, alpha=copper if alpha is None else alpha)
         self.inductor = None if L is None else Inductor(L=L)
         self.brushes = None if brush is None else BrushDrop(V=brush, heat=HeatPort())
-        self.emf = MagnetEMF(k_ref=k, alpha=magnets, T_ref=T_ref)
         self.rotor, self.data_sheet = Inertia(J=J), data_sheet
         self.iron = IronLoss(T_h=T_h, k_e=k_e, heat=HeatPort())
         self.winding, self.housing = HeatCapacitor(C=winding, T=T), HeatCapacitor(C=housing, T=T)

@@ -121,7 +121,7 @@ class HeatingResistor(TwoPin):
 
     R_ref: Param[Scalar, "ohm", positive]  # resistance at T_ref
     T_ref: Param[Scalar, "K", positive] = 293.15  # reference temperature
-    alpha: Param[Scalar, "1/K"] = 0.0  # temperature coefficient at T_ref; copper: 3.92e-3 1/K
+    alpha: Param[Scalar, "1/K"] = 0.0  # temperature coefficient at T_ref; copper at 20 C: 3.93e-3 1/K
     heat: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:

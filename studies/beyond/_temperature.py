@@ -20,7 +20,7 @@ from components.thermal import FixedTemperature
 
 from .._opening import opening
 from .._statics import holding_current
-from .._warm import COPPER, SHEETS, T20, magnets, winding
+from .._warm import SHEETS, magnets, winding
 from ..actuators import ehs_maxon
 from ._line import DIAMETER, LongLine
 from ._prototypes import PROTOTYPES, RE40, RE50
@@ -130,7 +130,7 @@ class Warming(Component):
 def time_to_limit(per_minute: float, one: Allowed, ambient: float) -> float:
     """After how many s the winding reaches its limit, from the ambient's temperature on; infinite where it does not."""
     current = (per_minute / 60.0 * one.heat / (_sheet()["resistance"] * winding(one.winding))) ** 0.5
-    motor = brushed_motor(ORDER, L=None, T=ambient, alpha=COPPER / winding(SHEETS, T20))
+    motor = brushed_motor(ORDER, L=None, T=ambient)
     model = Warming(
         source=ConstantCurrent(I=-current), motor=motor, ambient=FixedTemperature(temperature=ambient)
     )  # fmt: skip

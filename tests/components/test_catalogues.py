@@ -154,3 +154,6 @@ def test_limits_of_a_run() -> None:
     np.testing.assert_allclose(hot.largest, np.max(temperatures), rtol=1e-12)
     np.testing.assert_allclose(hot.first, np.asarray(solution.ts)[temperatures > 428.15][0], rtol=1e-12)
     assert "parts[1] (148867): max_winding_temperature" in str(catalogues.limits(solution))
+    # The temperature rises, so that the share is the time left after it crosses its limit.
+    crossed = np.interp(428.15, temperatures, np.asarray(solution.ts))
+    np.testing.assert_allclose(hot.share, 1.0 - crossed / solution.t1, rtol=1e-9)

@@ -9,7 +9,7 @@ import pytest
 from _rig import Rig
 from scipy.linalg import expm
 
-from acausal import Connections, ParameterError, connect, simulate
+from acausal import Connections, ParameterError, connect, quantity, simulate
 from acausal.testing import check_law
 from components import blocks, electrical, rotational, thermal
 from components.electrical import DqCurrents, DqMachine
@@ -253,6 +253,16 @@ def test_a_held_motor_warms_as_the_linear_equations_say() -> None:
     found = np.stack([solution.parts[1].winding.T, solution.parts[1].housing.T], axis=1)
     np.testing.assert_allclose(found, expected, rtol=1e-8)
     np.testing.assert_allclose(found[:, 0] - 273.15, [35.262287500006, 119.622133037068, 187.370162327446], rtol=1e-7)
+
+
+@pytest.mark.parametrize("reference", [273.15, 293.15, 298.15, quantity(25, "degC")])
+def test_a_winding_is_of_copper_whatever_temperature_its_resistance_is_given_for(reference: Any) -> None:
+    """IEC 60028: 0.00393 1/K at 20 C, so that 100 K above it the resistance is 1.393 times that at 20 C."""
+    winding = electrical.BrushedMotor(
+        R=0.3, k=0.05, J=1e-4, winding=45.0, housing=220.0, G_wh=1.2, G_ha=0.9, T_ref=reference
+    ).resistor
+    cool, warm = (1.0 + winding.alpha * (T - winding.T_ref) for T in (293.15, 393.15))
+    assert warm / cool == pytest.approx(1.393, rel=1e-12)
 
 
 def test_laws_of_the_motor_s_parts() -> None:
