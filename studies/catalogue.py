@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from acausal import Scalar, Solution
+from acausal import Scalar, Solution, quantity
 from acausal.design import Choice, Design, choose
 from components.catalogues import catalogue
 
@@ -26,8 +26,9 @@ from .actuators import ehs_maxon, ema_maxon
 LEADS = 0.1  # ohm, assumed, of what is between battery and motor
 RTOL = 1e-7  # of the runs of products, whose figures are known to three digits
 LONGEST = 0.15  # s, given up after this time
+FAILURES = {"never_stopped": f"opening time <= {1e3 * LONGEST:g} ms"}
 LARGEST = 40.0  # ratio; with more than that no motor is fast enough
-INCH = 25.4e-3  # m
+INCH = 25.4  # mm
 FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
 HOLDING = "holding current of the supply"  # a limit
 HEADS = ("", "opening time [ms]", "holding current [A]", "what")
@@ -35,7 +36,7 @@ HEADS = ("", "opening time [ms]", "holding current [A]", "what")
 
 def bores(path: str, least: int, largest: int) -> list[dict[str, Any]]:
     """Standard bores of cylinders, in sixteenths of an inch."""
-    return [{"name": f"{n}/16 in", path: n / 16 * INCH} for n in range(least, largest + 1)]
+    return [{"name": f"{n}/16 in", path: quantity(n / 16 * INCH, "mm")} for n in range(least, largest + 1)]
 
 
 MOTORS = [
@@ -67,7 +68,9 @@ TABLES: Mapping[str, Mapping[str, list[dict[str, Any]]]] = {
         "gearhead": GEARHEADS,
         "master": bores("master.bore", 10, 16),
         "slave": bores("slave.bore", 9, 15),
-        "eccentricity": [{"name": f"{n / 2:g} mm", "cam.profile.eccentricity": n / 2 * 1e-3} for n in range(8, 19)],
+        "eccentricity": [
+            {"name": f"{n / 2:g} mm", "cam.profile.eccentricity": quantity(n / 2, "mm")} for n in range(8, 19)
+        ],
     },
     "pump": {"motor": MOTORS, "pump": PUMPS, "slave": bores("slave.bore", 9, 15)},
 }
@@ -133,7 +136,8 @@ def opening(model: Any, rtol: float) -> Solution:
 def study(tables: Mapping[str, Any] = TABLES, store: Path | None = None) -> Choice:
     """All combinations of the tables; with a `store`, an interrupted study goes on where it was."""
     models = {"cam": ema_maxon(), "pump": ehs_maxon()}
-    return choose(models, tables, MINIMISE, run=ft.partial(opening, rtol=RTOL), constraints=LIMITS, store=store)
+    run = ft.partial(opening, rtol=RTOL)
+    return choose(models, tables, MINIMISE, run=run, constraints=LIMITS, failures=FAILURES, store=store)
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
@@ -173,7 +177,8 @@ def _cells(choice: Choice, design: Design) -> list[Sequence[str]]:
         for i in own[:1]:
             what = ", ".join(list(choice.combination(i).values())[1:])
             cells.append((f"best with a {name}", *(f"{x:.4g}" for x in choice.values[i] * (1e3, 1.0)), what))
-    values = ", ".join(f"{path} {value:.5g}" for path, value in design.values.items())
+    shown = [variable.scale.value(x) for variable, x in zip(design.free.variables, design.x, strict=True)]
+    values = ", ".join(f"{v.name} {x:.5g}{v.scale.text}" for v, x in zip(design.free.variables, shown, strict=True))
     time, current = _objectives(design)
     return [*cells, ("continuous optimum", f"{1e3 * time:.4g}", f"{current:.4g}", values)]
 

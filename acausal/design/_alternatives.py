@@ -20,11 +20,12 @@ Figures = Mapping[str, Mapping[str, Any]]  # by table and by name
 
 
 class Alternatives(NamedTuple):
-    """A table: the names of its rows, their values by path, and their figures."""
+    """A table: the names of its rows, their values by path, as `given` and as numbers, and their figures."""
 
     title: str
     names: tuple[str, ...]
     paths: tuple[Any, ...]
+    given: tuple[Mapping[Any, Any], ...]
     x: Float[np.ndarray, "n k"]
     figure_names: tuple[str, ...]
     figures: Float[np.ndarray, "n f"]
@@ -71,12 +72,12 @@ class Structure:
         """The model and the figures of a combination."""
         return self.part.with_values(self.model, self.x[i].tolist())
 
-    def span(self, path: Any) -> tuple[float, float]:
-        """The least and the largest value that the tables offer for a path."""
+    def span(self, path: Any) -> tuple[Any, Any]:
+        """The least and the largest value that the tables offer for a path, with the units that they have there."""
         for table in self.tables:
             if path in table.paths:
                 column = table.x[:, table.paths.index(path)]
-                return float(np.min(column)), float(np.max(column))
+                return table.given[np.argmin(column)][path], table.given[np.argmax(column)][path]
         known = ", ".join(str(path) for table in self.tables for path in table.paths)
         raise ModelError(f"The tables hold no {path!r}; they hold {known}.")
 
@@ -111,7 +112,7 @@ def _alternatives(model: Component, title: str, table: Any) -> Alternatives:
     )
     x = listed(model, values).x if any(values) else np.zeros((len(rows), 0))
     figure_names, figures = _figures(title, names, [row.get("figures", {}) for row in rows])
-    return Alternatives(title, names, tuple(values[0]), x, figure_names, figures)
+    return Alternatives(title, names, tuple(values[0]), tuple(values), x, figure_names, figures)
 
 
 def _figures(title: str, names: Sequence[str], rows: Sequence[Any]) -> tuple[tuple[str, ...], np.ndarray]:

@@ -83,11 +83,22 @@ def multipliers_of(
 def ambiguous(
     point: Point, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray, within: float = ACTIVE
 ) -> Multipliers:
-    """Which multipliers are not unique, as truth values: the gradients of what is active depend on each other there."""
+    """Which multipliers are not unique, as truth values: the gradients of what is active depend on each other there.
+
+    What has no gradient has no part in that.
+    """
     places, columns = _active(point, bounds, is_equation, within)
     lengths = np.linalg.norm(columns, axis=0)
-    null = linalg.null_space(columns / np.where(lengths > 0.0, lengths, 1.0), rcond=DEPENDENT)
-    return _spread(point, places, np.max(np.abs(null), axis=1, initial=0.0)).active(SHARE)
+    shares, moves = np.zeros(len(lengths)), lengths > 0.0
+    if np.any(moves):
+        null = linalg.null_space(columns[:, moves] / lengths[moves], rcond=DEPENDENT)
+        shares[moves] = np.max(np.abs(null), axis=1, initial=0.0)
+    return _spread(point, places, shares).active(SHARE)
+
+
+def unmoved(point: Point, is_equation: np.ndarray, within: float = ACTIVE) -> np.ndarray:
+    """Which active constraints no variable moves, to first order: they have no price."""
+    return (is_equation | (point.c >= -within)) & ~np.any(point.jacobian, axis=1)
 
 
 def _active(

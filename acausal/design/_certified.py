@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._declare.node import leaves_of
-from ._certificate import UNKNOWN, Multipliers, ambiguous, curvature, multipliers_of, residual
+from ._certificate import UNKNOWN, Multipliers, ambiguous, curvature, multipliers_of, residual, unmoved
 from ._design import Active, Design, Result, Sensitivity, Status, Tried
 from ._free import Place
 from ._problem import Problem
@@ -49,6 +49,9 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
         kkt_residual=kkt,
         active=tuple(_active(own, found, multipliers)),
         not_unique=tuple(_not_unique(own, ambiguous(point, own.bounds, own.is_equation))),
+        unmoved=tuple(
+            one.name for one, is_one in zip(task.limits, unmoved(point, own.is_equation), strict=True) if is_one
+        ),
         curvature=bent,
         idle=tuple(name for name, is_one in zip(problem.free.names, task.idle, strict=True) if is_one),
         conflict=_conflict(task, outcome),

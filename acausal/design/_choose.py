@@ -11,11 +11,11 @@ from jaxtyping import Bool, Float, Int
 
 from .._analyse.table import aligned
 from .._declare.component import Component
-from .._errors import ModelError, SimulationError
+from .._errors import ModelError, SimulationError, suggestion
 from .._extras import Axes
 from ._alternatives import Structure, held, on_pair, run_of_pair, structure_of
 from ._bar import bar
-from ._batches import COMPUTED, Outcomes, Task, said
+from ._batches import COMPUTED, Outcomes, Task, code_names, said
 from ._choice_plot import plot_choice
 from ._design import Design
 from ._limits import Limit, Objective, limits_of, objectives_of
@@ -36,6 +36,7 @@ class Asked:
     minimise: Mapping[str, Any]
     constraints: Mapping[str, Any]
     run: Callable[[Any], Any] | None
+    failures: Mapping[str, str]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -110,20 +111,24 @@ class Choice:
     def ruled_out(self, i: int) -> tuple[str, ...]:
         """What speaks against a combination: the limits that it breaks, or why it could not be computed."""
         if not self.is_computed[i]:
-            return (said(int(self.codes[i])).split(". ")[0].rstrip("."),)
+            code = int(self.codes[i])
+            return (self._asked.failures.get(code_names()[code]) or said(code).split(". ")[0].rstrip("."),)
         broken = zip(self.limits, self.excess[i], strict=True)
         return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > BROKEN)
 
     @property
     def reasons(self) -> dict[str, tuple[int, int]]:
-        """By limit or failure: how many combinations it rules out, and how many it alone does."""
+        """By limit or failure: how many combinations it rules out, and how many it alone does.
+
+        Of what could not be computed, nobody knows which limits it would break: no failure is counted as alone.
+        """
         counts: dict[str, list[int]] = {}
         for i in np.flatnonzero(~self.is_feasible).tolist():
             against = self.ruled_out(i)
             for reason in against:
                 pair = counts.setdefault(reason, [0, 0])
                 pair[0] += 1
-                pair[1] += len(against) == 1
+                pair[1] += len(against) == 1 and bool(self.is_computed[i])
         return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
 
     def continuous(self, *paths: Any, i: int | None = None, **options: Any) -> Design:
@@ -170,8 +175,10 @@ class Choice:
         lines = [f"{len(self.codes)} combinations, {int(np.sum(self.is_feasible))} feasible"]
         results = [objective.scale.headed(objective.name) for objective in self.objectives]
         lines += [aligned([["", *heads, *results], *rows])] if rows else []
+        failures = {self.ruled_out(i)[0] for i in np.flatnonzero(~self.is_computed).tolist()}
         for reason, (number, alone) in self.reasons.items():
-            lines.append(f"ruled out by {reason}: {number}, {alone} of them by it alone")
+            more = "and not judged further" if reason in failures else f"{alone} of them by it alone"
+            lines.append(f"ruled out by {reason}: {number}, {more}")
         return "\n".join(lines)
 
     def _shown(self, i: int) -> list[str]:
@@ -185,6 +192,7 @@ def choose(
     *,
     run: Callable[[Any], Any] | None = None,
     constraints: Mapping[str, Any] | None = None,
+    failures: Mapping[str, str] | None = None,
     store: str | Path | None = None,
     executor: Any = None,
     progress: bool | None = None,
@@ -207,12 +215,16 @@ def choose(
       the same paths. "figures" are what the model has no parameter for: a mass, a price, a largest speed.
     - `minimise`, `run`, `constraints`: as in `optimise`; with several objectives, the first one ranks and all of them
       make the front. A function of two arguments is given the figures as well, by table and name, in SI units.
+    - `failures`: what it means if a run fails, by the name of the `Result`, where it is said what rules a combination
+      out: `{"never_stopped": "not open within 150 ms"}`.
     - `store`, `executor`, `progress`: as in `sweep`; of several models, each has a store of its own in the folder.
 
     Raises `ModelError` or `ParameterError` for what is wrong with tables, and `SimulationError` where no combination
     can be computed.
     """
     objectives, limits = objectives_of(minimise), limits_of(constraints)
+    if unknown := [name for name in failures or {} if name not in code_names()]:
+        raise ModelError(f"{unknown[0]!r} is no failure.{suggestion(unknown[0], code_names())}")
     if twice := [o.name for o in objectives if o.name in limits]:
         raise ModelError(f"{twice[0]} is the name of an objective and of a constraint. Rename one.")
     structures = _structures(model, tables)
@@ -239,7 +251,9 @@ def choose(
     stated = [(limits[owner][1], i) for i, owner in enumerate(owners) if owner in limits]
     excess = [_excess(limit, results[:, i]) for limit, i in stated]
     table = np.stack(excess, axis=1) if excess else np.zeros((len(codes), 0))
-    asked = Asked(minimise if isinstance(minimise, Mapping) else {"objective": minimise}, constraints or {}, run)
+    asked = Asked(
+        minimise if isinstance(minimise, Mapping) else {"objective": minimise}, constraints or {}, run, failures or {}
+    )
     return Choice(structures, objectives, tuple(limit for limit, _ in stated), values, table, codes, asked)
 
 

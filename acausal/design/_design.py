@@ -83,6 +83,7 @@ class Design(Generic[M]):
     - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
     - `active`: the limits and bounds that hold the optimum, with their multipliers.
     - `not_unique`: those of them whose multipliers are one choice of many, since they say the same or touch each other.
+    - `unmoved`: active limits that no variable moves, to first order; they have no price.
     - `idle`: variables that nothing depends on, as far as the search went; they keep their values.
     - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
     - `sensitivities`: derivatives of the optimum by the parameters that are not free.
@@ -114,6 +115,7 @@ class Design(Generic[M]):
     seconds_evaluating: float = 0.0
     not_unique: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
+    unmoved: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -188,6 +190,8 @@ class Design(Generic[M]):
             yield aligned([head, *map(self._active_row, self.active)])
         if self.not_unique:
             yield f"not unique, since they say the same or touch: {', '.join(self.not_unique)}"
+        if self.unmoved:
+            yield f"active, but moved by no variable: {', '.join(self.unmoved)}"
         if self.sensitivities:
             yield ""
             yield self._sensitivity_table()

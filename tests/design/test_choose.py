@@ -62,6 +62,17 @@ def test_what_cannot_be_computed_is_ruled_out() -> None:
         choose(rig(), TABLES, lambda m: jnp.log(-m.link.c))
 
 
+def test_what_a_failure_means_can_be_said() -> None:
+    """A combination that failed is not judged further: what it alone rules out is not known."""
+    limits = {"mass": (lambda m: m.mass.m, "<= 2 kg")}
+    meaning = {"no_finite_result": "frequency > 5 Hz"}
+    found = choose(rig(), TABLES, lambda m: jnp.log(m.link.c - 20.0), constraints=limits, failures=meaning)
+    assert found.reasons == {"mass <= 2 kg": (2, 2), "frequency > 5 Hz": (2, 0)}
+    assert "ruled out by frequency > 5 Hz: 2, and not judged further" in str(found)
+    with pytest.raises(ModelError, match=r"'never_stoped' is no failure\. Did you mean never_stopped"):
+        choose(rig(), TABLES, frequency, failures={"never_stoped": "too late"})
+
+
 def test_none_is_feasible() -> None:
     found = choose(rig(), TABLES, frequency, constraints={"c": (lambda m: m.link.c, ">= 100 N/m")})
     assert found.best is None
@@ -125,6 +136,11 @@ def test_the_continuous_optimum_is_beside_the_best_product() -> None:
     design = found.continuous("link.c", i=found.order[1])
     assert design.objective == pytest.approx(4.0, rel=1e-9)
     assert design.values["link.c"] == pytest.approx(16.0 * float(found.model(found.order[1]).mass.m), rel=1e-8)
+    # Numbers are shown in the units of the table.
+    rows = [{"mass.m": "500 g"}, {"mass.m": quantity(4000.0, "g")}]
+    lighter = choose(rig(), {"mass": rows}, lambda m: m.mass.m**2).continuous("mass.m", sensitivities=False)
+    assert lighter.values == {"mass.m": 0.5}
+    assert "mass.m      500   500  4000  g" in str(lighter)
     with pytest.raises(ModelError, match=r"The tables hold no 'link.d'; they hold link.c, mass.m"):
         found.continuous("link.d")
     plt = pytest.importorskip("matplotlib.pyplot")

@@ -252,6 +252,19 @@ def test_limits_that_say_the_same_are_named_and_what_does_not_matter() -> None:
     assert "does not matter: y" in str(design)
 
 
+def test_a_limit_that_nothing_moves_has_no_price() -> None:
+    """That of what is not free, just met, leaves the price of the other one unique."""
+    design = optimise(
+        Slope(), {"x": (-5.0, 5.0)}, lambda m: (m.x - 3.0) ** 2, sensitivities=False,
+        constraints={"near": (lambda m: m.x, "<= 1 m"), "given": (lambda m: m.y, "<= 0.5 m")},
+    )  # fmt: skip
+    assert design.status == "optimal"
+    assert design.not_unique == ()
+    assert design.unmoved == ("given",)
+    assert design.multipliers == pytest.approx({"near": 4.0}, rel=1e-9)
+    assert "active, but moved by no variable: given" in str(design)
+
+
 def test_a_limit_of_zero_may_be_met_at_the_start() -> None:
     design = optimise(
         Slope(x=1.0, y=1.0), {"x": (-5.0, 5.0), "y": (-5.0, 5.0)}, lambda m: m.x**2 + (m.y - 3.0) ** 2,
