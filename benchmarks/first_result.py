@@ -16,6 +16,20 @@ from ._effort import Effort
 from ._rows import Row, compared
 
 IMPORT = 0.4  # of what the packages take to import that the library builds on
+IMPORTS = {
+    "the first example": """
+from acausal import Component, Connections, connect, simulate
+from components.electrical import ConstantVoltage, DCMotor, Ground
+from components.rotational import Fixed, IdealGear, Inertia, SpringDamper
+""",
+    "the clutch actuators": "import studies.actuators",
+    "every component": """
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
+for package in (blocks, electrical, hydraulic, rotational, thermal, translational):
+    for name in dir(package):
+        getattr(package, name)
+""",
+}
 
 
 class Limits(NamedTuple):
@@ -38,8 +52,7 @@ _IMPORT = """
 import json, time
 import diffrax, equinox, jax, lineax, optimistix
 stack = time.process_time()
-import acausal
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+{named}
 print(json.dumps([stack, time.process_time() - stack]))
 """
 _TIMED = """
@@ -81,7 +94,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The least of several fresh processes each; then of others that find what these have compiled."""
     unit_run, unit_gradient, _ = _least(_UNIT, effort)
     rows = [
-        _import(effort),
+        *(_import(name, effort) for name in IMPORTS),
         Row("first result: unit, run", unit_run, "s", "diffrax, by hand", None),
         Row("first result: unit, gradient", unit_gradient, "s", "diffrax, by hand", None),
     ]
@@ -105,14 +118,14 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     return rows
 
 
-def _import(effort: Effort) -> Row:
-    """Once the byte code is there, as in an installation."""
+def _import(name: str, effort: Effort) -> Row:
+    """With the library, once the byte code is there, as in an installation."""
+    program = _IMPORT.replace("{named}", IMPORTS[name])
     with tempfile.TemporaryDirectory() as folder:
         setting = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": folder}
-        _, *times = (_printed(_IMPORT, setting) for _ in range(effort.processes + 1))
+        _, *times = (_printed(program, setting) for _ in range(effort.processes + 1))
     stack, own = (min(part) for part in zip(*times, strict=True))
-    about = "import: the library and its components"
-    return compared(about, own, "s", stack, "jax, equinox, diffrax, optimistix, lineax", IMPORT)
+    return compared(f"import: {name}", own, "s", stack, "jax, equinox, diffrax, optimistix, lineax", IMPORT)
 
 
 def _least(setup: str, effort: Effort, *, gradient: bool = True) -> list[float]:

@@ -1,55 +1,62 @@
 """Signals: ports without power, sources of time, operations, dynamics, controllers and tables."""
 
-from ._continuous import Derivative as Derivative
-from ._continuous import FirstOrder as FirstOrder
-from ._continuous import Integrator as Integrator
-from ._continuous import SecondOrder as SecondOrder
-from ._controllers import PI as PI
-from ._controllers import PID as PID
-from ._controllers import LimitedController as LimitedController
-from ._controllers import LimPI as LimPI
-from ._controllers import LimPID as LimPID
-from ._interfaces import SI2SO as SI2SO
-from ._interfaces import SISO as SISO
-from ._interfaces import Input as Input
-from ._interfaces import Output as Output
-from ._interfaces import Signal as Signal
-from ._interfaces import SignalSource as SignalSource
-from ._linear_systems import StateSpace as StateSpace
-from ._linear_systems import TransferFunction as TransferFunction
-from ._math import Division as Division
-from ._math import Function as Function
-from ._math import Gain as Gain
-from ._math import Maximum as Maximum
-from ._math import Minimum as Minimum
-from ._math import Product as Product
-from ._math import Sum as Sum
-from ._math import WeightedSum as WeightedSum
-from ._nonlinear import DeadZone as DeadZone
-from ._nonlinear import Limiter as Limiter
-from ._nonlinear import Play as Play
-from ._nonlinear import SlewRateLimiter as SlewRateLimiter
-from ._nonlinear import SmoothSwitch as SmoothSwitch
-from ._nonlinear import Switch as Switch
-from ._pwm import PWMAverage as PWMAverage
-from ._sampled import PWM as PWM
-from ._sampled import SampledPI as SampledPI
-from ._sampled import SampleHold as SampleHold
-from ._sources import Clock as Clock
-from ._sources import Constant as Constant
-from ._sources import Ramp as Ramp
-from ._sources import Sine as Sine
-from ._sources import Step as Step
-from ._sources import TimeFunction as TimeFunction
-from ._tables import Extrapolation as Extrapolation
-from ._tables import Table1D as Table1D
-from ._tables import Table2D as Table2D
-from ._time_series import Staircase as Staircase
-from ._time_series import TimeSeries as TimeSeries
-from ._two_point import TwoPointController as TwoPointController
-from ._waves import ChirpSine as ChirpSine
-from ._waves import Exponentials as Exponentials
-from ._waves import ExpSine as ExpSine
-from ._waves import Pulse as Pulse
-from ._waves import SawTooth as SawTooth
-from ._waves import Trapezoid as Trapezoid
+from typing import TYPE_CHECKING
+
+from .._lazy import when_asked
+
+if TYPE_CHECKING:
+    from ._continuous import Derivative as Derivative
+    from ._continuous import FirstOrder as FirstOrder
+    from ._continuous import Integrator as Integrator
+    from ._continuous import SecondOrder as SecondOrder
+    from ._controllers import PI as PI
+    from ._controllers import PID as PID
+    from ._controllers import LimitedController as LimitedController
+    from ._controllers import LimPI as LimPI
+    from ._controllers import LimPID as LimPID
+    from ._interfaces import SI2SO as SI2SO
+    from ._interfaces import SISO as SISO
+    from ._interfaces import Input as Input
+    from ._interfaces import Output as Output
+    from ._interfaces import Signal as Signal
+    from ._interfaces import SignalSource as SignalSource
+    from ._linear_systems import StateSpace as StateSpace
+    from ._linear_systems import TransferFunction as TransferFunction
+    from ._math import Division as Division
+    from ._math import Function as Function
+    from ._math import Gain as Gain
+    from ._math import Maximum as Maximum
+    from ._math import Minimum as Minimum
+    from ._math import Product as Product
+    from ._math import Sum as Sum
+    from ._math import WeightedSum as WeightedSum
+    from ._nonlinear import DeadZone as DeadZone
+    from ._nonlinear import Limiter as Limiter
+    from ._nonlinear import Play as Play
+    from ._nonlinear import SlewRateLimiter as SlewRateLimiter
+    from ._nonlinear import SmoothSwitch as SmoothSwitch
+    from ._nonlinear import Switch as Switch
+    from ._pwm import PWMAverage as PWMAverage
+    from ._sampled import PWM as PWM
+    from ._sampled import SampledPI as SampledPI
+    from ._sampled import SampleHold as SampleHold
+    from ._sources import Clock as Clock
+    from ._sources import Constant as Constant
+    from ._sources import Ramp as Ramp
+    from ._sources import Sine as Sine
+    from ._sources import Step as Step
+    from ._sources import TimeFunction as TimeFunction
+    from ._tables import Extrapolation as Extrapolation
+    from ._tables import Table1D as Table1D
+    from ._tables import Table2D as Table2D
+    from ._time_series import Staircase as Staircase
+    from ._time_series import TimeSeries as TimeSeries
+    from ._two_point import TwoPointController as TwoPointController
+    from ._waves import ChirpSine as ChirpSine
+    from ._waves import Exponentials as Exponentials
+    from ._waves import ExpSine as ExpSine
+    from ._waves import Pulse as Pulse
+    from ._waves import SawTooth as SawTooth
+    from ._waves import Trapezoid as Trapezoid
+else:
+    __getattr__, __dir__, __all__ = when_asked(__name__)

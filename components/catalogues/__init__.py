@@ -5,17 +5,24 @@ reads tables of your own; `limits(solution)` holds a run against the ratings. Th
 quoted, from where their source says; before a design rests on them, compare them with the maker's current sheet.
 """
 
-from .._data_sheet import DataSheet as DataSheet
-from ._limits import Exceeded as Exceeded
-from ._limits import Limits as Limits
-from ._limits import limits as limits
-from ._parts import COLUMNS as COLUMNS
-from ._parts import brushed_motor as brushed_motor
-from ._parts import catalogue as catalogue
-from ._parts import dc_motor as dc_motor
-from ._parts import gearhead as gearhead
-from ._parts import holding_valve as holding_valve
-from ._parts import pump as pump
-from ._table import Catalogue as Catalogue
-from ._table import Column as Column
-from ._table import load as load
+from typing import TYPE_CHECKING
+
+from .._lazy import when_asked
+
+if TYPE_CHECKING:
+    from .._data_sheet import DataSheet as DataSheet
+    from ._limits import Exceeded as Exceeded
+    from ._limits import Limits as Limits
+    from ._limits import limits as limits
+    from ._parts import COLUMNS as COLUMNS
+    from ._parts import brushed_motor as brushed_motor
+    from ._parts import catalogue as catalogue
+    from ._parts import dc_motor as dc_motor
+    from ._parts import gearhead as gearhead
+    from ._parts import holding_valve as holding_valve
+    from ._parts import pump as pump
+    from ._table import Catalogue as Catalogue
+    from ._table import Column as Column
+    from ._table import load as load
+else:
+    __getattr__, __dir__, __all__ = when_asked(__name__)

@@ -6,99 +6,106 @@ The flow q of a port is the mass flow over the density that the liquid has at at
 air, heat that the liquid carries from part to part.
 """
 
-from ._accumulators import Accumulator as Accumulator
-from ._accumulators import GasAccumulator as GasAccumulator
-from ._accumulators import SpringAccumulator as SpringAccumulator
-from ._accumulators import ThermalAccumulator as ThermalAccumulator
-from ._chamber import Chamber as Chamber
-from ._controlled_pumps import LoadSensingPump as LoadSensingPump
-from ._controlled_pumps import PowerLimitedPump as PowerLimitedPump
-from ._controlled_pumps import PressureCompensatedPump as PressureCompensatedPump
-from ._controlled_pumps import ServoPump as ServoPump
-from ._cooler import Cooler as Cooler
-from ._cylinders import MasterCylinder as MasterCylinder
-from ._cylinders import SlaveCylinder as SlaveCylinder
-from ._fittings import EndCushion as EndCushion
-from ._fittings import Filter as Filter
-from ._fittings import TJunction as TJunction
-from ._holding_valve import HoldingValve as HoldingValve
-from ._interfaces import FluidPort as FluidPort
-from ._interfaces import TwoPort as TwoPort
-from ._known_liquids import dot_4 as dot_4
-from ._known_liquids import fill as fill
-from ._known_liquids import iso_vg_32 as iso_vg_32
-from ._known_liquids import iso_vg_46 as iso_vg_46
-from ._known_liquids import iso_vg_68 as iso_vg_68
-from ._known_liquids import transformer_oil as transformer_oil
-from ._known_liquids import water as water
-from ._liquid_pumps import FixedPump as FixedPump
-from ._liquid_pumps import RipplingPump as RipplingPump
-from ._liquid_pumps import VariablePump as VariablePump
-from ._liquids import AnyLiquid as AnyLiquid
-from ._liquids import LinearLiquid as LinearLiquid
-from ._liquids import Liquid as Liquid
-from ._metering import DecelerationValve as DecelerationValve
-from ._metering import FourWaySpool as FourWaySpool
-from ._metering import MeteringEdge as MeteringEdge
-from ._moving_walls import RotaryVaneActuator as RotaryVaneActuator
-from ._moving_walls import SingleActingCylinder as SingleActingCylinder
-from ._open_centre import SixWayValve as SixWayValve
-from ._pipe_friction import BlasiusFriction as BlasiusFriction
-from ._pipe_friction import ChurchillFriction as ChurchillFriction
-from ._pipe_friction import LaminarFriction as LaminarFriction
-from ._pipe_friction import NoFriction as NoFriction
-from ._pipe_friction import PipeFriction as PipeFriction
-from ._pipes import Pipe as Pipe
-from ._poppet import PoppetValve as PoppetValve
-from ._pressure_valves import BypassCompensator as BypassCompensator
-from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
-from ._pressure_valves import FlowControlValve as FlowControlValve
-from ._pressure_valves import PilotCheckValve as PilotCheckValve
-from ._pressure_valves import PilotReliefValve as PilotReliefValve
-from ._pressure_valves import PressureReducingValve as PressureReducingValve
-from ._pressure_valves import SequenceValve as SequenceValve
-from ._pressure_valves import UnloadingValve as UnloadingValve
-from ._proportional import PilotStage as PilotStage
-from ._proportional import ProportionalValve as ProportionalValve
-from ._proportional import ServoValve as ServoValve
-from ._pump import Pump as Pump
-from ._pump_losses import PumpLosses as PumpLosses
-from ._pump_losses import SchloesserLosses as SchloesserLosses
-from ._pump_losses import WilsonLosses as WilsonLosses
-from ._pump_maps import MappedLosses as MappedLosses
-from ._restrictions import AnnularGap as AnnularGap
-from ._restrictions import DrilledPassage as DrilledPassage
-from ._restrictions import LiquidOrifice as LiquidOrifice
-from ._restrictions import LocalLoss as LocalLoss
-from ._restrictions import VariableOrifice as VariableOrifice
-from ._sensors import FlowSensor as FlowSensor
-from ._sensors import PressureSensor as PressureSensor
-from ._shuttles import PurgeValve as PurgeValve
-from ._shuttles import ShuttleValve as ShuttleValve
-from ._solenoid_valve import LiftValve as LiftValve
-from ._solenoid_valve import SolenoidValve as SolenoidValve
-from ._sources import ConstantFlow as ConstantFlow
-from ._sources import ConstantPressure as ConstantPressure
-from ._sources import SignalFlow as SignalFlow
-from ._sources import SignalPressure as SignalPressure
-from ._sources import Tank as Tank
-from ._spool_valves import FourWayValve as FourWayValve
-from ._spool_valves import ThreeWayValve as ThreeWayValve
-from ._stopped import StickingPump as StickingPump
-from ._stopped import StoppedCylinder as StoppedCylinder
-from ._switching_valves import IdealCheckValve as IdealCheckValve
-from ._switching_valves import SnapReliefValve as SnapReliefValve
-from ._tandem import TandemCylinder as TandemCylinder
-from ._tanks import BootstrapTank as BootstrapTank
-from ._tanks import LevelTank as LevelTank
-from ._unsteady_friction import FrictionMemory as FrictionMemory
-from ._unsteady_friction import UnsteadyFrictionPipe as UnsteadyFrictionPipe
-from ._valves import CheckValve as CheckValve
-from ._valves import LaminarResistance as LaminarResistance
-from ._valves import OnOffValve as OnOffValve
-from ._valves import Orifice as Orifice
-from ._valves import ReliefValve as ReliefValve
-from ._volumes import Line as Line
-from ._volumes import Volume as Volume
-from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder
-from ._working_cylinder import HydraulicCylinder as HydraulicCylinder
+from typing import TYPE_CHECKING
+
+from .._lazy import when_asked
+
+if TYPE_CHECKING:
+    from ._accumulators import Accumulator as Accumulator
+    from ._accumulators import GasAccumulator as GasAccumulator
+    from ._accumulators import SpringAccumulator as SpringAccumulator
+    from ._accumulators import ThermalAccumulator as ThermalAccumulator
+    from ._chamber import Chamber as Chamber
+    from ._controlled_pumps import LoadSensingPump as LoadSensingPump
+    from ._controlled_pumps import PowerLimitedPump as PowerLimitedPump
+    from ._controlled_pumps import PressureCompensatedPump as PressureCompensatedPump
+    from ._controlled_pumps import ServoPump as ServoPump
+    from ._cooler import Cooler as Cooler
+    from ._cylinders import MasterCylinder as MasterCylinder
+    from ._cylinders import SlaveCylinder as SlaveCylinder
+    from ._fittings import EndCushion as EndCushion
+    from ._fittings import Filter as Filter
+    from ._fittings import TJunction as TJunction
+    from ._holding_valve import HoldingValve as HoldingValve
+    from ._interfaces import FluidPort as FluidPort
+    from ._interfaces import TwoPort as TwoPort
+    from ._known_liquids import dot_4 as dot_4
+    from ._known_liquids import fill as fill
+    from ._known_liquids import iso_vg_32 as iso_vg_32
+    from ._known_liquids import iso_vg_46 as iso_vg_46
+    from ._known_liquids import iso_vg_68 as iso_vg_68
+    from ._known_liquids import transformer_oil as transformer_oil
+    from ._known_liquids import water as water
+    from ._liquid_pumps import FixedPump as FixedPump
+    from ._liquid_pumps import RipplingPump as RipplingPump
+    from ._liquid_pumps import VariablePump as VariablePump
+    from ._liquids import AnyLiquid as AnyLiquid
+    from ._liquids import LinearLiquid as LinearLiquid
+    from ._liquids import Liquid as Liquid
+    from ._metering import DecelerationValve as DecelerationValve
+    from ._metering import FourWaySpool as FourWaySpool
+    from ._metering import MeteringEdge as MeteringEdge
+    from ._moving_walls import RotaryVaneActuator as RotaryVaneActuator
+    from ._moving_walls import SingleActingCylinder as SingleActingCylinder
+    from ._open_centre import SixWayValve as SixWayValve
+    from ._pipe_friction import BlasiusFriction as BlasiusFriction
+    from ._pipe_friction import ChurchillFriction as ChurchillFriction
+    from ._pipe_friction import LaminarFriction as LaminarFriction
+    from ._pipe_friction import NoFriction as NoFriction
+    from ._pipe_friction import PipeFriction as PipeFriction
+    from ._pipes import Pipe as Pipe
+    from ._poppet import PoppetValve as PoppetValve
+    from ._pressure_valves import BypassCompensator as BypassCompensator
+    from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
+    from ._pressure_valves import FlowControlValve as FlowControlValve
+    from ._pressure_valves import PilotCheckValve as PilotCheckValve
+    from ._pressure_valves import PilotReliefValve as PilotReliefValve
+    from ._pressure_valves import PressureReducingValve as PressureReducingValve
+    from ._pressure_valves import SequenceValve as SequenceValve
+    from ._pressure_valves import UnloadingValve as UnloadingValve
+    from ._proportional import PilotStage as PilotStage
+    from ._proportional import ProportionalValve as ProportionalValve
+    from ._proportional import ServoValve as ServoValve
+    from ._pump import Pump as Pump
+    from ._pump_losses import PumpLosses as PumpLosses
+    from ._pump_losses import SchloesserLosses as SchloesserLosses
+    from ._pump_losses import WilsonLosses as WilsonLosses
+    from ._pump_maps import MappedLosses as MappedLosses
+    from ._restrictions import AnnularGap as AnnularGap
+    from ._restrictions import DrilledPassage as DrilledPassage
+    from ._restrictions import LiquidOrifice as LiquidOrifice
+    from ._restrictions import LocalLoss as LocalLoss
+    from ._restrictions import VariableOrifice as VariableOrifice
+    from ._sensors import FlowSensor as FlowSensor
+    from ._sensors import PressureSensor as PressureSensor
+    from ._shuttles import PurgeValve as PurgeValve
+    from ._shuttles import ShuttleValve as ShuttleValve
+    from ._solenoid_valve import LiftValve as LiftValve
+    from ._solenoid_valve import SolenoidValve as SolenoidValve
+    from ._sources import ConstantFlow as ConstantFlow
+    from ._sources import ConstantPressure as ConstantPressure
+    from ._sources import SignalFlow as SignalFlow
+    from ._sources import SignalPressure as SignalPressure
+    from ._sources import Tank as Tank
+    from ._spool_valves import FourWayValve as FourWayValve
+    from ._spool_valves import ThreeWayValve as ThreeWayValve
+    from ._stopped import StickingPump as StickingPump
+    from ._stopped import StoppedCylinder as StoppedCylinder
+    from ._switching_valves import IdealCheckValve as IdealCheckValve
+    from ._switching_valves import SnapReliefValve as SnapReliefValve
+    from ._tandem import TandemCylinder as TandemCylinder
+    from ._tanks import BootstrapTank as BootstrapTank
+    from ._tanks import LevelTank as LevelTank
+    from ._unsteady_friction import FrictionMemory as FrictionMemory
+    from ._unsteady_friction import UnsteadyFrictionPipe as UnsteadyFrictionPipe
+    from ._valves import CheckValve as CheckValve
+    from ._valves import LaminarResistance as LaminarResistance
+    from ._valves import OnOffValve as OnOffValve
+    from ._valves import Orifice as Orifice
+    from ._valves import ReliefValve as ReliefValve
+    from ._volumes import Line as Line
+    from ._volumes import Volume as Volume
+    from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder
+    from ._working_cylinder import HydraulicCylinder as HydraulicCylinder
+else:
+    __getattr__, __dir__, __all__ = when_asked(__name__)

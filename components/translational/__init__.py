@@ -1,48 +1,55 @@
 """One-dimensional translational mechanics (as in MSL `Modelica.Mechanics.Translational`)."""
 
-from ._basic import Damper as Damper
-from ._basic import DualRateSpring as DualRateSpring
-from ._basic import Fixed as Fixed
-from ._basic import Mass as Mass
-from ._basic import Rod as Rod
-from ._basic import SlidingMass as SlidingMass
-from ._basic import Spring as Spring
-from ._basic import SpringDamper as SpringDamper
-from ._disc_springs import ConicalDisc as ConicalDisc
-from ._disc_springs import Diaphragm as Diaphragm
-from ._disc_springs import DiaphragmClutch as DiaphragmClutch
-from ._disc_springs import DiscSpring as DiscSpring
-from ._dry_friction import Brake as Brake
-from ._dry_friction import DryFriction as DryFriction
-from ._dry_friction import StribeckFriction as StribeckFriction
-from ._dry_friction import SupportFriction as SupportFriction
-from ._dry_friction import TustinFriction as TustinFriction
-from ._friction import SmoothStribeckFriction as SmoothStribeckFriction
-from ._friction import ViscousFriction as ViscousFriction
-from ._gap import ElastoGap as ElastoGap
-from ._housing import ClutchSpring as ClutchSpring
-from ._housing import TabulatedSpring as TabulatedSpring
-from ._interfaces import Compliant as Compliant
-from ._interfaces import Flange as Flange
-from ._interfaces import ToGround as ToGround
-from ._lever import Lever as Lever
-from ._lugre import LuGreFriction as LuGreFriction
-from ._motion import ConstantSpeed as ConstantSpeed
-from ._motion import SignalAcceleration as SignalAcceleration
-from ._motion import SignalPosition as SignalPosition
-from ._motion import SignalSpeed as SignalSpeed
-from ._sensors import AccelerationSensor as AccelerationSensor
-from ._sensors import ForceSensor as ForceSensor
-from ._sensors import MultiSensor as MultiSensor
-from ._sensors import PositionSensor as PositionSensor
-from ._sensors import PowerSensor as PowerSensor
-from ._sensors import RelativePositionSensor as RelativePositionSensor
-from ._sensors import RelativeSpeedSensor as RelativeSpeedSensor
-from ._sensors import SpeedSensor as SpeedSensor
-from ._sources import ConstantForce as ConstantForce
-from ._sources import LinearSpeedDependentForce as LinearSpeedDependentForce
-from ._sources import QuadraticSpeedDependentForce as QuadraticSpeedDependentForce
-from ._sources import SignalForce as SignalForce
-from ._sources import SignalForce2 as SignalForce2
-from ._stops import HardStop as HardStop
-from ._stops import MassWithStopAndFriction as MassWithStopAndFriction
+from typing import TYPE_CHECKING
+
+from .._lazy import when_asked
+
+if TYPE_CHECKING:
+    from ._basic import Damper as Damper
+    from ._basic import DualRateSpring as DualRateSpring
+    from ._basic import Fixed as Fixed
+    from ._basic import Mass as Mass
+    from ._basic import Rod as Rod
+    from ._basic import SlidingMass as SlidingMass
+    from ._basic import Spring as Spring
+    from ._basic import SpringDamper as SpringDamper
+    from ._disc_springs import ConicalDisc as ConicalDisc
+    from ._disc_springs import Diaphragm as Diaphragm
+    from ._disc_springs import DiaphragmClutch as DiaphragmClutch
+    from ._disc_springs import DiscSpring as DiscSpring
+    from ._dry_friction import Brake as Brake
+    from ._dry_friction import DryFriction as DryFriction
+    from ._dry_friction import StribeckFriction as StribeckFriction
+    from ._dry_friction import SupportFriction as SupportFriction
+    from ._dry_friction import TustinFriction as TustinFriction
+    from ._friction import SmoothStribeckFriction as SmoothStribeckFriction
+    from ._friction import ViscousFriction as ViscousFriction
+    from ._gap import ElastoGap as ElastoGap
+    from ._housing import ClutchSpring as ClutchSpring
+    from ._housing import TabulatedSpring as TabulatedSpring
+    from ._interfaces import Compliant as Compliant
+    from ._interfaces import Flange as Flange
+    from ._interfaces import ToGround as ToGround
+    from ._lever import Lever as Lever
+    from ._lugre import LuGreFriction as LuGreFriction
+    from ._motion import ConstantSpeed as ConstantSpeed
+    from ._motion import SignalAcceleration as SignalAcceleration
+    from ._motion import SignalPosition as SignalPosition
+    from ._motion import SignalSpeed as SignalSpeed
+    from ._sensors import AccelerationSensor as AccelerationSensor
+    from ._sensors import ForceSensor as ForceSensor
+    from ._sensors import MultiSensor as MultiSensor
+    from ._sensors import PositionSensor as PositionSensor
+    from ._sensors import PowerSensor as PowerSensor
+    from ._sensors import RelativePositionSensor as RelativePositionSensor
+    from ._sensors import RelativeSpeedSensor as RelativeSpeedSensor
+    from ._sensors import SpeedSensor as SpeedSensor
+    from ._sources import ConstantForce as ConstantForce
+    from ._sources import LinearSpeedDependentForce as LinearSpeedDependentForce
+    from ._sources import QuadraticSpeedDependentForce as QuadraticSpeedDependentForce
+    from ._sources import SignalForce as SignalForce
+    from ._sources import SignalForce2 as SignalForce2
+    from ._stops import HardStop as HardStop
+    from ._stops import MassWithStopAndFriction as MassWithStopAndFriction
+else:
+    __getattr__, __dir__, __all__ = when_asked(__name__)

@@ -1,6 +1,7 @@
 """An instance of every component of the library."""
 
 import dataclasses
+import inspect
 from typing import Any
 
 import jax.numpy as jnp
@@ -113,8 +114,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 
 def _library() -> list[type]:
     modules = (blocks, electrical, hydraulic, rotational, thermal, translational)
-    found = [cls for module in modules for cls in vars(module).values() if isinstance(cls, type)]
-    return [cls for cls in found if issubclass(cls, Component) and not getattr(cls, "_partial", False)]
+    found = [cls for module in modules for _, cls in inspect.getmembers(module, inspect.isclass)]
+    return [cls for cls in found if issubclass(cls, Component) and not cls._partial]
 
 
 def _built(cls: type) -> Any:
