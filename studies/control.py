@@ -23,7 +23,6 @@ from ._output import (
     ACTUATOR_NAMES,
     finished,
     legend,
-    plain_table,
     print_table,
     progress,
     require_matplotlib,
@@ -142,7 +141,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path) -> None:
     from ._output import save
-    from ._report import write_report
+    from ._report import Table, write_report
 
     parts = []
     for name, ways in found.items():
@@ -151,7 +150,7 @@ def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path
             figure.suptitle(f"{ACTUATOR_NAMES[name]}: {problem}", fontsize="medium")
             save(figure, out, f"control_{name}_{problem.replace(' ', '_')}")
             parts.append((f"{ACTUATOR_NAMES[name]}: {problem}", str(course), [figure]))
-    overview = ("Overview", plain_table(HEADS, map(_cells, rows)), [])
+    overview = ("Overview", Table(HEADS, [_cells(row) for row in rows]), [])
     write_report(out, "control", "Voltages that open a clutch", [overview, *parts], __doc__)
 
 

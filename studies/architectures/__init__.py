@@ -14,4 +14,5 @@ from ._main import main as main
 from ._main import stored as stored
 from ._main import study as study
 from ._rows import Row as Row
+from ._rows import elasticities as elasticities
 from ._rows import row_of as row_of

@@ -12,7 +12,7 @@ from ._architecture import Architecture
 from ._conditions import CONDITIONS
 from ._families import ARCHITECTURES
 from ._parts import ASSUMED
-from ._rows import Row, row_of
+from ._rows import Row, elasticities, row_of
 
 HEADS = (
     "architecture", "opening [ms]", "peak [A]", "holding [A]", "holding [W]", "energy [J]", "opening [J]", "mass [kg]",
@@ -62,7 +62,12 @@ def study(rtol: float = RTOL, names: Sequence[str] | None = None) -> list[Row]:
 
 def _row(name: str, rtol: float) -> Row:
     with compiled_quickly():
-        return row_of(next(item for item in ARCHITECTURES if item.name == name), rtol)
+        return row_of(named(name), rtol)
+
+
+def named(name: str) -> Architecture:
+    """The architecture with a name."""
+    return next(item for item in ARCHITECTURES if item.name == name)
 
 
 def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
@@ -86,20 +91,27 @@ def _other_cells(rows: Iterable[Row], title: str) -> Iterable[tuple[str, ...]]:
 def report(rows: Sequence[Row], out: Path) -> None:
     """Pictures of all architectures, and one page with them."""
     from .._output import save
-    from .._report import write_report
+    from .._report import Table, write_report
     from ._plot import plot_areas, plot_energies
 
     titles = {item.name: item.title for item in ARCHITECTURES}
     areas, energies = plot_areas(rows, titles), plot_energies(rows, titles)
     save(areas, out, "architectures_areas")
     save(energies, out, "architectures_energy")
+    others = [Table(OTHER_HEADS, list(_other_cells(rows, title)), title) for title in OTHER]
+    shares = [
+        (row.architecture, path, f"{share:+.2f}")
+        for row in rows
+        for path, share in elasticities(row, named(row.architecture).build()).items()
+    ]
     parts = [
-        ("Table", as_text(rows), [energies]),
+        ("Opening, hold and whole duty", Table(HEADS, list(cells(rows))), [energies]),
         ("Pressure over flow", "Outer area: what pump or master cylinder give.", [areas]),
-        ("Cold, hot, and with a worn clutch", conditions_as_text(rows), []),
-        ("What limits each", "\n".join(f"{row.architecture}: {row.limit}" for row in rows), []),
-        ("Masses", "\n".join(map(_mass, ARCHITECTURES)), []),
-        ("Assumed", "\n".join(f"{what}: {reason}" for what, reason in ASSUMED.items()), []),
+        ("What limits each", Table(("architecture", "limits"), [(row.architecture, row.limit) for row in rows]), []),
+        ("What the opening time hangs on", Table(("architecture", "size", "opening time [% per %]"), shares), []),
+        ("Cold, hot, and with a worn clutch", others, []),
+        ("Masses", Table(("architecture", "published", "not published"), list(map(_masses, ARCHITECTURES))), []),
+        ("Assumed", Table(("what", "why"), list(ASSUMED.items())), []),
     ]
     write_report(out, "architectures", "Architectures of clutch actuators", parts, ABOUT)
 
@@ -119,6 +131,5 @@ def conditions_as_text(rows: Sequence[Row]) -> str:
     return "\n\n".join(f"{title}\n{plain_table(OTHER_HEADS, list(_other_cells(rows, title)))}" for title in OTHER)
 
 
-def _mass(item: Architecture) -> str:
-    known = ", ".join(f"{part} {mass:g} kg" for part, mass in item.masses.items())
-    return f"{item.name}: {known}; no mass is published of: {item.weightless}"
+def _masses(item: Architecture) -> tuple[str, str, str]:
+    return item.name, ", ".join(f"{part} {mass:g} kg" for part, mass in item.masses.items()), item.weightless

@@ -187,9 +187,14 @@ def _limit(row: Row, model: Any) -> str:
     """Where most of the energy goes and, if it is differentiated, what the opening time hangs on most."""
     lost = max(row.losses, key=lambda path: row.losses[path])
     text = f"energy by {lost} ({100.0 * row.losses[lost] / sum(row.losses.values()):.0f} %)"
-    values = parameters(model)
-    elasticities = {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}
-    if not elasticities:
+    shares = elasticities(row, model)
+    if not shares:
         return text
-    path = max(elasticities, key=lambda path: abs(elasticities[path]))
-    return f"{text}, opening by {path} ({elasticities[path]:+.2f} % per %)"
+    path = max(shares, key=lambda path: abs(shares[path]))
+    return f"{text}, opening by {path} ({shares[path]:+.2f} % per %)"
+
+
+def elasticities(row: Row, model: Any) -> dict[str, float]:
+    """By how many per cent the opening time changes for a per cent of each main size, by path."""
+    values = parameters(model)
+    return {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}

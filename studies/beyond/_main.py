@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from .._output import plain_table, print_table, progress, require_matplotlib, write_json
+from .._output import print_table, progress, require_matplotlib, write_json
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._row import HEADS, Row, cells
 
@@ -37,7 +37,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) 
 
 def _report(rows: Sequence[Row], out: Path) -> None:
     from .._output import save
-    from .._report import write_report
+    from .._report import Table, write_report
     from ._plot import PICTURES
 
     parts = []
@@ -45,5 +45,5 @@ def _report(rows: Sequence[Row], out: Path) -> None:
         own = [row for row in rows if row.item == name]
         figure = PICTURES[name](own)
         save(figure, out, f"beyond_{name.replace(' ', '_')}")
-        parts.append((title, plain_table(HEADS, cells(own)), [figure]))
+        parts.append((title, Table(HEADS, cells(own)), [figure]))
     write_report(out, "beyond", "Where the thesis stopped", parts)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from acausal.design import Choice
 
-from .._output import plain_table, print_table, progress, require_matplotlib, write_json
+from .._output import print_table, progress, require_matplotlib, write_json
 from . import _products as products
 from ._concepts import EHS, EMA, MOTORS
 from ._rows import (
@@ -79,17 +79,17 @@ def _report(
     out: Path,
 ) -> None:
     from .._output import save
-    from .._report import write_report
+    from .._report import Table, write_report
     from ._plot import plot_designs
 
     picture = plot_designs(rows, fronts, bought)
     save(picture, out, "concepts")
     parts = [
-        ("Designs under 800 N", plain_table(HEADS, list(cells(rows))), [picture]),
+        ("Designs under 800 N", Table(HEADS, list(cells(rows))), [picture]),
         ("What holds the optima, and what one unit more buys", prices(rows), []),
-        ("How far the prototypes were", plain_table(DISTANCE_HEADS, distance_cells(away)), []),
-        ("Fronts of opening time and energy of a hold", plain_table(HEADS, list(cells(fronts))), []),
-        ("Products", f"{plain_table(products.HEADS, products.cells(bought))}\n\n{choice}", []),
-        ("Ratios", plain_table(STATEMENT_HEADS, _said(said)), []),
+        ("How far the prototypes were", Table(DISTANCE_HEADS, distance_cells(away)), []),
+        ("Fronts of opening time and energy of a hold", Table(HEADS, list(cells(fronts))), []),
+        ("Products", (Table(products.HEADS, products.cells(bought)), str(choice)), []),
+        ("Ratios", Table(STATEMENT_HEADS, _said(said)), []),
     ]
     write_report(out, "concepts", "The two concepts designed anew", parts)

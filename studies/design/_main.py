@@ -7,8 +7,8 @@ from pathlib import Path
 
 from acausal.design import Design
 
-from .._output import finished, plain_table, print_table, progress, require_matplotlib, resumed, save, write_json
-from .._report import write_report
+from .._output import finished, print_table, progress, require_matplotlib, resumed, save, write_json
+from .._report import Table, write_report
 from ._problems import PROBLEMS
 
 ABOUT = """Actuators of a clutch, each with the values of some parameters that open it soonest while limits are kept.
@@ -85,5 +85,5 @@ def _report(designs: Mapping[str, Design], out: Path) -> None:
     for number, figure in enumerate(pictures.values(), start=1):
         save(figure, out, f"design_{number}")
     parts = [(name, str(design), [pictures[name]]) for name, design in designs.items()]
-    overview = ("Overview", plain_table(HEADS, _cells(designs)), [])
+    overview = ("Overview", Table(HEADS, list(_cells(designs))), [])
     write_report(out, "design", "Least opening times", [overview, *parts], ABOUT)

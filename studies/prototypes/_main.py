@@ -13,7 +13,7 @@ from ._cases import CASES, Case, fit
 from ._dead_time import EXPLANATIONS, record
 from ._dead_time import fit as fit_dead_time
 from ._proposals import GRID, dead_time, of_records, re50, separations
-from ._tables import Tables, as_text
+from ._tables import Tables
 
 SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -70,6 +70,7 @@ def _competing(fits: Mapping[Case, Fit[Any]]) -> dict[Case, Fit[Any]]:
 
 
 def _draw(out: Path, fits: Mapping[Case, Fit[Any]], records: Any, tables: Tables) -> None:
+    from .._report import Table as Shown
     from .._report import write_report
     from ._plot import plot_dead_time, plot_plane, plot_proposals
 
@@ -83,5 +84,5 @@ def _draw(out: Path, fits: Mapping[Case, Fit[Any]], records: Any, tables: Tables
     for name, figure in pictures.items():
         save(figure, out, name)
     parts = [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
-    parts += [(table[0], as_text(table), []) for table in tables.all()]
+    parts += [(table[0], Shown(*table[1:]), []) for table in tables.all()]
     write_report(out, "prototypes", "The prototypes: what their measurements tell", parts)

@@ -104,7 +104,7 @@ def as_text(rows: list[Row]) -> str:
 
 
 def _draw(rows: list[Row], out: Path, rtol: float) -> None:
-    from .._report import write_report
+    from .._report import Table, write_report
     from ._plot import plot_comparison, plot_deviations, plot_linear, plot_openings
 
     runs = {actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}
@@ -120,7 +120,7 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
         save(figure, out, name)
     texts = {**SHOWN, "validate_bond_graph": ("The present actuator, read off its bond graph", _of_graph(graph))}
     parts = [(*texts[name], [figure]) for name, figure in pictures.items()]
-    summed, table = ("Summary", summary(rows), []), ("All figures", plain_table(HEADS, _cells(rows)), [])
+    summed, table = ("Summary", summary(rows), []), ("All figures", Table(HEADS, list(_cells(rows))), [])
     title = "Clutch actuators: Meloni's thesis (2012) and the model"
     write_report(out, "validate", title, [summed, *parts, table])
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from studies._report import write_report
+from studies._report import Table, write_report
 
 
 class Tags(html.parser.HTMLParser):
@@ -14,7 +14,12 @@ class Tags(html.parser.HTMLParser):
     def __init__(self, text: str) -> None:
         super().__init__()
         self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[str] = []
         self.feed(text)
+
+    def handle_data(self, data: str) -> None:
+        if data.strip():
+            self.texts.append(data)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.found.append((tag, dict(attrs)))
@@ -40,3 +45,15 @@ def test_pictures_lie_in_the_page_and_are_said(tmp_path: Path) -> None:
     # Nothing is fetched from elsewhere, and no box is empty.
     assert not [attributes for tag, attributes in tags if tag in ("script", "link") or "href" in attributes]
     assert sum(tag == "pre" for tag, _ in tags) == 1
+
+
+def test_tables_are_those_of_the_page(tmp_path: Path) -> None:
+    """A cell for each text, that of a number at the right, and columns of words folded where the page is narrow."""
+    numbers = Table(("part & size", "time [ms]", "why"), [("valve <a>", "-1.5e3", "x"), ("pump", "12 %", "-")], "Times")
+    write_report(tmp_path, "page", "A page", [("Heading", ("before", numbers, Table(("empty",), [])), [])])
+    page = Tags((tmp_path / "page.html").read_text())
+    assert page.texts[page.texts.index("Times") : page.texts.index("empty")] == [
+        "Times", "part & size", "time [ms]", "why", "valve <a>", "-1.5e3", "x", "pump", "12 %", "-",
+    ]  # fmt: skip
+    assert [attributes.get("class") for tag, attributes in page.found if tag == "td"] == [None, "number", None] * 2
+    assert sum(tag == "table" for tag, _ in page.found) == 2
