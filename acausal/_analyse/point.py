@@ -22,7 +22,7 @@ from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._integrate.options import instant
+from .._integrate.options import begun_late, check_begun_late, instant
 from .._integrate.started import started
 from .._integrate.starting import start_of, why_ended
 from .._reduce.aliases import TIME
@@ -68,6 +68,8 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
     unmet = None
+    if not isinstance(at, Component):
+        check_begun_late(system, past_of(model), 0.0 if t is None else instant(t, "t"), "t")
     if at is None and system.initial_equations is not None:
         leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
     if at is None:
@@ -79,7 +81,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-        seen = jax.tree_util.tree_leaves(at)
+        seen = complete_leaves(at)[0]
         params = params.changed({i: jnp.asarray(seen[i], float) for i in system.carried.discrete_places})
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.entry.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
@@ -94,7 +96,8 @@ def _after_events(point: Point, at: Any) -> Point:
     y, params, outcome, holds = _started(point)
     if not is_traced(outcome) and outcome != 0:
         raise SimulationError(f"There is no start. {why_ended(point.system, float(outcome), holds)}")
-    y = jnp.where(outcome == 0, y if at is None else point.y, jnp.nan)
+    is_late = point.past is None or begun_late(point.system, point.past, point.t).holds
+    y = jnp.where((outcome == 0) & is_late, y if at is None else point.y, jnp.nan)
     return dataclasses.replace(point, y=y, params=params)
 
 
@@ -161,7 +164,7 @@ def _initial_state(point: Point) -> tuple[Any, Any]:
 def _time_of(system: System, view: Any) -> Any:
     """The time at which a view was taken, None where no leaf of the model tells it."""
     times = np.flatnonzero(system.merged.representative == TIME)
-    return _value_of_node(system, jax.tree_util.tree_leaves(view), int(times[0])).reshape(()) if len(times) else None
+    return _value_of_node(system, complete_leaves(view)[0], int(times[0])).reshape(()) if len(times) else None
 
 
 def _value_of_node(system: System, leaves: Sequence[Any], node: int) -> Any:
@@ -175,7 +178,7 @@ def _value_of_node(system: System, leaves: Sequence[Any], node: int) -> Any:
 def _state_of_view(point: Point, view: Any) -> Any:
     """States by their leaves; a state that is a derivative has none, and follows from the other variables."""
     system = point.system
-    leaves = jax.tree_util.tree_leaves(view)
+    leaves, _ = complete_leaves(view)
     table, size = system.ordered.table, system.plan.size
     parts = [
         jnp.zeros(size(v)) if order else _value_of_node(system, leaves, int(table.variables[v]))

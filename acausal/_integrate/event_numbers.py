@@ -88,22 +88,33 @@ class EventNumbers:
         return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
 
     @ft.cached_property
-    def _done(self) -> np.ndarray:
-        if self.settings.is_resumed:
-            return self.acts & ~self.scheduled
-        return self.sets_modes & self.settings.is_started
+    def responds(self) -> np.ndarray:
+        """Those that change variables when their condition becomes true; in a search for a start, discrete ones."""
+        return self.acts & ~self.scheduled
 
     @ft.cached_property
-    def sets_modes(self) -> np.ndarray:
-        """Those that happen in a search for a start: they set discrete variables only."""
+    def _done(self) -> np.ndarray:
+        return self.responds & (self.settings.is_resumed or self.settings.is_started)
+
+    @ft.cached_property
+    def _sets_states(self) -> np.ndarray:
+        """Those that set other variables than discrete ones, too."""
         if self.system.events is None:
             return np.zeros(self.total, bool)
         places = self.system.carried.discrete_places
-        sets_modes = [
-            bool(e.targets) and e.kind == "when" and all(leaf in places for leaf in e.targets) for _, e in self.numbered
-        ]
+        sets_states = [any(leaf not in places for leaf in entry.targets) for _, entry in self.numbered]
         counts = [entry.count for _, entry in self.numbered]
-        return self._mask(np.repeat(sets_modes, counts), False, False, False)
+        return self._mask(np.repeat(sets_states, counts), False, False, False)
+
+    @ft.cached_property
+    def waits(self) -> np.ndarray:
+        """Those that a search for a start leaves to its modes and to the run that begins there."""
+        return self.responds & self._sets_states & self.settings.is_search
+
+    @ft.cached_property
+    def remains(self) -> np.ndarray:
+        """Those of which a search for a start has set discrete variables only: the others are left to be set."""
+        return self._sets_states & (not self.settings.is_resumed and not self.settings.is_search)
 
     @ft.cached_property
     def is_listed(self) -> np.ndarray:

@@ -13,7 +13,7 @@ from .._evaluate.building import check_structure, system_of
 from .._progress import compiling
 from .._tracing import is_traced
 from .no_start import report_no_start
-from .options import flag, instant, names_of
+from .options import check_begun_late, flag, instant, names_of
 from .problem import Conditions, problem_of
 from .start_search import search_start
 from .trim import trimmed_leaves
@@ -75,6 +75,7 @@ def initialise(
         strict=flag(strict, "strict"),
         trimmed=trimmed,
     )
+    check_begun_late(system, past_of(model), t0)
     if easier is not None:
         check_structure(easier, system, "The easier model")
     system.entry.check(leaves)

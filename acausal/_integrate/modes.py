@@ -12,10 +12,11 @@ from jax import Array
 from .._evaluate.system import System
 from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
+from .changes import with_discrete
 from .field import Given
 from .run_events import RunEvents
 from .search import is_met
-from .settle import TOGETHER, assigned, repeated
+from .settle import TOGETHER, repeated
 from .starting import Start
 
 
@@ -81,7 +82,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     is_smooth = sets_values(events.system)
     given, y = (start.given, start.y) if is_smooth else jax.lax.stop_gradient((start.given, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
-    matters = events.acts & ~events.scheduled
+    matters = events.responds
     most, single = 4 * events.total + TOGETHER + 16, np.eye(events.total, dtype=bool)[matters]
 
     def point(y: Any, holds: Any) -> tuple[_Point, Any]:
@@ -94,7 +95,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         return _Point(x, y, holds, here.truths, here.values, lack), here.truths & ~holds & matters
 
     def lasts(point: _Point) -> Numbers:
-        after, _ = assigned(events, point.y, point.values, point.truths & matters)
+        after = with_discrete(events, point.y, point.values, point.truths & matters)
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
     def next_round(r: _Round) -> _Round:
@@ -107,7 +108,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)
         tried = jnp.asarray(single)[jnp.minimum(number, len(single) - 1)] if len(single) else fired
-        y, _ = assigned(events, kept.y, kept.values, jnp.where(tries, tried, fired))
+        y = with_discrete(events, kept.y, kept.values, jnp.where(tries, tried, fired))
         holds = kept.truths & (kept.holds | fired)
         return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
 
@@ -134,7 +135,7 @@ def _size(point: _Point) -> Array:
 
 def _modes(events: RunEvents, end: _Round, discrete: Any) -> Modes:
     truths = end.kept.truths
-    happen, holds = end.late & jnp.any(end.fired), truths & events.sets_modes
+    happen, holds = end.late & jnp.any(end.fired), truths & events.responds
     return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
 
 

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.converters import as_parameter
+from .._declare.past import Past
 from .._errors import ModelError, suggestion
 from .._evaluate.system import System
 from .._tracing import known
@@ -125,10 +126,21 @@ def demands(system: System, numbers: Numbers) -> list[Demand]:
     if (event := _lasting(system)) is not None:
         text = f"A run cannot go back in time, to t1 before t0, as it cannot undo the event {event}"
         found.append(Demand(t1 >= t0, text, "t1"))
-    if (past := numbers.past) is not None and _counts_times(system):
-        text = "The start is that of a later time, until which events have happened: begin there, or give resume=False"
-        found.append(Demand(t0 >= past.time - tick(past.time, t0), text, "t0"))
+    if numbers.past is not None:
+        found.append(begun_late(system, numbers.past, t0, "begin there, or give resume=False"))
     return found
+
+
+def begun_late(system: System, past: Past, t0: Any, remedy: str = "begin there", name: str = "t0") -> Demand:
+    """That a model which was started is begun no earlier, where it knows of events at known times."""
+    text = f"The start is that of a later time, until which events have happened: {remedy}"
+    return Demand((t0 >= past.time - tick(past.time, t0)) | (not _counts_times(system)), text, name)
+
+
+def check_begun_late(system: System, past: Past | None, t0: Any, name: str = "t0") -> None:
+    """Raise `ModelError` for a time that is known and before that of a start."""
+    if past is not None:
+        _check(begun_late(system, past, t0, name=name), t0)
 
 
 def _is_positive(value: Any) -> Any:
@@ -153,10 +165,14 @@ def check_known(system: System, numbers: Numbers) -> None:
     for name in names:
         if values[name] is None and getattr(numbers, name) is not None:
             values[name] = getattr(numbers, name)
-    for holds, text, name in demands(system, dataclasses.replace(numbers, **values)):
-        met = known(holds)
-        if met is not None and not np.all(met):
-            raise ModelError(f"{text}, got {name}={_shown(values[name])}.")
+    for demand in demands(system, dataclasses.replace(numbers, **values)):
+        _check(demand, values[demand.name])
+
+
+def _check(demand: Demand, value: Any) -> None:
+    met = known(demand.holds)
+    if met is not None and not np.all(met):
+        raise ModelError(f"{demand.text}, got {demand.name}={_shown(value)}.")
 
 
 def _shown(value: Any) -> str:

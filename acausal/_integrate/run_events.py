@@ -132,7 +132,7 @@ class RunEvents(EventNumbers):
         )
 
     def done(self, given: Given) -> Any:
-        """Those that have happened already where they are true at the start."""
+        """Those that have happened already where they are true at the start, as far as discrete variables go."""
         if given.numbers.past is None:
             return self._done
         return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))

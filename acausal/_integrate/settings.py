@@ -31,6 +31,7 @@ class Settings:
     progress: diffrax.AbstractProgressMeter
     is_started: bool = False  # whether past events, and those that set modes at the start, have happened
     is_resumed: bool = False  # whether all that was due before the start, or is true there, has happened
+    is_search: bool = False  # whether what sets more than discrete variables waits for the start of a run
 
     @property
     def has_events(self) -> bool:

@@ -5,13 +5,11 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from .._equinox_private import while_loop
-from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
-from .._evaluate.observe import constrained_places
 from .._numbers import Numbers
+from .changes import changed
 from .field import Given
 from .moment import carried_to_moment
 from .record import Record
@@ -102,21 +100,24 @@ def settle(
             moment, moved = carried_to_moment(events, which, t, before, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
-        held, due_later, times, told = r.holds, r.due & ~own, r.order, jnp.zeros_like(own)
+        held, due_later, times = r.holds, r.due & ~own, r.order
+        told = remains = jnp.zeros_like(own)
         is_first = ~is_own & (r.count == r.n_own)
         if is_start:
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
-            # What is true and has happened in the search for the start does not happen again, but is listed.
-            had = here.truths & events.done(given) & (r.count == 0)
+            # What is true and has happened in the search for the start does not happen again, but is listed; what it
+            # sets besides discrete variables, the search has left to happen here.
+            done = here.truths & events.done(given)
+            had, remains = done & (r.count == 0), done & events.remains & is_first
             is_told = events.settings.is_started and given.numbers.past is None
             told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
-            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held | had)
+            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held | had & ~events.remains)
         fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
         if is_start:
             is_met = here.is_zero & (events.settings.direction is not False) & is_first
             fired |= events.stops & is_met
-        changed, is_bad = _changed(events, t, ys[1], here.values, fired, given)
-        y = jnp.where(jnp.any(fired & events.acts), changed, ys[1])
+        new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)
+        y = jnp.where(jnp.any(fired & events.acts), new, ys[1])
         holds = jnp.where(is_own, held | own, here.truths & (held | fired))
         holds = jnp.where(events.either, jnp.where(is_own, held ^ own, here.truths), holds)
         base = ys[0]
@@ -171,6 +172,7 @@ def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R
 def _consequences(events: RunEvents, truths: Array, held: Array, r: _Round) -> Array:
     """What has become true by the last round."""
     begun = jnp.where(events.either, truths != held, truths & ~held) & ~events.bends
+    begun &= ~events.waits
     one = begun & (jnp.cumsum(begun) == 1)
     return jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one)
 
@@ -182,64 +184,3 @@ def _accounted(events: RunEvents, end: _Round) -> Array:
         return y
     losses = y[layout.losses] + jnp.where(jnp.arange(layout.n_losses) == end.first, end.lost, 0.0)
     return layout.with_part(y, layout.losses, losses)
-
-
-def _changed(
-    events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, given: Given
-) -> tuple[Numbers, Numbers]:
-    """The vector after these events, and whether its constraints forbid it; of several values the last one counts."""
-    if events.system.events is None:
-        return y, jnp.asarray(False)
-    y, wanted = assigned(events, y, values, fired)
-    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
-
-
-def assigned(events: RunEvents, y: Any, values: list[Any], fired: Array) -> tuple[Any, dict[int, tuple[Any, Any]]]:
-    """The vector with the discrete variables that these events set; and for other leaves the new value, and where."""
-    new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
-    for number, element, is_own in events.writes:
-        discrete = jnp.where(fired[number] & is_own, new[element], discrete)
-    y = events.layout.with_part(y, events.layout.discrete, discrete)
-    wanted: dict[int, tuple[Any, Any]] = {}
-    for (first, count, leaf), value in zip(events.targets, values, strict=True):
-        if leaf in events.system.carried.discrete_places:
-            continue
-        is_here = fired[first : first + count]
-        old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
-        wanted[leaf] = (jnp.where(is_here, value, old), was | is_here)
-    return y, wanted
-
-
-def _reset(
-    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Any, Any]], given: Given
-) -> tuple[Array, Array]:
-    """The vector with new values of variables: those of states directly, others by way of the constraints."""
-    system, constraints = events.system, events.system.constraints
-    places = {leaf: constrained_places(system, leaf) for leaf in wanted}
-    x, touched = jnp.zeros(len(constraints.sizes)), jnp.zeros(len(constraints.sizes), bool)
-    for leaf, (value, is_here) in wanted.items():
-        where, signs = places[leaf]
-        x = placed(x, where, jnp.where(is_here, signs * value, x[where]))
-        touched = placed(touched, where, touched[where] | is_here)
-    is_bad = jnp.asarray(False)
-    if system.ordered.invariants or not all(constraints.is_state[where].all() for where, _ in places.values()):
-        x, is_bad = _followed(events, t, y, x, touched, given)
-        touched = jnp.broadcast_to(jnp.any(touched), touched.shape)
-    new = jnp.where(touched[constraints.states], x[constraints.states], y[constraints.in_state_vector])
-    return placed(y, constraints.in_state_vector, new), is_bad
-
-
-def _followed(events: RunEvents, t: Numbers, y: Array, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
-    """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
-    system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
-    weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
-
-    def project(x: Array, _: None) -> tuple[Any, None]:
-        start = jnp.where(touched, aimed, x)
-        return constraints.projected(start, weight, t, inputs.params, far=True), None
-
-    # From the result of the first, new values put back, the second projection moves them no further.
-    start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
-    x = jax.lax.scan(project, start, None, length=2)[0]
-    missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
-    return x, jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))

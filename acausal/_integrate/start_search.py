@@ -17,6 +17,7 @@ from .._evaluate.starts import Inputs
 from .._numbers import Numbers
 from .field import Given
 from .modes import Solver, modes_at
+from .options import begun_late
 from .problem import Problem, Values
 from .search import NearestPoint, Search, is_met
 from .starting import start_of
@@ -140,7 +141,7 @@ def search_start(
         best, discrete, happen, refused = root(None)[0], None, jnp.zeros(0, bool), jnp.zeros(0, bool)
         new_past = None
     else:
-        start = start_of(system, t0, x0[states], inputs, past)
+        start = start_of(system, t0, x0[states], inputs, past, is_search=True)
         best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
         new_past = Past(jnp.asarray(t0, float), holds.astype(float))
     values = values.in_modes(system, discrete)
@@ -149,6 +150,8 @@ def search_start(
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
     unmet = system.entry.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
     is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
+    if past is not None:
+        is_bad |= ~begun_late(system, past, t0).holds
     y = jnp.where(is_bad, jnp.nan, found.x[states])
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
     trimmed = trim.values(found.x, sizes)

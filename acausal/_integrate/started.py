@@ -10,6 +10,7 @@ from .._declare.past import Past
 from .._evaluate.system import System
 from .._tracing import is_traced
 from .no_start import report_no_start
+from .options import check_begun_late
 from .problem import problem_of
 from .start_search import search_start
 
@@ -23,6 +24,7 @@ def started(
     nothing is found and numbers are known, unless told not to; the leaves are then what they were.
     """
     system = system.solved or system
+    check_begun_late(system, past, t0)
     problem, constants = problem_of(system, list(leaves))
     system.entry.check(leaves)
     params = system.entry.enforced(system.entry.parameters(leaves))

@@ -45,13 +45,22 @@ class Start(NamedTuple):
 
 
 def start_of(
-    system: System, t0: Any, states: Any, inputs: Inputs, past: Past | None, *, is_started: bool = False
+    system: System,
+    t0: Any,
+    states: Any,
+    inputs: Inputs,
+    past: Past | None,
+    *,
+    is_started: bool = False,
+    is_search: bool = False,
 ) -> Start:
-    """What happens at the start of a run from these states, in a model with events; past events happen unless they
-    have already.
+    """What happens at the start of a run from these states, in a model with events, or of a search from there; past
+    events happen unless they have already.
     """
     none = diffrax.NoProgressMeter()
-    settings = Settings(system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started)
+    settings = Settings(
+        system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started, is_search=is_search
+    )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     given = Given(inputs, Numbers(t0, end, None, None, one, None, [], [], [], [], past=past))
     y, events, memory = begin_run(settings, given, states)

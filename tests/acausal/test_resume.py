@@ -148,6 +148,44 @@ def test_a_start_is_not_begun_before_its_time() -> None:
     early, late = run(start, jnp.asarray(0.0)), run(start, jnp.asarray(2.0))
     assert early.result == Result.bad_option
     np.testing.assert_allclose([late.final.past, late.final.ticks, late.final.full], 1.0)
+    for again in (lambda t: initialise(start, t0=t).x, lambda t: linearise(start, t=t).rates[0]):
+        with pytest.raises(ModelError, match=r"The start is that of a later time.* got t0?=1\."):
+            again(1.0)
+        assert jnp.isnan(jax.jit(again)(jnp.asarray(1.0)))
+
+
+def test_a_start_is_a_point_to_linearise_at() -> None:
+    """What it knows of its past is none of its values."""
+    start = initialise(Counter(), steady=True, t0=2.0)
+    system = linearise(start, at=start, inputs=["u"])
+    np.testing.assert_allclose([*system.A[0], *system.B[0], *system.rates], [-1.0, 1.0, 0.0], atol=1e-9)
+
+
+class Struck(Component):
+    """A ball on its way into the floor: an event that sets a state counts, too."""
+
+    h: Var[Scalar, "m"] = -0.1
+    v: Var[Scalar, "m/s"] = -1.0
+    hits: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.h, self.v), fall=eq(d.v, -G, check_units=False))
+
+    def initial_equations(self, d: Self) -> Equations:
+        return dict(fast=eq(self.v, -1.0, check_units=False))
+
+    def events(self) -> Events:
+        return dict(hit=when((self.h < 0.0) & (self.v < 0.0), v=-E * self.v, hits=self.hits + 1.0))
+
+
+def test_what_sets_states_too_happens_once() -> None:
+    """A search sets the discrete variables; the run that begins there, the states."""
+    start = initialise(Struck())
+    for model in (Struck(), start, initialise(start)):
+        run = simulate(model, 0.05)
+        np.testing.assert_allclose([run["v"][0], run["hits"][0], run.final.hits], [E, 1.0, 1.0])
+        assert run.events.names == ["hit"]
+    np.testing.assert_allclose([start.v, start.hits], [-1.0, 1.0])
 
 
 @pytest.mark.slow

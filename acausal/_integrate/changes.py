@@ -1,0 +1,82 @@
+"""What events change at one point: discrete variables, states, and by way of the constraints what is tied to them."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
+from .._evaluate.observe import constrained_places
+from .._numbers import Numbers
+from .field import Given
+from .run_events import RunEvents
+
+
+def changed(
+    events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, remains: Array, given: Given
+) -> tuple[Numbers, Numbers]:
+    """The vector after these events, and whether its constraints forbid it; of several values the last one counts. Of
+    some events only that `remains` which is not discrete.
+    """
+    if events.system.events is None:
+        return y, jnp.asarray(False)
+    wanted = _wanted(events, values, fired)
+    y = with_discrete(events, y, values, fired & ~remains)
+    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
+
+
+def with_discrete(events: RunEvents, y: Any, values: list[Any], fired: Array) -> Any:
+    """The vector with the discrete variables that these events set."""
+    new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
+    for number, element, is_own in events.writes:
+        discrete = jnp.where(fired[number] & is_own, new[element], discrete)
+    return events.layout.with_part(y, events.layout.discrete, discrete)
+
+
+def _wanted(events: RunEvents, values: list[Any], fired: Array) -> dict[int, tuple[Any, Any]]:
+    """For each other leaf that events set the new value, and where these do."""
+    wanted: dict[int, tuple[Any, Any]] = {}
+    for (first, count, leaf), value in zip(events.targets, values, strict=True):
+        if leaf in events.system.carried.discrete_places:
+            continue
+        is_here = fired[first : first + count]
+        old, was = wanted.get(leaf, (value, jnp.zeros_like(is_here)))
+        wanted[leaf] = (jnp.where(is_here, value, old), was | is_here)
+    return wanted
+
+
+def _reset(
+    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Any, Any]], given: Given
+) -> tuple[Array, Array]:
+    """The vector with new values of variables: those of states directly, others by way of the constraints."""
+    system, constraints = events.system, events.system.constraints
+    places = {leaf: constrained_places(system, leaf) for leaf in wanted}
+    x, touched = jnp.zeros(len(constraints.sizes)), jnp.zeros(len(constraints.sizes), bool)
+    for leaf, (value, is_here) in wanted.items():
+        where, signs = places[leaf]
+        x = placed(x, where, jnp.where(is_here, signs * value, x[where]))
+        touched = placed(touched, where, touched[where] | is_here)
+    is_bad = jnp.asarray(False)
+    if system.ordered.invariants or not all(constraints.is_state[where].all() for where, _ in places.values()):
+        x, is_bad = _followed(events, t, y, x, touched, given)
+        touched = jnp.broadcast_to(jnp.any(touched), touched.shape)
+    new = jnp.where(touched[constraints.states], x[constraints.states], y[constraints.in_state_vector])
+    return placed(y, constraints.in_state_vector, new), is_bad
+
+
+def _followed(events: RunEvents, t: Numbers, y: Array, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
+    """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
+    system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
+    weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
+
+    def project(x: Array, _: None) -> tuple[Any, None]:
+        start = jnp.where(touched, aimed, x)
+        return constraints.projected(start, weight, t, inputs.params, far=True), None
+
+    # From the result of the first, new values put back, the second projection moves them no further.
+    start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
+    x = jax.lax.scan(project, start, None, length=2)[0]
+    missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
+    return x, jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))
