@@ -18,6 +18,7 @@ from .._evaluate.plan import Pair
 from .._evaluate.singular import linear_blocks
 from .._evaluate.system import System
 from .._reduce.ranges import requirements
+from .._reduce.tear import Torn
 from .._tracing import known
 from .result import Result, is_success, sentence
 from .schedule import tick
@@ -120,10 +121,35 @@ def _about_steps(solution: Solution) -> str:
             lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
     else:
         lines.append("The last step led to numbers that are infinite or not a number.")
+    if solution.result == Result.step_too_small:
+        lines.append(_about_fastest(solution))
     if last := _last(solution):
         span = float(solution._end[0]) - last[0][0]
         lines.append(f"The last events were {_last_events(solution)}, {len(last)} within {span:.3g} s.")
     return "".join(f" {line}" for line in lines)
+
+
+def _about_fastest(solution: Solution) -> str:
+    """The state that runs away, if one does, and what its component says of that."""
+    system, (t, y) = solution.system, solution._end
+    rates = np.abs(system.vector_field(t, y, solution._inputs))
+    sizes = np.maximum(np.abs(y[: len(rates)]), system.nominals[: len(rates)])
+    fastest = int(np.nanargmax(rates / sizes))
+    counts = [system.plan.size(variable) for variable, _ in system.states]
+    variable, order = system.states[int(np.searchsorted(np.cumsum(counts), fastest, side="right"))]
+    block = block_of(system, (variable, order + 1))
+    said = f"{system.element_names[fastest]} changes fastest, by {rates[fastest]:.3g} in a second"
+    if block is None or not (meaning := _if_singular(system, block)):
+        return f"{said}."
+    equations = ", ".join(map(system.ordered.table.row_name, block.rows))
+    return f"{said}, by the equations {equations} for it: {meaning}."
+
+
+def _if_singular(system: System, block: Torn) -> str:
+    """What the components of a block say that it means where its equations become singular."""
+    families = (family for family, _ in map(system.ordered.table.place, block.rows))
+    owners = [family.instances for family in families if family.instances is not None]
+    return "; ".join(filter(None, dict.fromkeys(owner.kind.cls.if_singular for owner in owners)))
 
 
 def _last(solution: Solution) -> list[tuple[float, int]]:
@@ -182,10 +208,8 @@ def about_block(system: System, pair: Pair) -> str:
     guesses = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.tears)
     if block.kind == "linear":
         reason = "are singular there: they do not determine their unknowns"
-        remedy = "look for parameters of zero, or for ideal elements that fix one value twice"
-        owners = [family.instances for family, _ in map(table.place, block.rows) if family.instances is not None]
-        meanings = dict.fromkeys(owner.kind.cls.if_singular for owner in owners)
-        remedy = "; ".join(filter(None, meanings)) or remedy
+        remedy = _if_singular(system, block)
+        remedy = remedy or "look for parameters of zero, or for ideal elements that fix one value twice"
     else:
         reason = "have no solution there, or none that iterations reach"
         remedy = (

@@ -16,6 +16,8 @@ from acausal import nonnegative as nonneg
 
 from .._series import expm1_over, log1p_over
 
+_TAIL = 40.0  # k, by which bubbles hold ever less pressure: less of it sinks deeper, more of it ends in an underflow
+
 
 class Source(str):
     """Where data come from: a remark, by which programs compiled for one liquid serve another one."""
@@ -115,8 +117,8 @@ class Liquid(AnyLiquid):
       is what the air in a bubble bears, the other part being vapour. So the pressure stays above that of the vapour,
       and falls to it while the bubbles grow: that is cavitation. Mass is conserved (Nykanen, Esque, Ellman 2000;
       Gholizadeh, Burton, Schoenau 2011 for the survey of such laws).
-    - p_g is rounded, (x + sqrt(x^2 + 4 p_t^2))/2 for x: the liquid has a density at any pressure, at that of the
-      vapour p_t / (air p_g0) of the full one for n = 1.
+    - From x = p_t on, p_g does not become zero with x = p + atmosphere - vapour pressure, but p_t (1 + (p_t - x)/
+      (k p_t))^(-k), k = 40: there is a density at any pressure, and one of 1e-8 some 30 p_t below that of the vapour.
     - Temperature, with D = T - T_ref: density/(1 + expansion D), K exp(-softening D), and vapour pressure
       exp(-vaporisation (1/T - 1/T_ref)) by Clausius and Clapeyron.
     - Viscosity: ln((nu + shift)/unit) = Z_1 (T_1/T)^w through two points of a data sheet (Walther; ASTM D341 with a
@@ -150,6 +152,10 @@ class Liquid(AnyLiquid):
         return (
             require(self.air < 1.0, "air must be below 1"),
             require(self._vapour() < self.atmosphere, "vapour_pressure must be below atmosphere at the temperature"),
+            require(
+                self._vapour() + self.transition_pressure < self.atmosphere,
+                "transition_pressure must be below the difference of atmosphere and vapour_pressure",
+            ),
             require(self.T_1 != self.T_2, "T_1 must differ from T_2"),
             require(self.nu_1 + self.shift > self.unit, "nu_1 must be above unit - shift"),
             require(self.nu_2 + self.shift > self.unit, "nu_2 must be above unit - shift"),
@@ -164,9 +170,9 @@ class Liquid(AnyLiquid):
 
     def compressibility(self, p: Scalar) -> Scalar:
         stiffer = 1.0 + self.stiffening * p / self._modulus()
-        root = jnp.sqrt(self._above_vapour(p) ** 2 + 4.0 * self.transition_pressure**2)
-        shrinking = self._liquid(p) / (self._modulus() * stiffer) + self._bubbles(p) / (self.polytropic * root)
-        return shrinking * self.relative_density(p) ** 2
+        bubbles = self._bubbles(p) / (self.polytropic * self._bubble_scale(p))
+        density = self.relative_density(p)
+        return (self._liquid(p) / (self._modulus() * stiffer) + bubbles) * density * density
 
     def kinematic_viscosity(self, p: Scalar, temperature: Scalar | None = None) -> Scalar:
         warm = self.temperature if temperature is None else temperature
@@ -181,12 +187,13 @@ class Liquid(AnyLiquid):
 
     def potential(self, p: Scalar) -> Scalar:
         """P = integral of dp/r from 0 to p."""
-        u, log = self._strain(p), self._log_compression(p)
-        base, width, n = self._rounded(0.0), self.transition_pressure, self.polytropic
+        u, log = self._strain(p), self._log_until_width(p)
+        base, width, n = self._above_vapour(0.0), self.transition_pressure, self.polytropic
+        power = 1.0 + _TAIL / n
         liquid = self._modulus() * u * expm1_over((self.stiffening - 1.0) * u)
         bubbles = base * log * expm1_over((1.0 - 1.0 / n) * log)
-        rounding = width**2 / base * log * expm1_over(-(1.0 + 1.0 / n) * log)
-        return (1.0 - self.air) * liquid + self.air * (bubbles + rounding)
+        tail = -_TAIL * width / power * jnp.exp(-log / n) * jnp.expm1(power * self._log_growth(p))
+        return (1.0 - self.air) * liquid + self.air * (bubbles + tail)
 
     def _modulus(self) -> Scalar:
         return self.bulk_modulus * jnp.exp(-self.softening * (self.temperature - self.T_ref))
@@ -199,15 +206,20 @@ class Liquid(AnyLiquid):
     def _above_vapour(self, p: Scalar) -> Scalar:
         return p + (self.atmosphere - self._vapour())
 
-    def _rounded(self, p: Scalar) -> Scalar:
-        """p_g, without the cancellation of x + sqrt(x^2 + ...) where x is negative."""
-        x, width = self._above_vapour(p), self.transition_pressure
-        size = jnp.where(x > 0.0, x, -x)
-        larger = 0.5 * (size + jnp.sqrt(size**2 + 4.0 * width**2))
-        return jnp.where(x > 0.0, larger, width**2 / larger)
+    def _bubble_scale(self, p: Scalar) -> Scalar:
+        """p_g over its slope dp_g/dp: p_g itself, and below p_t what grows again as p falls."""
+        above, width = self._above_vapour(p), self.transition_pressure
+        return jnp.where(above < width, width + (width - above) / _TAIL, above)
 
-    def _log_compression(self, p: Scalar) -> Scalar:
-        return jnp.log(self._rounded(p) / self._rounded(0.0))
+    def _log_growth(self, p: Scalar) -> Scalar:
+        """ln(1 + (p_t - x)/(k p_t)) where x is below p_t, else 0."""
+        missing = 1.0 - self._above_vapour(p) / self.transition_pressure
+        return jnp.log1p(jnp.where(missing > 0.0, missing, 0.0) / _TAIL)
+
+    def _log_until_width(self, p: Scalar) -> Scalar:
+        """ln(max(x, p_t)/p_g0)."""
+        above, width = self._above_vapour(p), self.transition_pressure
+        return jnp.log(jnp.where(above < width, width, above) / self._above_vapour(0.0))
 
     def _strain(self, p: Scalar) -> Scalar:
         """ln(1 + m p/K)/m, which is p/K for m = 0."""
@@ -219,4 +231,5 @@ class Liquid(AnyLiquid):
         return (1.0 - self.air) * jnp.exp(-self._strain(p))
 
     def _bubbles(self, p: Scalar) -> Scalar:
-        return self.air * jnp.exp(-self._log_compression(p) / self.polytropic)
+        log = self._log_until_width(p) - _TAIL * self._log_growth(p)
+        return self.air * jnp.exp(-log / self.polytropic)

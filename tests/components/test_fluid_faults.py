@@ -1,5 +1,6 @@
 """What circuits of fluid power cannot do is said, with the place and a remedy."""
 
+import jax.numpy as jnp
 import pytest
 
 from acausal import Component, Connections, SimulationError, StructureError, connect, simulate
@@ -8,12 +9,15 @@ from components.hydraulic import (
     Chamber,
     ConstantFlow,
     ConstantPressure,
+    FixedPump,
     GasAccumulator,
     IdealCheckValve,
     LinearLiquid,
     Tank,
+    WilsonLosses,
     iso_vg_46,
 )
+from components.rotational import ConstantSpeed
 
 LIQUID = LinearLiquid(density=860.0, bulk_modulus=1.4e9)
 
@@ -56,6 +60,36 @@ def test_a_chamber_that_is_drawn_empty() -> None:
     with pytest.raises(SimulationError, match=r"chamber\.compression .*nothing is left there of its liquid") as raised:
         simulate(rig, 200.0, save="end")
     assert float(str(raised.value).split()[3]) == pytest.approx(100.0, rel=1e-2)
+
+
+class Sucking(Component):
+    """A pump without losses that sucks a chamber empty."""
+
+    drive: ConstantSpeed
+    pump: FixedPump
+    chamber: Chamber
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.drive.flange, self.pump.shaft),
+            connect(self.chamber.port, self.pump.a),
+            connect(self.pump.b, self.tank.port),
+        )
+
+
+def test_a_pump_that_runs_dry() -> None:
+    """It delivers ever less, as exp(-D w t/V) of the chamber's, while the pressure stays near that of the vapour."""
+    oil = iso_vg_46()
+    rig = Sucking(
+        drive=ConstantSpeed(speed=100.0),
+        pump=FixedPump(displacement=2e-6, liquid=oil, losses=WilsonLosses()),
+        chamber=Chamber(volume=1e-4, liquid=oil),
+    )
+    p = float(simulate(rig, 10.0, save="end", rtol=1e-9).final.chamber.p)
+    # Its error is that of the pressure, 1e-9 of an atmosphere, over the pascal in which the density falls to 1/e.
+    assert float(jnp.log(oil.relative_density(p))) == pytest.approx(-20.0, abs=1e-3)
+    assert -50.0 < p - (float(oil.vapour_pressure) - 101325.0) < 0.0
 
 
 class Sensed(Component):
