@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jax.custom_derivatives import SymbolicZero
 
 
@@ -18,13 +19,13 @@ def array_of(tangent: Any) -> Any:
     return zeros(aval.shape, aval.dtype)
 
 
-def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Any, Any]:
+def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Array, Array]:
     """`jax.jvp` along those leaves only that change."""
     leaves, structure = jax.tree_util.tree_flatten(primals)
     directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
     moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
 
-    def of_moving(*values: Any) -> Any:
+    def of_moving(*values: Any) -> Array:
         whole = list(leaves)
         for i, value in zip(moving, values, strict=True):
             whole[i] = value

@@ -47,7 +47,7 @@ class LinearSystem(eqx.Module):
     _independent: tuple[int, ...] = eqx.field(static=True)
 
     @property
-    def _scaled(self) -> tuple[Any, Any, Any, Any]:
+    def _scaled(self) -> tuple[Array, Array, Array, Array]:
         """A, B, C, D for states measured in their nominal sizes."""
         sizes = np.array(self.sizes)
         return self.A / sizes[:, None] * sizes, self.B / sizes[:, None], self.C * sizes, self.D
@@ -164,7 +164,7 @@ class LinearSystem(eqx.Module):
         """How much each balanced state of the minimal system takes part between inputs and outputs, largest first."""
         return realisation.balanced(*realisation.minimal(*self._scaled[:3]))[0]
 
-    def _in_other_states(self, matrices: tuple[Any, Any, Any]) -> "LinearSystem":
+    def _in_other_states(self, matrices: tuple[np.ndarray, np.ndarray, np.ndarray]) -> "LinearSystem":
         A, B, C = (jnp.asarray(matrix) for matrix in matrices)
         names = tuple(f"z[{i}]" for i in range(len(A)))
         return LinearSystem(

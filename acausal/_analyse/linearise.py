@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._evaluate.building import system_of
@@ -124,7 +125,7 @@ def _matrices(places: tuple[Place, ...], quantity: UserFunction, constants: list
     """dx/dt at the point, and A, B, C and D."""
     n, u = point.y.shape[0], input_values(point.params, places)
 
-    def extended(z: Any) -> Any:
+    def extended(z: Array) -> Array:
         y, params = z[:n], with_inputs(point.params, places, z[n:])
         rates = point.system.vector_field(point.t, y, point.inputs(params))
         return jnp.concatenate(

@@ -84,7 +84,7 @@ def _spread(ax: Axes, points: Any) -> None:
             ax.set_yscale("symlog", linthresh=threshold)
 
 
-def _sizes(points: Any) -> np.ndarray:
+def _sizes(points: np.ndarray) -> np.ndarray:
     """The sizes of poles and zeros but for those at the origin, in rising order."""
     sizes = np.sort(np.abs(points))
     return sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
@@ -131,7 +131,7 @@ def _locator() -> Any:
     return MaxNLocator(nbins=6, steps=[1, 1.5, 1.8, 3, 4.5, 9, 10])
 
 
-def _with_grid(axes: Any) -> np.ndarray:
+def _with_grid(axes: np.ndarray) -> np.ndarray:
     for ax in axes.ravel():
         ax.grid(alpha=0.3)
     return axes

@@ -25,6 +25,7 @@ from .._evaluate.system import System
 from .._integrate.options import begun_late, check_begun_late, instant
 from .._integrate.started import started
 from .._integrate.starting import start_of, why_ended
+from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
 
@@ -34,10 +35,10 @@ ITERATIONS = 20  # of Gauss and Newton, for states that a view does not hold
 class Point(eqx.Module):
     """Time, state vector and parameters of a model."""
 
-    t: Any
+    t: Array
     y: Float[Array, " n"]
     params: ModelParameters
-    starts: Any
+    starts: Numbers
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
     is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
@@ -47,7 +48,7 @@ class Point(eqx.Module):
         """What the compiled functions take, with other parameters if they are given."""
         return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
 
-    def read(self, leaves: Sequence[int], y: Any, params: ModelParameters | None = None) -> list[Any]:
+    def read(self, leaves: Sequence[int], y: Array, params: ModelParameters | None = None) -> list[Any]:
         """The values of leaves by number, in the state `y`."""
         params = self.params if params is None else params
         variables = [leaf for leaf in leaves if self.system.flat.is_variable(leaf)]
@@ -110,7 +111,7 @@ def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
     return start.states, point.params.changed(held), start.outcome, start.holds
 
 
-def _state(point: Point, at: Any) -> Any:
+def _state(point: Point, at: Any) -> Array:
     system = point.system
     if at is None:
         return _start(point)
@@ -144,7 +145,7 @@ def _check_one_instant(system: System, view: Any) -> None:
             )
 
 
-def _start(point: Point) -> Any:
+def _start(point: Point) -> Array:
     """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
     y, bad = _initial_state(point)
     if not is_traced(bad) and np.any(bad):
@@ -157,17 +158,17 @@ def _start(point: Point) -> Any:
 
 
 @jax.jit
-def _initial_state(point: Point) -> tuple[Any, Any]:
+def _initial_state(point: Point) -> tuple[Array, Array]:
     return initial_state(point.system, point.t, point.inputs())
 
 
-def _time_of(system: System, view: Any) -> Any:
+def _time_of(system: System, view: Any) -> Array | None:
     """The time at which a view was taken, None where no leaf of the model tells it."""
     times = np.flatnonzero(system.merged.representative == TIME)
     return _value_of_node(system, complete_leaves(view)[0], int(times[0])).reshape(()) if len(times) else None
 
 
-def _value_of_node(system: System, leaves: Sequence[Any], node: int) -> Any:
+def _value_of_node(system: System, leaves: Sequence[Array], node: int) -> Array:
     """The value that a view has for a node, as a flat vector."""
     index = int(system.flat.leaf_of_node[node])
     leaf = system.flat.leaves[index]
@@ -175,7 +176,7 @@ def _value_of_node(system: System, leaves: Sequence[Any], node: int) -> Any:
     return whole.reshape(leaf.count, -1)[node - leaf.first]
 
 
-def _state_of_view(point: Point, view: Any) -> Any:
+def _state_of_view(point: Point, view: Any) -> Array:
     """States by their leaves; a state that is a derivative has none, and follows from the other variables."""
     system = point.system
     leaves, _ = complete_leaves(view)
@@ -190,17 +191,17 @@ def _state_of_view(point: Point, view: Any) -> Any:
 
 
 @ft.partial(jax.jit, static_argnums=3)
-def _completed(point: Point, leaves: Sequence[Any], y: Any, elements: tuple[int, ...]) -> Any:
+def _completed(point: Point, leaves: Sequence[Array], y: Array, elements: tuple[int, ...]) -> Array:
     """The state whose `elements` reproduce all variables of a view, by Gauss and Newton's method."""
     system, hidden = point.system, np.array(elements)
     wanted = system.flat.variable_leaves
     target = jnp.concatenate([jnp.ravel(jnp.asarray(leaves[i], float)) for i in wanted])
 
-    def misfit(x: Any) -> Any:
+    def misfit(x: Array) -> Array:
         values = point.read(wanted, y.at[hidden].set(x * system.nominals[hidden]))
         return jnp.concatenate([jnp.ravel(value) for value in values]) - target
 
-    def step(x: Any, _: None) -> tuple[Any, None]:
+    def step(x: Array, _: None) -> tuple[Array, None]:
         slopes = jax.jacfwd(misfit)(x)
         rows = 1.0 / jnp.maximum(jnp.max(jnp.abs(slopes), axis=1), 1e-300)
         return x - jnp.linalg.lstsq(slopes * rows[:, None], misfit(x) * rows)[0], None

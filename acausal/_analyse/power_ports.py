@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Float
 
 from .._declare.component import Component
 from .._declare.layout import with_leaves
 from .._declare.node import Port, leaves_of
+from .._numbers import Numbers
 from .._reduce.connections import children
 from .spans import SAME, equilibrated, independent, left_null, solution
 
@@ -192,7 +194,7 @@ def _residuals(component: Component) -> tuple[Callable[[Any, Any], Any], np.ndar
     names = [leaves[i].path for i, shape in zip(variables, shapes, strict=True) for _ in range(int(np.prod(shape)))]
     values = np.concatenate([np.ravel(np.asarray(leaves[i].value, float)) for i in variables] or [np.zeros(0)])
 
-    def placed(x: Any, rest: Any) -> Any:
+    def placed(x: Numbers, rest: Any) -> Any:
         new = list(rest)
         for i, piece, shape in zip(variables, jnp.split(x, ends[:-1]), shapes, strict=True):
             new[i] = piece.reshape(shape)
@@ -200,7 +202,7 @@ def _residuals(component: Component) -> tuple[Callable[[Any, Any], Any], np.ndar
 
     given = [jnp.asarray(leaf.value, float) for leaf in leaves]
 
-    def residuals(x: Any, rates: Any) -> Any:
+    def residuals(x: Numbers, rates: Numbers) -> Array:
         equations = placed(x, given).equations(placed(rates, given))
         return jnp.concatenate([jnp.ravel(jnp.asarray(item.residual, float)) for item in equations.values()])
 

@@ -3,20 +3,19 @@
 All of it works on matrices whose states are measured in balanced units, so that a rank is not a matter of pascals.
 """
 
-from typing import Any
-
 import numpy as np
 import scipy
 from jaxtyping import Float
 
 from .._errors import ModelError
+from .._numbers import Numbers
 
 SMALL = 1e-12  # relative size of what counts as zero: above rounding, below any coupling that matters
 
 Matrix = Float[np.ndarray, "_ _"]
 
 
-def reachable(A: Any, B: Any) -> Matrix:
+def reachable(A: Numbers, B: Numbers) -> Matrix:
     """A basis, as columns, of the states that inputs reach: the range of [B, A B, A^2 B, ...], orthonormal in balanced
     units."""
     A, B = np.asarray(A), np.asarray(B)
@@ -46,7 +45,7 @@ def _unit_columns(matrix: Matrix) -> Matrix:
     return matrix / np.where(norms > 0.0, norms, 1.0)
 
 
-def minimal(A: Any, B: Any, C: Any) -> tuple[Matrix, Matrix, Matrix]:
+def minimal(A: Numbers, B: Numbers, C: Numbers) -> tuple[Matrix, Matrix, Matrix]:
     """A, B, C of the states that are both reachable and observable."""
     A, B, C = _restricted(*(np.asarray(matrix) for matrix in (A, B, C)))
     A, C, B = _restricted(A.T, C.T, B.T)
@@ -88,7 +87,7 @@ def _square_root(gramian: Matrix) -> Matrix:
         return vectors * np.sqrt(np.maximum(values, np.finfo(float).tiny))
 
 
-def truncated(A: Any, B: Any, C: Any, order: int) -> tuple[Matrix, Matrix, Matrix]:
+def truncated(A: Numbers, B: Numbers, C: Numbers, order: int) -> tuple[Matrix, Matrix, Matrix]:
     """The first `order` balanced states."""
     A, B, C = minimal(A, B, C)
     if not 0 <= order <= len(A):

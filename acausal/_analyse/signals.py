@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
@@ -81,7 +82,7 @@ def _parameters_with_rate(system: System) -> dict[Place, str]:
     return found
 
 
-def with_inputs(params: ModelParameters, places: Sequence[Place], u: Any) -> ModelParameters:
+def with_inputs(params: ModelParameters, places: Sequence[Place], u: Array) -> ModelParameters:
     """Parameters with the numbers `u` as inputs."""
     leaves = dict(params.leaves)
     for i, (leaf, index) in enumerate(places):
@@ -90,7 +91,7 @@ def with_inputs(params: ModelParameters, places: Sequence[Place], u: Any) -> Mod
     return params.changed(leaves)
 
 
-def input_values(params: ModelParameters, places: Sequence[Place]) -> Any:
+def input_values(params: ModelParameters, places: Sequence[Place]) -> Array:
     values = [jnp.reshape(params.leaves[leaf], (-1,))[index] for leaf, index in places]
     return jnp.stack(values) if values else jnp.zeros(0)
 

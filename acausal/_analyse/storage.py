@@ -1,11 +1,11 @@
 """The energy that each component stores in each mode."""
 
 import functools as ft
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._integrate.energy import stored
 from .._integrate.user_function import UserFunction, trace
@@ -17,7 +17,7 @@ from .redundant import curvature
 NOTHING = 1e-22  # part of the energy of other modes that is the square of a rounding error
 
 
-def energy_shares(point: Point, poles: Any, shapes: Any, independent: tuple[int, ...]) -> Shares:
+def energy_shares(point: Point, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:
     """The share of each component with stored energy in each mode; `shapes` are directions of all states.
 
     For a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
@@ -40,17 +40,17 @@ def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
 def _second_variations(
-    quantity: UserFunction, independent: tuple[int, ...], constants: list[Any], point: Point, v: Any
-) -> Any:
+    quantity: UserFunction, independent: tuple[int, ...], constants: list[Array], point: Point, v: Array
+) -> Array:
     """v^H H v for each output of `quantity` (down) and each column of `v` (across), along the invariants."""
     invariants = invariants_at(point)
 
-    def energies(y: Any) -> Any:
+    def energies(y: Array) -> Array:
         values = quantity(constants, point.read(quantity.leaves, y))
         return jnp.stack(values) if values else jnp.zeros(0)
 
-    def along(direction: Any) -> Any:
-        def slope(y: Any) -> Any:
+    def along(direction: Array) -> Array:
+        def slope(y: Array) -> Array:
             return jax.jvp(energies, (y,), (direction,))[1]
 
         second = jax.jvp(slope, (point.y,), (direction,))[1]

@@ -45,7 +45,7 @@ def _sorted(values: Any, rate: Any) -> np.ndarray:
     return rate * values[np.lexsort((-values.imag, np.round(np.abs(values), 12)))]
 
 
-def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
+def _normalised(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> Matrices:
     """The same zeros, from balanced states and from inputs and outputs of size 1."""
     if len(A):
         A, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
@@ -58,7 +58,7 @@ def _normalised(A: Any, B: Any, C: Any, D: Any) -> Matrices:
     return A, B, C / outputs, D / outputs
 
 
-def _compressed(A: Any, B: Any, C: Any, D: Any) -> Matrices:
+def _compressed(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> Matrices:
     """An equivalent system whose D has full row rank: outputs that do not see the inputs at once become constraints."""
     while len(C):
         left, values, _ = scipy.linalg.svd(D) if D.size else (np.eye(len(C)), np.zeros(0), None)
@@ -86,7 +86,7 @@ def dc_gain(matrices: Matrices) -> np.ndarray:
     return np.array([[_static(A, B[:, [j]], C[[i]], D[i, j]) for j in range(D.shape[1])] for i in range(D.shape[0])])
 
 
-def _static(A: Any, B: Any, C: Any, D: Any) -> float:
+def _static(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: Any) -> float:
     A, B, C = minimal(A, B, C)
     if len(A) == 0:
         return float(D)

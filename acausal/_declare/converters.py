@@ -8,12 +8,14 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._errors import ParameterError
+from .._numbers import Numbers
 from .._units.quantity import magnitude
 
 
-def as_parameter(value: Any, *, unit: str, where: str) -> Any:
+def as_parameter(value: Any, *, unit: str, where: str) -> Array:
     """An array of floats in double precision, in `unit`; an integer would break differentiation.
 
     Raises `ParameterError` for what is no real number, nor an array of them.
@@ -36,7 +38,7 @@ def _not_a_number(value: Any, where: str) -> ParameterError:
     return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.")
 
 
-def as_start(value: Any, *, unit: str, where: str) -> Any:
+def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:
     """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
     if value is None:
         return None

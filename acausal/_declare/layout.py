@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import jax
 from jax.tree_util import PyTreeDef
 
+from .._numbers import Numbers
 from .annotations import Declaration
 from .fields import copied, dynamic_fields, join
 from .node import Node, leaves_of
@@ -29,7 +30,7 @@ def rebuilt(node: T, new: Callable[[str, Declaration, Any], Any], path: str = ""
     return copied(node, changes)
 
 
-def with_leaves(node: T, leaves: Iterable[Any]) -> T:
+def with_leaves(node: T, leaves: Iterable[Numbers | None]) -> T:
     """A tree of nodes with other leaves, in pytree order; None for what is not given."""
     remaining = iter(leaves)
     return rebuilt(node, lambda path, declaration, value: next(remaining))

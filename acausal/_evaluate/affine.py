@@ -15,7 +15,7 @@ from jax import Array
 
 from .._errors import StructureError
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .._numbers import Numbers
+from .._numbers import Numbers, Scalar
 from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
 
 
@@ -24,7 +24,7 @@ from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shap
 class Minus:
     """The negative of an array, not computed before it has to be: most signs cancel on the way."""
 
-    array: Any
+    array: Array
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,7 +124,7 @@ def _selected(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
     which, *cases = args
     shapes = [shape_of(atom) for atom in eqn.invars[1:]]
 
-    def pick(values: Sequence[Any]) -> Any:
+    def pick(values: Sequence[Scalar | None]) -> Array | None:
         if all(value is None for value in values):
             return None
         filled = [

@@ -37,7 +37,7 @@ class Known:
                 return Affine()
 
 
-def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
+def run(program: Program, known: Known, guesses: Sequence[Array]) -> list[Any]:
     """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve.
 
     They may be `Minus` arrays, whose sign is left to whoever reads them. What lies outside its range is NaN.
@@ -48,7 +48,7 @@ def run(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
     ]
 
 
-def _unknowns(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
+def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> list[Any]:
     if program.kind == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
     if program.kind == "linear" and program.is_elementwise and program.n_tears <= SMALL:
@@ -57,7 +57,7 @@ def _unknowns(program: Program, known: Known, guesses: Sequence[Any]) -> list[An
     return _with_tears(program, known, tears)
 
 
-def residuals(program: Program, known: Known) -> list[Any]:
+def residuals(program: Program, known: Known) -> list[Array]:
     """The residuals of a program without unknowns."""
     return _residuals(program, known, [])
 
@@ -123,12 +123,12 @@ def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
     return 0.0 if total is None else total
 
 
-def _with_tears(program: Program, known: Known, tears: Sequence[Any]) -> list[Any]:
+def _with_tears(program: Program, known: Known, tears: Sequence[Array]) -> list[Numbers]:
     given = {i: Affine(value) for i, value in zip(_tear_indices(program), tears, strict=True)}
     return [value.value() for value in _substitute(program, known, given)]
 
 
-def _residuals(program: Program, known: Known, tears: Sequence[Any]) -> list[Any]:
+def _residuals(program: Program, known: Known, tears: Sequence[Array]) -> list[Array]:
     unknowns = {i: Affine(value) for i, value in enumerate(_with_tears(program, known, tears))}
     return [
         jnp.broadcast_to(jnp.asarray(_residual(step, known, unknowns).value(), float), step.template.shape)
@@ -153,7 +153,7 @@ def _dense_system(program: Program, known: Known) -> tuple[Any, Any, Callable[[A
     return jax.jacfwd(residual)(flat), residual(flat), unravel
 
 
-def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[Any]:
+def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list[Array]:
     """The tearing variables, by the search of `scaled_root` from the guesses, with all unknowns in their ranges.
 
     Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
@@ -162,7 +162,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
     start, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
     sizes = np.concatenate([np.full(np.size(g), size) for g, size in zip(guesses, program.sizes, strict=True)])
 
-    def residual(x: Any, args: Any) -> Any:
+    def residual(x: Any, args: Any) -> Array:
         params, values, time = args
         return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
 
@@ -178,7 +178,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Any]) -> list[A
     return unravel(root * sizes)
 
 
-def row_scale(slopes: Any) -> Any:
+def row_scale(slopes: Array) -> Array:
     """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
     total = jnp.sum(jnp.abs(slopes), axis=1)
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)

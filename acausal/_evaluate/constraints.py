@@ -56,7 +56,7 @@ class Constraints:
         """How easily elements of x move: dependent variables freely, states little, and those that are `held` least."""
         return np.where(held, of_held, np.where(self.is_state, STATE, 1.0))
 
-    def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Any:
+    def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Array:
         """All g(x), in the order of `names`."""
         store = Store(t, {0: x})
         parts = [
@@ -84,7 +84,7 @@ class Constraints:
     ) -> Array:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
-        def one(g: Function, values: Array, args: Any, weight: Array, sizes: Array) -> Any:
+        def one(g: Function, values: Array, args: Any, weight: Array, sizes: Array) -> Array:
             return sizes * projected(_in_sizes(g), values / sizes, weight, (args, sizes), solve)
 
         moved = _of_members(group, store, params, one, weight[index], jnp.asarray(self.sizes[index]))
@@ -113,7 +113,7 @@ def projected(
     start, fixed = jax.lax.stop_gradient((z, args))
     root = jnp.sqrt(weight)
 
-    def measured(move: Any, args: Any) -> Array:
+    def measured(move: Array, args: Any) -> Array:
         z, root, rows, args = args
         return g(z + root * move, args) / rows
 
@@ -140,7 +140,7 @@ def loose_inverse(matrix: Array) -> Array:
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
 
-def _basis(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def _basis(g: Callable[[Any], Any], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
@@ -155,7 +155,7 @@ def back(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tupl
     return z, rows
 
 
-def find(g: Callable[[Any], Any], z: Numbers, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def find(g: Callable[[Any], Any], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """Newton's method with as much of each step as helps most, until the point it comes from is good."""
 
     def step(carry: Any) -> Any:
@@ -183,12 +183,12 @@ def _of_members(group: Group, store: Store, params: ModelParameters, function: C
     shapes = [read.shape for read in group.reads]
     splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
 
-    def g(flat: Any, args: Any) -> Array:
+    def g(flat: Array, args: Any) -> Array:
         pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
         found = residuals(group.program, Known(args[0], pieces, args[1]))
         return jnp.concatenate([jnp.ravel(value) for value in found])
 
-    def one(known: Known, extra: list[Any]) -> Any:
+    def one(known: Known, extra: list[Array]) -> Array:
         flat = jnp.concatenate([jnp.ravel(jnp.asarray(value, float)) for value in known.values])
         return function(g, flat, (list(known.params), known.time), *extra)
 

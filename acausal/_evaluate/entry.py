@@ -41,7 +41,7 @@ class Entry:
         """The same from the leaves of a model, None where a start value is not given."""
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
-    def parameters(self, leaves: Sequence[Any]) -> ModelParameters:
+    def parameters(self, leaves: Sequence[Numbers | None]) -> ModelParameters:
         """Those among the leaves of a model, one by one; discrete variables as they are at the start."""
         numbered = enumerate(zip(self.flat.leaves, leaves, strict=True))
         found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
@@ -63,7 +63,7 @@ class Entry:
         leaves = {i: params.leaves[i] for i in sorted(set(read)) if i in params.leaves}
         return ModelParameters(self.packed(params).slots, leaves)
 
-    def given(self, leaves: Sequence[Any]) -> frozenset[int]:
+    def given(self, leaves: Sequence[Numbers | None]) -> frozenset[int]:
         """The variable leaves that have a start value in the model."""
         return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
 
@@ -74,7 +74,7 @@ class Entry:
         """
         return self.requirements.enforced(self.packed(params))
 
-    def check(self, leaves: Sequence[Any]) -> None:
+    def check(self, leaves: Sequence[Numbers | None]) -> None:
         """Raise `ParameterError` where parameters or given start values of a model are known and bad."""
         self.enforced(self.parameters(leaves))
         for index in sorted(self.given(leaves)):

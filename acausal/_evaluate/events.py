@@ -177,7 +177,7 @@ def _changes(event: Event) -> dict[str, jax.Array]:
     return event.changes if isinstance(event, When | At) else {}
 
 
-def _times(event: At) -> tuple[Any, Any]:
+def _times(event: At) -> tuple[jax.Array, jax.Array]:
     return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
 
 

@@ -22,12 +22,12 @@ Inverse = Callable[[Any], Any]
 class _Here(NamedTuple):
     """At a point, with multipliers m: the slopes C = dg/dx, their pseudo-inverse, and H = d(C^T m)/dx."""
 
-    slopes: Any
-    inverse: Any
+    slopes: Array
+    inverse: Array
     multipliers: Array
-    bend: Any
+    bend: Array
 
-    def moved(self, pull: Any, lack: Array) -> Numbers:
+    def moved(self, pull: Array, lack: Array) -> Numbers:
         """The dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
         one = jnp.eye(self.slopes.shape[1])
         free = one - self.inverse @ self.slopes
@@ -59,7 +59,7 @@ def _nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -
 
 
 @ft.partial(_nearest.defjvp, symbolic_zeros=True)
-def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Any, Any]:
+def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Array, Numbers]:
     x, start, args = primals
     _, dstart, dargs = tangents
     x = _nearest(g, inverse, x, start, args)

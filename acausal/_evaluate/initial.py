@@ -1,7 +1,6 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -35,13 +34,13 @@ def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, A
     return _with_algebraic(system, t0, x[system.constraints.states], inputs), bad
 
 
-def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -> tuple[Any, Any]:
+def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -> tuple[Array, Array]:
     """The start point moved onto the constraints."""
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = constraints.weights(given)
 
-    def project(x: Array, _: None) -> tuple[Any, None]:
+    def project(x: Array, _: None) -> tuple[Array, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
     # From the result of the first, given values put back, the second projection moves them no further.

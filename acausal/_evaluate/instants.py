@@ -35,7 +35,7 @@ class _Rows:
     def mapped(self, function: Any, params: ModelParameters) -> Numbers:
         """`function(known)` for each row."""
 
-        def one(own: list[Any]) -> Any:
+        def one(own: list[Array]) -> Array:
             remaining = iter(own)
             known = [
                 jnp.zeros(shape) if key is None else next(remaining)

@@ -16,7 +16,7 @@ from .starts import Inputs
 from .system import System
 
 
-def observe(system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int]) -> list[Any]:
+def observe(system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int]) -> list[Numbers]:
     """The values of variable leaves, given by their number, at time `t` and state `y`."""
     store = system.evaluate(t, y, inputs, pairs_of(system, leaves))
     return [leaf_value(system, store, leaf, t) for leaf in leaves]

@@ -54,7 +54,7 @@ class ModelParameters:
     slots: dict[tuple[int, int], SlotValues] = dataclasses.field(default_factory=dict)
     leaves: dict[int, Any] = dataclasses.field(default_factory=dict)
 
-    def changed(self, values: Mapping[int, Any]) -> "ModelParameters":
+    def changed(self, values: Mapping[int, Array]) -> "ModelParameters":
         """With other values of some leaves; the slots are to be filled anew."""
         return ModelParameters(leaves=self.leaves | dict(values))
 

@@ -53,12 +53,12 @@ def scaled_root(
     return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), start, lambda _, x: search(x, held), _solved)
 
 
-def _found(function: Callable[[Any, Any], Any], method: Any, start: Array, args: Any) -> tuple[Any, Any]:
+def _found(function: Callable[[Any, Any], Any], method: Any, start: Array, args: Any) -> tuple[Array, Array]:
     found = optx.root_find(function, method, start, args, max_steps=ITERATIONS, throw=False)
     return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
 
 
-def _or_nan(root: Any, is_good: Any) -> Array:
+def _or_nan(root: Array, is_good: Array) -> Array:
     return jnp.where(is_good, root, jnp.nan)
 
 

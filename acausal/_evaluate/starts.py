@@ -29,7 +29,7 @@ class Inputs:
     """
 
     params: ModelParameters
-    starts: Float[Array, " elements"]
+    starts: Float[Numbers, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
     discrete: Any = None
 
@@ -54,7 +54,7 @@ class Starts:
     flat: FlatModel
     merged: Merged
 
-    def pack(self, leaves: Sequence[Any]) -> Any:
+    def pack(self, leaves: Sequence[Numbers | None]) -> Numbers:
         """All start values, from the leaves in pytree order, None where not given; plain numbers stay on the host."""
         variable = [(leaves[i], self.flat.leaves[i]) for i in self.flat.variable_leaves]
         values = [leaf.declaration.start if value is None else value for value, leaf in variable]
@@ -64,7 +64,7 @@ class Starts:
         shapes = [leaf.stack + leaf.sizes for _, leaf in variable]
         return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 
-    def values(self, inputs: Inputs, nodes: Sequence[int]) -> Any:
+    def values(self, inputs: Inputs, nodes: Sequence[int]) -> Array:
         """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
@@ -187,7 +187,7 @@ class PairStarts:
 
         return guess
 
-    def _without_rates(self, values: Numbers, pairs: Sequence[Pair]) -> Any:
+    def _without_rates(self, values: Any, pairs: Sequence[Pair]) -> Any:
         is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
         return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
 

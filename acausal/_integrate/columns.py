@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import numpy as np
+from jax import Array
 
 from .._errors import ModelError
 from .._extras import needed
@@ -57,7 +58,7 @@ def _named(items: Sequence[Item]) -> Iterator[tuple[str, Any]]:
             yield item if isinstance(item, str) else getattr(item, "__name__", "expression"), item
 
 
-def _column(solution: "Solution", leaves: list[Any], label: str, what: Any, units: Sequence[str]) -> Column:
+def _column(solution: "Solution", leaves: list[Array], label: str, what: Any, units: Sequence[str]) -> Column:
     flat, times = solution.system.flat, np.shape(solution.ts)
     if isinstance(what, str):
         values, unit = solution._pick(leaves, what), solution.unit(what)

@@ -33,7 +33,7 @@ class EventConditions(NamedTuple):
         """Which conditions hold where these relations do."""
         return self.logic(sign_of(above), -sign_of(above)) > 0
 
-    def begin(self, above: Array, holds: Array) -> Any:
+    def begin(self, above: Array, holds: Array) -> Array:
         """Which events begin where these relations hold, after `holds`."""
         true = self.true(above)
         return (~holds & true) | (self.either & holds & ~true)

@@ -60,7 +60,7 @@ def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
             whole = dict(enumerate(arrays)) | dict(zip(moving, parts, strict=True))
             return function(list(whole.values()))
 
-        def along(direction: Any) -> Any:
+        def along(direction: Array) -> Any:
             parts = [direction[a:b].reshape(shape) for a, b, shape in zip(ends, ends[1:], shapes, strict=False)]
             return jax.jvp(of_moving, ([arrays[i] for i in moving],), (parts,))
 
@@ -76,7 +76,7 @@ def _stacked(one: Any) -> Any:
     return jax.tree.map(lambda x: x[None], one)
 
 
-def _change(value: Numbers, derivatives: Any, step: Array) -> Numbers:
+def _change(value: Numbers, derivatives: Array | None, step: Array) -> Numbers:
     if derivatives is None:  # of what is no real number
         return np.zeros(np.shape(value), jax.dtypes.float0)
     return jnp.tensordot(step, derivatives, 1)

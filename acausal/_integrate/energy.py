@@ -11,7 +11,7 @@ import numpy as np
 from .._declare.array import Array
 from .._declare.component import Component, Energy
 from .._extras import Axes
-from .._numbers import Numbers
+from .._numbers import Numbers, Scalar
 from .._reduce.connections import children
 
 
@@ -39,12 +39,12 @@ def _stacked(item: Any, path: str) -> Iterator[tuple[str, Energy]]:
         yield name, Energy(*(jnp.sum(value) for value in account))
 
 
-def powers(view: Any) -> dict[str, tuple[Any, Any]]:
+def powers(view: Any) -> dict[str, tuple[Scalar, Scalar]]:
     """Dissipated and supplied power of each component, in W."""
     return {path: (account.dissipated, account.supplied) for path, account in accounts(view)}
 
 
-def stored(view: Any) -> dict[str, Any]:
+def stored(view: Any) -> dict[str, Scalar]:
     """Stored energy of each component, in J."""
     return {path: account.stored for path, account in accounts(view)}
 

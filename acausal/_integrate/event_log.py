@@ -22,9 +22,9 @@ class EventLog(eqx.Module):
     - `count`: how many there were. It can be more than are recorded; see `max_events` of `simulate`.
     """
 
-    times: Any
-    numbers: Any
-    count: Any
+    times: Array
+    numbers: Array
+    count: Array
     labels: tuple[str, ...] = eqx.field(static=True)
 
     @classmethod

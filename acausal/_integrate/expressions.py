@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
+from jax import Array
 
 from .._declare.annotations import Declaration
 from .._errors import ModelError
@@ -15,7 +16,7 @@ from .._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, as_function, trace
 
 
-def expression(flat: FlatModel, leaves: Sequence[Any], times: tuple[int, ...], function: Callable[..., Any]) -> Any:
+def expression(flat: FlatModel, leaves: Sequence[Array], times: tuple[int, ...], function: Callable[..., Any]) -> Array:
     """The values of a scalar function of the variables, from the leaves of a view with trajectories."""
     quantity, constants = _traced(function, flat)
     axes = [0 if varies(flat, i) else None for i in quantity.leaves]

@@ -29,7 +29,7 @@ class Given:
         return dataclasses.replace(self, carried=carried)
 
     @property
-    def direction(self) -> Any:
+    def direction(self) -> Array:
         """1, or -1 for a run that goes back in time."""
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
 
@@ -42,7 +42,7 @@ def vector_field(settings: Settings) -> Field:
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
-    def field(t: Any, core: Array, given: Given) -> Array:
+    def field(t: Array, core: Array, given: Given) -> Array:
         point = jnp.concatenate([core[:n], given.carried])
         if integrand is None or settings.n_integrals == 0:
             rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
@@ -62,7 +62,7 @@ def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Any]:
 
 
 def values_of(
-    system: System, t: Any, point: Any, given: Given, store: Store | None, leaves: Iterable[int]
+    system: System, t: Any, point: Array, given: Given, store: Store | None, leaves: Iterable[int]
 ) -> dict[int, Any]:
     """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
     was computed there.

@@ -5,6 +5,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._errors import SimulationError, listed
 from .._evaluate.constraints import CLOSE
@@ -20,7 +21,7 @@ EDGE = 1e-3  # how near to the edge of its range a variable counts as being at i
 
 
 def report_no_start(
-    problem: Problem, outcome: Outcome, leaves: Sequence[Any], new: dict[int, Any], t0: Numbers
+    problem: Problem, outcome: Outcome, leaves: Sequence[Numbers | None], new: dict[int, Array], t0: Numbers
 ) -> None:
     """Raise `SimulationError` for a search from leaves of a model that did not find what it was asked for; `new` ones
     are what it found.

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.converters import as_parameter
 from .._declare.past import Past
@@ -77,7 +78,7 @@ def count(value: Any, name: str) -> int:
     return found
 
 
-def times_of(save: Any) -> Any:
+def times_of(save: Any) -> Array | None:
     """The times to save at; None where steps are saved, or the end."""
     if isinstance(save, str):
         if save not in SAVES:
@@ -179,7 +180,7 @@ def _shown(value: Any) -> str:
     return f"{float(value):g}" if np.ndim(value) == 0 else str(np.asarray(value))
 
 
-def unmet(system: System, numbers: Numbers) -> Any:
+def unmet(system: System, numbers: Numbers) -> Array:
     """For each of the demands, whether it is not met."""
     return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
 
@@ -189,7 +190,7 @@ def sentences(system: System, numbers: Numbers) -> tuple[str, ...]:
     return tuple(f"{text}." for _, text, _ in demands(system, numbers))
 
 
-def harmless(numbers: Numbers, wrong: Any) -> Numbers:
+def harmless(numbers: Numbers, wrong: Array) -> Numbers:
     """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
     given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
     safe: dict[str, Any] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}

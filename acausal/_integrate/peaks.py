@@ -21,22 +21,22 @@ CLOSE = 1e-5  # share of a step: so close to a turn, one step of Newton's method
 class Peak(NamedTuple):
     """The largest value over a run, and the time at which it is taken."""
 
-    value: Any
-    time: Any
+    value: Array
+    time: Array
 
 
 class _Turn(NamedTuple):
     """Where functions turn from rising to falling, between `low` and `high`, if they do: it is looked at x next."""
 
-    low: Any
-    high: Any
-    low_rate: Any
-    high_rate: Any
-    x: Any
-    bend: Any  # the second derivative
-    is_open: Any  # whether it is still looked for
-    exists: Any
-    bound: Any  # no value is larger there
+    low: Array
+    high: Array
+    low_rate: Array
+    high_rate: Array
+    x: Array
+    bend: Array  # the second derivative
+    is_open: Array  # whether it is still looked for
+    exists: Array
+    bound: Array  # no value is larger there
     last: tuple[Any, Any, Any]  # the node before, with values and rates
     count: Any
 
@@ -54,7 +54,7 @@ class Peaks:
 
     settings: Settings
 
-    def values(self, t: Any, y: Any, given: Given) -> Any:
+    def values(self, t: Array, y: Array, given: Given) -> Array:
         """The functions at a point."""
         system, peaks = self.settings.system, self.settings.peaks
         assert peaks is not None
@@ -63,22 +63,22 @@ class Peaks:
         values = values_of(system, t, point, given, store, peaks.leaves)
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
 
-    def begun(self, t: Any, y: Numbers, given: Given) -> Numbers:
+    def begun(self, t: Array, y: Array, given: Given) -> Array:
         """The peaks where a run starts."""
         values = self.values(given.direction * t, y, given)
         return jnp.concatenate([values, jnp.full(len(values), t)])
 
-    def _along(self, t: Numbers, path: Span, given: Given) -> tuple[Any, Any, Any]:
+    def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array, Array]:
         """The functions at a time on the path of a step, their rates, and the time as it moves with the step's ends."""
 
-        def values(t: Numbers) -> tuple[Any, Any]:
+        def values(t: Any) -> tuple[Array, Any]:
             moved, there = path.moving(t)
             return self.values(given.direction * moved, there, given), moved
 
         (found, moved), (rates, _) = jax.jvp(values, (t,), (jnp.ones_like(t),))
         return found, rates, moved
 
-    def renewed(self, path: Span, end: Any, y: Array, given: Given) -> Array:
+    def renewed(self, path: Span, end: Numbers, y: Array, given: Given) -> Array:
         """The peaks after a step along a path, which ends at a time with the vector y, that after an event."""
         old, forward = y[self.settings.layout.peaks], given.direction
         best = Peak(*jnp.split(old, 2))
@@ -104,7 +104,7 @@ class Peaks:
         return jnp.concatenate(best)
 
 
-def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Numbers, best: Any) -> _Turn:
+def _turns(along: Callable[[Any], tuple[Any, Any]], start: Numbers, end: Numbers, best: Array) -> _Turn:
     """For each function the turn within a step that may lead highest, if any leads beyond the `best` so far."""
     n, width = len(best), end - start
 
@@ -113,7 +113,7 @@ def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Numbers, be
         g, rate = jnp.diagonal(values), jnp.diagonal(rates)
         return jax.lax.cond(turn.count < NODES, _enclosed, _narrowed, turn, g, rate)
 
-    def _enclosed(turn: _Turn, g: Any, rate: Array) -> _Turn:
+    def _enclosed(turn: _Turn, g: Array, rate: Array) -> _Turn:
         """After a look at a node."""
         x, last = turn.x, turn.last
         step = x - last[0]
@@ -135,7 +135,7 @@ def _turns(along: Callable[[Any], tuple[Any, Any]], start: Any, end: Numbers, be
             exists, exists, bound, (x, g, rate), turn.count + 1,
         )  # fmt: skip
 
-    def _narrowed(turn: _Turn, g: Any, rate: Array) -> _Turn:
+    def _narrowed(turn: _Turn, g: Array, rate: Array) -> _Turn:
         """After a look between low and high."""
         rises = rate > 0.0
         low, high = jnp.where(rises, turn.x, turn.low), jnp.where(rises, turn.high, turn.x)

@@ -35,16 +35,16 @@ class Values(NamedTuple):
     inputs: Inputs
     t0: Any
     constants: list[Any]
-    sizes: Numbers
+    sizes: Array
 
-    def in_modes(self, system: System, discrete: Any) -> "Values":
+    def in_modes(self, system: System, discrete: Array | None) -> "Values":
         """With these values of the discrete variables, one after the other."""
         if not system.carried.discrete_places:
             return self
         inputs = dataclasses.replace(self.inputs, discrete=discrete)
         return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)))
 
-    def at(self, trim: Trim, x: Numbers) -> "Values":
+    def at(self, trim: Trim, x: Array) -> "Values":
         """With the parameters that are among the unknowns."""
         return self._replace(inputs=trim.applied(x, self.sizes, self.inputs))
 
@@ -86,12 +86,12 @@ class Problem:
         is_own = np.repeat([pair in own for pair in system.constraints.pairs], sizes).astype(bool)
         return system.constraints.is_state & ~is_own
 
-    def residual(self, x: Any, values: Values) -> Any:
+    def residual(self, x: Array, values: Values) -> Array:
         """What is to vanish at x: the constraints between its elements, and what the conditions are short of."""
         constraints, values, x = self.system.constraints, values.at(self.trim, x), self.trim.own(x)
         return jnp.concatenate([constraints.residuals(x, values.t0, values.inputs.params), self._lack(x, values)])
 
-    def _lack(self, x: Any, values: Values) -> Any:
+    def _lack(self, x: Array, values: Values) -> Array:
         system, (inputs, t0, constants, _) = self.system, values
         params = inputs.params.leaves
         y, initial = x[system.constraints.states], system.initial_equations
@@ -134,7 +134,7 @@ class Problem:
 
 def problem_of(
     system: System,
-    leaves: list[Any],
+    leaves: list[Numbers | None],
     conditions: Conditions | None = None,
     *,
     steady: bool = False,
@@ -164,7 +164,7 @@ def problem_of(
     ), constants
 
 
-def _residuals(conditions: Conditions, s: Any, d: Array) -> dict[str, Any]:
+def _residuals(conditions: Conditions, s: Any, d: Array) -> dict[str, Array]:
     stated = conditions(s, d)
     if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
         raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")

@@ -155,14 +155,14 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
     )
 
 
-def _peaks(settings: Settings, given: Given, y: Array) -> Any:
+def _peaks(settings: Settings, given: Given, y: Array) -> Array:
     """Values, then times, which the solver counts forwards."""
     values, times = jnp.split(y[settings.layout.peaks], 2)
     return jnp.concatenate([values, given.direction * times])
 
 
 def _outcome(
-    settings: Settings, given: Given, raw: diffrax.Solution, t: Any, y: Any, bad_starts: Array
+    settings: Settings, given: Given, raw: diffrax.Solution, t: Array, y: Array, bad_starts: Array
 ) -> tuple[Any, Array]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs

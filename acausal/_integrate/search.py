@@ -14,7 +14,6 @@ from jax import Array
 from .._evaluate.blocks import row_scale
 from .._evaluate.constraints import CLOSE
 from .._evaluate.implicit import nearest, settled
-from .._numbers import Numbers
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
@@ -31,12 +30,12 @@ class NearestPoint(eqx.Module):
     `freedom` says of each unknown how far it can move with all conditions kept, between 0 and 1.
     """
 
-    x: Any
-    end: Any
-    violation: Any
+    x: Array
+    end: Array
+    violation: Array
     residual: Array
     slopes: Array
-    freedom: Any
+    freedom: Array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -54,16 +53,16 @@ class Search:
     def _scale(self) -> np.ndarray:
         return self.sizes * np.sqrt(self.weight)
 
-    def _measured(self, z: Numbers, args: Any) -> Any:
+    def _measured(self, z: Array, args: Any) -> Array:
         x0, numbers, rows = args
         return self.residual(x0 + self._scale * z, numbers) / rows
 
-    def _rows(self, x0: Any, numbers: Numbers) -> Numbers:
+    def _rows(self, x0: Array, numbers: Array) -> Array:
         """The size of each condition: what it changes by where all unknowns that move change by their sizes."""
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
-    def best(self, x0: Array, numbers: Any, easy: Any = None) -> tuple[Any, Any]:
+    def best(self, x0: Array, numbers: Any, easy: Any = None) -> tuple[Array, Array]:
         """The x that comes nearest to satisfying the conditions, or the nearest one that does, and what is lacking
         there; constants.
 
@@ -86,7 +85,7 @@ class Search:
     def _settled(self, z: Array, args: Any) -> Array:
         return args[0] + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(z), args)
 
-    def found(self, best: Any, x0: Numbers, numbers: Any) -> NearestPoint:
+    def found(self, best: Array, x0: Array, numbers: Any) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
         moves, held = self._scale > 0, self._held(x0, numbers)
         z = self._moved(best, held[0])
@@ -96,33 +95,33 @@ class Search:
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
         return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
 
-    def followed(self, best: Numbers, x0: Numbers, numbers: Any) -> Numbers:
+    def followed(self, best: Array, x0: Array, numbers: Any) -> Array:
         """What `best` ended at as the function of x0 and numbers that it is, also where conditions are not met."""
         held = self._held(x0, numbers)
         return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
 
-    def _held(self, x0: Numbers, numbers: Numbers) -> Any:
+    def _held(self, x0: Array, numbers: Array) -> Any:
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         return x0, numbers, self._rows(x0, numbers)
 
-    def _moved(self, x: Numbers, x0: Array) -> Numbers:
+    def _moved(self, x: Array, x0: Array) -> Array:
         """How far x is from x0, in the unit of each unknown."""
         return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
 
-    def _nearest(self, z: Any, x0: Any, numbers: Any, rows: Any) -> Any:
+    def _nearest(self, z: Array, x0: Array, numbers: Any, rows: Array) -> Array:
         return x0 + self._scale * nearest(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
 
 
-def _inverse(matrix: Array) -> Any:
+def _inverse(matrix: Array) -> Array:
     return jnp.linalg.pinv(matrix, rtol=RANK)
 
 
-def is_met(lack: Numbers) -> Array:
+def is_met(lack: Array) -> Array:
     """Whether conditions are met that lack this much."""
     return jnp.all(jnp.abs(lack) <= CLOSE)
 
 
-def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tuple[Any, Any]:
+def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tuple[Array, Array]:
     """Along a homotopy, each stage from where the last one ended; and what is lacking at its end."""
     origin = jnp.zeros_like(args[0])
     if easy is None:
@@ -131,7 +130,7 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
         others = (args[0], easy, args[2])
         first, lacking = _least(measured, origin, others)[0], 0.0
 
-    def stage(z: Array, s: Any) -> tuple[Any, Any]:
+    def stage(z: Array, s: Array) -> tuple[Array, Array]:
         # What is the same may be infinite, as the place of a stop that there is none of.
         between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
         return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
@@ -140,6 +139,6 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
     return z, lacks[-1]
 
 
-def _least(function: Callable[[Any, Any], Any], z: Array, args: Any) -> tuple[Any, Any]:
+def _least(function: Callable[[Any, Any], Any], z: Array, args: Any) -> tuple[Array, Array]:
     found = optx.least_squares(function, METHOD, z, args, max_steps=ITERATIONS, throw=False).value
     return found, function(found, args)

@@ -199,7 +199,7 @@ def _read(settings: Settings) -> set[int]:
     return wanted
 
 
-def _total_stored(s: Any) -> Any:
+def _total_stored(s: Any) -> Scalar:
     return sum(stored(s).values(), jnp.asarray(0.0))
 
 

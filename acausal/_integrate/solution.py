@@ -21,7 +21,7 @@ from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._files import described
-from .._numbers import Numbers
+from .._numbers import Numbers, Scalar
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
@@ -45,23 +45,23 @@ class Solution(eqx.Module, Generic[M]):
     - `result`: a `Result`; `stats`: numbers of steps.
     """
 
-    t1: Any
+    t1: Array
     result: Any
-    stats: dict[str, Any]
+    stats: dict[str, Scalar]
     _start: tuple[Any, Any]  # time and state vector
     _end: tuple[Any, Any]
     _path: tuple[Any, Any]  # at the saved times, padded with infinities after the end
     _end_integrals: Any
     _path_integrals: Any
-    _culprit: Any  # the bad parameter or start value, if there is one
+    _culprit: Array  # the bad parameter or start value, if there is one
     _params: dict[int, Any]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
-    _losses: Any  # energies lost at events
-    _peaks: Any  # values and times
-    _errors: Any  # of the states in the last step, in tolerances
-    _largest: Any  # absolute values of the states in the run
-    _unresolved: Any  # which states are so small that the tolerance means little for them
+    _losses: Array  # energies lost at events
+    _peaks: Array  # values and times
+    _errors: Array  # of the states in the last step, in tolerances
+    _largest: Array  # absolute values of the states in the run
+    _unresolved: Array  # which states are so small that the tolerance means little for them
     _record: Any  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
@@ -76,12 +76,12 @@ class Solution(eqx.Module, Generic[M]):
         return jnp.ndim(self.t1) > 0
 
     @property
-    def ts(self) -> Any:
+    def ts(self) -> Array | np.ndarray:
         """The saved times; in a single solution, those that the run did not reach are left out."""
         return self._rows[0]
 
     @property
-    def ys(self) -> Any:
+    def ys(self) -> Array | np.ndarray:
         """The state vector at the saved times; see `sol.system.state_names`."""
         return self._rows[1][..., : len(self.system.nominals)]
 
@@ -90,7 +90,7 @@ class Solution(eqx.Module, Generic[M]):
         """The saved times and vectors."""
         return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
 
-    def _both_sides(self, rows: Array, columns: slice | None) -> Numbers:
+    def _both_sides(self, rows: Array, columns: slice | None) -> Array | np.ndarray:
         """Saved rows, and where steps are saved, those before each event; `columns` are theirs in the vector that is
         stepped, None for the times.
         """
@@ -136,7 +136,7 @@ class Solution(eqx.Module, Generic[M]):
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
         t = jnp.asarray(t, float)
 
-        def evaluate(dense: diffrax.DenseInterpolation) -> Any:
+        def evaluate(dense: diffrax.DenseInterpolation) -> Array:
             return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
 
         ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
@@ -177,7 +177,7 @@ class Solution(eqx.Module, Generic[M]):
         """Trajectories of the `integrals` asked for."""
         return self._integrals(self._both_sides(self._path_integrals, self._layout.integrals))["user"]
 
-    def _integrals(self, columns: Any) -> Any:
+    def _integrals(self, columns: Array | np.ndarray) -> Any:
         if self._integrals_tree is None:
             raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
         return self._integrals_tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
@@ -205,15 +205,15 @@ class Solution(eqx.Module, Generic[M]):
             events=self._lost(),
         )
 
-    def _lost(self) -> dict[str, Any]:
+    def _lost(self) -> dict[str, Array]:
         events = self.system.events
         return {} if events is None else {n: self._losses[..., i] for i, n in enumerate(events.labels)}
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Array:
         """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
         return self._pick(jax.tree_util.tree_leaves(self.values), name)
 
-    def _pick(self, leaves: list[Array], name: str) -> Any:
+    def _pick(self, leaves: list[Array], name: str) -> Array:
         """The value behind a name, among the leaves of a view."""
         leaf, index = self._place(name)
         value = leaves[leaf]
@@ -330,7 +330,7 @@ def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
 def _trajectories(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
-    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Array]:
+    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
         if jnp.ndim(t) > 0:
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
         leaves = system.flat.variable_leaves

@@ -17,8 +17,8 @@ from .state_vector import StateVector, Vector
 class Span(diffrax.AbstractLocalInterpolation):
     """Dense output of a step as if there were no events, between its own ends."""
 
-    t0: Any  # pyright: ignore[reportIncompatibleVariableOverride]
-    t1: Any  # pyright: ignore[reportIncompatibleVariableOverride]
+    t0: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
+    t1: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
     inner: diffrax.AbstractLocalInterpolation
     carried: Vector
     memory: Vector  # at the end
@@ -54,6 +54,6 @@ class SpanOf:
     layout: StateVector
 
     def __call__(
-        self, *, t0: Numbers, t1: Any, begin: Array, end: Array, carried: Vector, memory: Vector, **info: Any
+        self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, memory: Vector, **info: Any
     ) -> Span:
         return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)

@@ -33,21 +33,21 @@ class Outcome(NamedTuple):
     """
 
     found: NearestPoint
-    happen: Any
-    refused: Any
-    is_open: Any
-    unmet: Any
+    happen: Array
+    refused: Array
+    is_open: Numbers
+    unmet: Array
     params: dict[int, Any]  # those found, by number
-    is_bad: Any
+    is_bad: Array
     past: Past | None
 
 
 class Ends(NamedTuple):
     """Where the search by components ended, and that by all conditions, whose guesses were moved by `shift`."""
 
-    own: Any
-    whole: Any
-    shift: Any
+    own: Array
+    whole: Array
+    shift: Array
 
 
 class _Searches:
@@ -70,7 +70,7 @@ class _Searches:
         x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
 
-        def attempt(k: Numbers) -> tuple[Any, Any, Any]:
+        def attempt(k: Numbers) -> tuple[Array, Array, Array]:
             guess = jnp.where(unknowns == 0.0, 1.0, unknowns) * jnp.array(self._guesses)[k]
             shift = jnp.where(k == 0, 0.0, guess - unknowns)
             return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
@@ -80,7 +80,7 @@ class _Searches:
             new = attempt(k)
             return k + 1, *jax.tree.map(lambda a, b: jnp.where((k == 0) | is_met(new[2]), a, b), new, first)
 
-        def goes_on(found: Any) -> Any:
+        def goes_on(found: Any) -> Array:
             return (found[0] == 0) | (~is_met(found[3]) & (found[0] < len(self._guesses)))
 
         if len(self._guesses) == 1:
@@ -127,7 +127,7 @@ def search_start(
         easier = Values(easy_inputs, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
-    def root(discrete: Any) -> tuple[Ends, Any]:
+    def root(discrete: Array | None) -> tuple[Ends, Any]:
         here = None if easy is None else easier.in_modes(system, discrete)
         return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
 

@@ -26,15 +26,15 @@ class Start(NamedTuple):
 
     events: RunEvents
     given: Given
-    y: Any
-    holds: Any
+    y: Array
+    holds: Array
 
     @property
-    def states(self) -> Numbers:
+    def states(self) -> Array:
         return self.y[self.events.layout.states]
 
     @property
-    def discrete(self) -> Any:
+    def discrete(self) -> Array:
         """The discrete variables, one after the other."""
         return self.y[self.events.layout.discrete]
 
@@ -46,8 +46,8 @@ class Start(NamedTuple):
 
 def start_of(
     system: System,
-    t0: Any,
-    states: Any,
+    t0: Array,
+    states: Array,
     inputs: Inputs,
     past: Past | None,
     *,

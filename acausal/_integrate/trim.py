@@ -16,7 +16,6 @@ from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._numbers import Numbers
 from .._reduce.nominal import nominal_size
 from .field import Given
 
@@ -48,7 +47,7 @@ class Trim:
         flat_leaf = self.system.flat.leaves[leaf]
         return flat_leaf.stack + flat_leaf.sizes
 
-    def sizes(self, params: ModelParameters) -> Numbers:
+    def sizes(self, params: ModelParameters) -> Array:
         """The largest element of each parameter, or its nominal size where it is zero; constants."""
         parts = [jnp.zeros(0)]
         for leaf, count in zip(self.leaves, self._counts, strict=True):
@@ -56,30 +55,30 @@ class Trim:
             parts.append(jnp.full(count, jnp.where(largest > 0, largest, nominal_size(self.system.flat.leaves[leaf]))))
         return jax.lax.stop_gradient(jnp.concatenate(parts))
 
-    def unknowns(self, params: ModelParameters, sizes: Any) -> Array:
+    def unknowns(self, params: ModelParameters, sizes: Array) -> Array:
         """The unknowns from the values of the parameters."""
         parts = [jnp.ravel(jnp.asarray(params.leaves[leaf], float)) for leaf in self.leaves]
         return jnp.concatenate([jnp.zeros(0), *parts]) / sizes
 
-    def own(self, x: Any) -> Any:
+    def own(self, x: Array) -> Array:
         """The unknowns of the start alone."""
         return x[: len(x) - self.count]
 
-    def values(self, x: Any, sizes: Numbers) -> dict[int, Any]:
+    def values(self, x: Array, sizes: Array) -> dict[int, Array]:
         """The parameters by number."""
         if not self.leaves:
             return {}
         pieces = jnp.split(x[len(x) - self.count :] * sizes, np.cumsum(self._counts)[:-1])
         return {leaf: piece.reshape(self._shape(leaf)) for leaf, piece in zip(self.leaves, pieces, strict=True)}
 
-    def applied(self, x: Numbers, sizes: Any, inputs: Inputs) -> Inputs:
+    def applied(self, x: Array, sizes: Array, inputs: Inputs) -> Inputs:
         """The numbers of a model with the parameters that the unknowns stand for."""
         if not self.leaves:
             return inputs
         params = self.system.entry.packed(inputs.params.changed(self.values(x, sizes)))
         return dataclasses.replace(inputs, params=params)
 
-    def given(self, x: Array, sizes: Any, given: Given) -> Given:
+    def given(self, x: Array, sizes: Array, given: Given) -> Given:
         """The numbers of a run with these parameters."""
         return dataclasses.replace(given, inputs=self.applied(x, sizes, given.inputs))
 

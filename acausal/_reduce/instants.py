@@ -15,7 +15,7 @@ from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from .._jax_private import Literal as Constant
-from .._numbers import Numbers
+from .._numbers import Numbers, Scalar
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 Role = Literal["time", "known", "other"]
@@ -67,17 +67,17 @@ class Instants:
     def n_curved(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.closed.out_avals[self.n_scheduled :])
 
-    def margins(self, t: Numbers, known: Sequence[Any]) -> list[Any]:
+    def margins(self, t: Numbers, known: Sequence[Array]) -> list[Array]:
         return list(jaxpr_as_fun(self.closed)(t, *known))
 
     def curved(self, t: Numbers, known: Sequence[Any]) -> Array:
         """The margins whose zeros cannot be told in advance, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
-    def following(self, t: Numbers, known: Sequence[Any], direction: Array) -> Array:
+    def following(self, t: Numbers, known: Sequence[Array], direction: Array) -> Scalar:
         """The first instant after t in the direction of time; infinite if there is none."""
 
-        def scheduled(t: Numbers) -> tuple[Any, Any]:
+        def scheduled(t: Numbers) -> tuple[Array, Array]:
             found = self.margins(t, known)
             return _flat(found[: self.n_affine]), _flat(found[self.n_affine : self.n_scheduled])
 
@@ -91,14 +91,14 @@ class Instants:
         return first(jnp.where(moves & (direction * (times - t) > 0), times, direction * jnp.inf), direction)
 
 
-def first(times: Any, direction: Any = 1.0) -> Any:
+def first(times: Array, direction: Scalar = 1.0) -> Scalar:
     """The earliest of several times, infinite for none."""
     if not times.size:
         return direction * jnp.inf
     return times[jnp.argmin(direction * times)]
 
 
-def _flat(values: Sequence[Any]) -> Array:
+def _flat(values: Sequence[Array]) -> Array:
     return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(value) for value in values)])
 
 
@@ -109,7 +109,7 @@ def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) 
     """
     counts: list[tuple[int, int]] = []
 
-    def traced(t: Numbers, *known: Any) -> list[Any]:
+    def traced(t: Numbers, *known: Any) -> list[Array]:
         remaining, found = iter(known), _Found()
         items = [_input(role, var.aval, t, remaining) for role, var in zip(roles, closed.jaxpr.invars, strict=True)]
         _walk(closed, items, found)
@@ -177,7 +177,7 @@ def _note_loop(values: list[Any], degrees: list[int], found: _Found) -> None:
                 found.compare_all(x, other, degree)
 
 
-def _note(eqn: JaxprEqn, values: list[Any], degrees: list[int], found: _Found) -> None:
+def _note(eqn: JaxprEqn, values: list[Array], degrees: list[int], found: _Found) -> None:
     """What happens to a value here at certain instants."""
     name = eqn.primitive.name
     if name in ("lt", "le", "gt", "ge", "max", "min") and is_floating(eqn.invars[0]):

@@ -9,6 +9,7 @@ from jax import Array
 
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
+from .._numbers import Numbers
 
 
 class Slice(NamedTuple):
@@ -73,7 +74,7 @@ def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
     return None
 
 
-def bind(eqn: JaxprEqn, values: Sequence[Any]) -> list[Array]:
+def bind(eqn: JaxprEqn, values: Sequence[Numbers]) -> list[Array]:
     """Evaluate one equation; one that holds jaxprs of its own goes through a jaxpr of that single equation."""
     if any(isinstance(value, Jaxpr | ClosedJaxpr) or callable(value) for value in eqn.params.values()):
         return _bind_call(eqn, values)
@@ -81,7 +82,7 @@ def bind(eqn: JaxprEqn, values: Sequence[Any]) -> list[Array]:
     return list(results) if eqn.primitive.multiple_results else [results]
 
 
-def _bind_call(eqn: JaxprEqn, values: Sequence[Array]) -> list[Array]:
+def _bind_call(eqn: JaxprEqn, values: Sequence[Numbers]) -> list[Array]:
     given = {var: value for var, value in zip(eqn.invars, values, strict=True) if not isinstance(var, Literal)}
     whole = assembled(list(given), eqn.outvars, [eqn])
     return list(jaxpr_as_fun(ClosedJaxpr(whole, []))(*given.values()))

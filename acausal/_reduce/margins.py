@@ -103,7 +103,7 @@ def _expressions(value: Array, found: np.ndarray | None, margins: list[Array]) -
     return _relation(jnp.where(value, 1.0, -1.0) if value.dtype == bool else value, margins)
 
 
-def _relation(margin: Array, margins: list[Any]) -> np.ndarray:
+def _relation(margin: Array, margins: list[Array]) -> np.ndarray:
     first, shape = sum(np.size(earlier) for earlier in margins), np.shape(margin)
     margins.append(margin)
     return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(margin)).reshape(shape))

@@ -1,6 +1,6 @@
 """Gaussian elimination on the coefficients of constraints, which tells apart what may be divided by."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class Entries(NamedTuple):
     steady: np.ndarray
     known: np.ndarray
 
-    def where(self, kept: Any) -> "Entries":
+    def where(self, kept: np.ndarray) -> "Entries":
         return Entries(*(part[kept] for part in self))
 
     def without(self, peeled: dict[int, int]) -> "Entries":

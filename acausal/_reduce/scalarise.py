@@ -32,7 +32,7 @@ def element_values(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> np.ndar
     return _interpret(closed, inputs)[0]
 
 
-def elements_of(array: Any) -> np.ndarray:
+def elements_of(array: Array) -> np.ndarray:
     """A traced array as an array of traced scalars."""
     flat = jnp.reshape(array, (-1,))
     values = [jax.lax.squeeze(jax.lax.slice(flat, (i,), (i + 1,)), (0,)) for i in range(len(flat))]
@@ -47,7 +47,7 @@ def objects(values: Sequence[Any], shape: tuple[int, ...]) -> np.ndarray:
     return array.reshape(shape)
 
 
-def _interpret(closed: ClosedJaxpr, inputs: Sequence[Any]) -> list[Any]:
+def _interpret(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> list[np.ndarray]:
     jaxpr = closed.jaxpr
     known: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
     known |= {var: np.asarray(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}

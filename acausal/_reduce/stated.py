@@ -92,7 +92,7 @@ def _by_element(template: Template) -> list[Template]:
     for item, shape in zip(template.inputs, shapes, strict=True):
         inputs += [item._replace(element=i) for i in range(math.prod(shape))] if item.source == "var" else [item]
 
-    def residuals(*values: Any) -> list[Any]:
+    def residuals(*values: Any) -> list[Array]:
         remaining, arrays = list(values), []
         for item, shape in zip(template.inputs, shapes, strict=True):
             if item.source == "var":

@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
@@ -111,7 +112,7 @@ class Template:
         return self if times == 0 else self.derivative.differentiated(times - 1)
 
 
-def _rate(residual: Any, point: tuple[Any, ...], tangents: list[Any], alone: int | None) -> Any:
+def _rate(residual: Any, point: tuple[Array, ...], tangents: list[Array], alone: int | None) -> Array:
     """The derivative of a residual in the direction of `tangents`.
 
     The slope by an input that is `alone` in entering non-linearly is taken by itself: it is likely to stand elsewhere

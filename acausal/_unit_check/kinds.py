@@ -8,6 +8,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from .._declare.component import Component
 from .._reduce.flatten import Kind
@@ -117,7 +118,7 @@ def _input(item: Input, values: list[Value]) -> Value:
 def _account(kind: Kind, values: list[Value]) -> Interpreter:
     """The energy account must be stated in J, W and W."""
 
-    def account(*leaves: Any) -> list[Any]:
+    def account(*leaves: Any) -> list[Array]:
         return [jnp.asarray(item, float) for item in kind.component(leaves).energy() or ()]
 
     closed = jax.make_jaxpr(account)(*structs(kind.sizes))
