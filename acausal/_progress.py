@@ -15,6 +15,7 @@ from typing import Any, TextIO
 
 from jax import monitoring
 
+from ._garbage import seldom_collected
 from ._jax_settings import OFF, ON
 
 DELAY = 1.0  # s
@@ -146,7 +147,8 @@ def compiling(text: str, model: Any, function: Callable[..., Any], wanted: bool 
     if not is_whole:
         work.watch()
     try:
-        yield
+        with seldom_collected():
+            yield
     finally:
         work.calls -= is_whole
         if is_whole:

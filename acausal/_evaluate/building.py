@@ -1,10 +1,8 @@
 """`build`: all structural passes, from a model to its system."""
 
-import contextlib
 import dataclasses
 import functools as ft
-import gc
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -13,6 +11,7 @@ import numpy as np
 from .._declare.component import Component
 from .._declare.layout import complete, layout_of, rebuilt
 from .._errors import ModelError, StructureError
+from .._garbage import seldom_collected
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flatten import FlatModel, Instances, flatten
@@ -28,19 +27,7 @@ from .program import programme
 from .system import System
 
 
-@contextlib.contextmanager
-def _without_garbage_collection() -> Iterator[None]:
-    """The passes allocate many small objects that stay, and the collector would walk them again and again."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
-
-
-@_without_garbage_collection()
+@seldom_collected()
 def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
     """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
     flat, merged, reduced = _reduced(model)
