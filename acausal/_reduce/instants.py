@@ -74,7 +74,7 @@ class Instants:
         """The margins whose zeros cannot be told in advance, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
-    def following(self, t: Numbers, known: Sequence[Array], direction: Array) -> Scalar:
+    def following(self, t: Numbers, known: Sequence[Array], direction: Array) -> Array:
         """The first instant after t in the direction of time; infinite if there is none."""
 
         def scheduled(t: Numbers) -> tuple[Array, Array]:
@@ -91,10 +91,10 @@ class Instants:
         return first(jnp.where(moves & (direction * (times - t) > 0), times, direction * jnp.inf), direction)
 
 
-def first(times: Array, direction: Scalar = 1.0) -> Scalar:
+def first(times: Array, direction: Scalar = 1.0) -> Array:
     """The earliest of several times, infinite for none."""
     if not times.size:
-        return direction * jnp.inf
+        return jnp.asarray(direction) * jnp.inf
     return times[jnp.argmin(direction * times)]
 
 
