@@ -19,9 +19,9 @@ from ._free import single_parameters
 from ._limits import objectives_of
 from ._program import Evaluation, Program
 
-STEPS = (1e-2, 1e-3, 1e-4)  # of the sizes of parameters, for differences: what is not smooth may lie beside the place
-APART = 1e-3  # of the largest derivatives, by which differences may be apart from what they are compared with
-LEAST = 1e-2  # of a result, for which a slope counts at least
+STEPS = tuple(10.0**-k for k in range(2, 7))  # of the sizes of parameters: what is not smooth may lie beside the place
+APART = 1e-3  # of derivatives and of how they vary, by which differences may be apart from what they are compared with
+LEAST = 1e-5  # of a result, to which differences of runs are known
 
 
 class Hessian(NamedTuple):
@@ -55,8 +55,8 @@ def hessian(model: Component, over: Iterable[str], results: Any, *, run: Callabl
     - `results` and `run`: as in `sensitivities`.
 
     The run itself is differentiated twice, with the moments of its events. What comes out is compared with differences
-    of first derivatives on both sides of the place, over steps of 1, 0.1 and 0.01 % of a parameter until they agree, to
-    1e-3 of the largest ones.
+    of first derivatives on both sides of the place, over steps of 1 % of a parameter and less until they agree: to 1e-3
+    of what they are and of how they vary within 2 %.
 
     Raises `SimulationError` where second derivatives are not defined, as at the kink of an absolute value or of the
     larger one of two, or are lost on the way, as in a table with straight lines or by `stop_gradient`; and where the
@@ -88,38 +88,72 @@ def hessians_of(program: Program, x: Float[np.ndarray, " k"]) -> Float[np.ndarra
         second = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(x)))
     if not np.all(np.isfinite(second)):
         raise SimulationError("The second derivatives of the results are not finite.")
+    sizes = _sizes(here, second)
     for i in range(len(x)):
-        said: list[str] = []
-        for step in STEPS:
-            said.append(_against(program, here, second[:, i], i, step))
-            if not said[-1]:
-                break
-        if said[-1]:
-            raise SimulationError(said[0])
+        if said := _against(program, here, second[:, i] * sizes[i] * sizes, i, sizes):
+            raise SimulationError(said)
     return second
 
 
-def _against(program: Program, here: Evaluation, bends: np.ndarray, i: int, step: float) -> str:
-    """What differences over a step of the i-th parameter say against its second derivatives; empty if nothing."""
-    size = np.where(here.x != 0.0, np.abs(here.x), 1.0)
-    change = step * size[i] * np.eye(len(size))[i]
-    sides = {k: program(here.x + k * change) for k in (-2, -1, 1, 2)}
-    good = {k: side for k, side in sides.items() if side.is_good} | {0: here}
-    slopes = from_sides({k: side.values for k, side in good.items()}, step)
-    bent = from_sides({k: side.jacobian * size for k, side in good.items()}, step)
-    where = f"{program.free.names[i]} = {here.x[i]:.6g}"
-    if not bent:
-        why = next(side.why for side in sides.values() if not side.is_good)
-        return f"The second derivatives at {where} cannot be checked, as there is no result on either side: {why}."
-    first, second = here.jacobian * size, bends * size[i] * size
-    largest = np.max(np.abs(first), axis=1)
-    room = APART * (largest + LEAST * np.abs(here.values))
-    rooms = APART * (largest + np.max(np.abs(second), axis=1))[:, None]
-    for row, name in enumerate(program.names):
-        of_one = [pair[row] for pair in slopes], [pair[row] for pair in bent]
-        if said := _said(of_one[0], first[row, i], room[row]) or _said(of_one[1], second[row], rooms[row]):
-            return f"{name} has no second derivatives at {where}: {said}."
-    return ""
+def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
+    """Of the parameters, for steps; that of one that is zero follows from where results become others."""
+    slopes, bends = np.abs(here.jacobian), np.abs(np.diagonal(second, axis1=1, axis2=2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = np.where(bends > 0.0, slopes / bends, np.abs(here.values)[:, None] / slopes)
+    lengths = np.min(np.where(lengths > 0.0, lengths, 1.0), axis=0)
+    return np.where(here.x != 0.0, np.abs(here.x), np.minimum(lengths, 1.0))
+
+
+class _Beside(NamedTuple):
+    """Slopes of results, and of their gradients, on both sides, and by how much both vary; `why` not, where there are
+    none.
+    """
+
+    slopes: list[Any]
+    bends: list[Any]
+    slope: Any
+    bend: Any
+    why: str
+
+
+def _beside(program: Program, here: Evaluation, i: int, sizes: np.ndarray, step: float) -> _Beside:
+    """What is at steps of the i-th parameter."""
+    sides = {k: program(here.x + k * step * sizes * (np.arange(len(sizes)) == i)) for k in (-2, -1, 1, 2)}
+    why = next((side.why for side in sides.values() if not side.is_good), "")
+    good = {k: side for k, side in sides.items() if side.is_good}
+    values = {k: side.values for k, side in good.items()} | {0: here.values}
+    slopes = {k: side.jacobian * sizes for k, side in good.items()} | {0: here.jacobian * sizes}
+    slope, bend = (
+        np.max([np.abs(one - every[0]) for one in every.values()], axis=0) / (2.0 * step) for every in (values, slopes)
+    )
+    return _Beside(from_sides(values, step), from_sides(slopes, step), slope, bend, why)
+
+
+def _against(program: Program, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
+    """What differences over steps of the i-th parameter say against its second derivatives; empty if some agree."""
+    first, where = here.jacobian[:, i] * sizes[i], f"{program.free.names[i]} = {here.x[i]:.6g}"
+    wide = _beside(program, here, i, sizes, STEPS[0])
+    room = APART * (np.abs(first) + wide.slope) + LEAST * np.abs(here.values)
+    known = LEAST * (np.abs(here.jacobian * sizes) + np.abs(here.values)[:, None])
+    rooms = APART * (np.abs(second) + wide.bend) + known
+    told = ""
+    for step in STEPS:
+        beside = _beside(program, here, i, sizes, step)
+        said = (
+            f"The second derivatives at {where} cannot be checked, as there is no result on either side: {beside.why}."
+        )
+        if beside.bends:
+            pairs = (
+                _said([s[row] for s in beside.slopes], first[row], room[row])
+                or _said([s[row] for s in beside.bends], second[row], rooms[row])
+                for row in range(len(first))
+            )
+            found = next(((name, one) for name, one in zip(program.names, pairs, strict=True) if one), None)
+            if found is None:
+                return ""
+            said = f"{found[0]} has no second derivatives at {where}: {found[1]}."
+        told = told or said
+    return told
 
 
 def _said(sides: list[Any], derivative: Any, room: Any) -> str:

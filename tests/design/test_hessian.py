@@ -44,6 +44,13 @@ def test_closed_form() -> None:
     assert "second derivatives [ms]" in str(found)
 
 
+class Free(Component):
+    """Two numbers, of whichever function a test has."""
+
+    x: Param[Scalar, "1"] = 0.0
+    y: Param[Scalar, "1"] = 0.0
+
+
 def _larger(m: Any) -> Any:
     return jnp.maximum(m.ratio, m.ratio**2 / 10.0)
 
@@ -64,9 +71,40 @@ def test_where_there_is_none_is_an_error(name: str) -> None:
         hessian(GearedLoad(), ["ratio"], {"bend": function})
 
 
-def test_a_kink_beside_the_place_is_none() -> None:
-    found = hessian(GearedLoad(ratio=9.95), ["ratio"], {"bend": lambda m: m.ratio**3 + jnp.abs(m.ratio - 10.0)})["bend"]
-    assert found.matrix[0, 0] == pytest.approx(6.0 * 9.95, rel=1e-12)
+@pytest.mark.parametrize("ratio", [9.95, 9.9995])
+def test_a_kink_beside_the_place_is_none(ratio: float) -> None:
+    function = {"bend": lambda m: m.ratio**3 + jnp.abs(m.ratio - 10.0)}
+    found = hessian(GearedLoad(ratio=ratio), ["ratio"], function)["bend"]
+    assert found.matrix[0, 0] == pytest.approx(6.0 * ratio, rel=1e-12)
+
+
+SMOOTH: dict[str, tuple[float, Callable[[Any], Any]]] = {
+    "short waves": (2.0, lambda x: jnp.sin(1e4 * x)),
+    "zero, on a small scale": (0.0, lambda x: jnp.exp(1e8 * x)),
+    "zero, on a large scale": (0.0, lambda x: jnp.exp(1e-6 * x)),
+    "all is zero": (0.0, lambda x: jnp.abs(x) ** 3),
+    "flat": (3.0, lambda x: 1.0 + (x - 3.0) ** 4),
+    "near a pole": (1e-30, jnp.log),
+    "nothing depends on it": (3.0, lambda x: 2.0 + 0.0 * x),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_scales_that_the_value_does_not_tell(name: str) -> None:
+    x, function = SMOOTH[name]
+    found = hessian(Free(x=x), ["x"], lambda m: function(m.x)).matrix[0, 0]
+    assert found == pytest.approx(float(jax.grad(jax.grad(function))(x)), rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3], ids=["strong", "weak"])
+def test_a_kink_of_a_parameter_that_matters_less(share: float) -> None:
+    """Beside what depends on the other one a thousand times as much."""
+    model = Free(x=2.0, y=3.0)
+    with pytest.raises(SimulationError, match="no second derivatives at y = 3"):
+        hessian(model, ["x", "y"], lambda m: m.x**2 + share * (m.y + jnp.abs(m.y - 3.0) * (m.y - 2.0)))
+    # Both directions are smooth, but not what is between them.
+    with pytest.raises(SimulationError, match="no second derivatives at x = 0"):
+        hessian(Free(), ["x", "y"], lambda m: share * jnp.minimum(jnp.abs(m.x), jnp.abs(m.y)) * (m.x + m.y))
 
 
 def test_second_order_of_a_tolerance_is_refused_where_there_is_none() -> None:

@@ -1,0 +1,146 @@
+"""Where functions turn from rising to falling along the path of a step."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from .._numbers import Numbers
+from .interval import Point, advance, over, seen
+
+NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
+TURN = 0.25 * math.pi  # by no more than which the fastest angle turns on a part, so that its square turns once
+LEAST = 1e-5  # share of a step that a part is long at least
+CLOSE = 1e-5  # share of a part: so close to a turn, one step of Newton's method leads to it but for rounding
+FIRST = 5  # looks at a turn, after which it is no smooth one, or not a simple one
+MOST = 60  # looks at a turn
+
+
+class Turn(NamedTuple):
+    """Where functions turn: between `low` and `high`, which are close together, at the slope `bend` of their rates.
+
+    Where a rate jumps, at a kink, the turn is not smooth.
+    """
+
+    low: Array
+    high: Array
+    bend: Array
+    is_smooth: Array
+    exists: Array
+
+
+class _Walk(NamedTuple):
+    """Each function by itself has been followed up to `node`. If it `narrows` down a turn, that is between `low` and
+    `high`, on a part on which the rate falls by `fall`; `last` was looked at before. It is looked at `x` next.
+    """
+
+    node: Point
+    low: Point
+    high: Point
+    last: Point
+    part: Array
+    fall: Array
+    narrows: Array
+    age: Array
+    x: Array
+    best: Array
+    top: Turn
+
+
+def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, best: Array) -> Turn:
+    """For each function the turn between two times that leads highest, if any leads beyond the `best` so far.
+
+    Rates are looked at at both ends and in the middle; and in more places where an angle, of which a sine is taken, or
+    a stair turns fast, since while nothing moves, steps are longer than the periods of what varies with a time or an
+    angle. Between two places each function may turn once. Tangents meet above whatever bends one way: only where they
+    meet above the best so far is a turn narrowed down.
+    """
+    n, width = len(best), end - start
+
+    def look(walk: _Walk) -> _Walk:
+        points = jax.vmap(lambda t: seen(values, t))(walk.x)
+        new = points._replace(g=jnp.diagonal(points.g), rate=jnp.diagonal(points.rate))
+        return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
+
+    def walked(walk: _Walk, new: Point) -> _Walk:
+        """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
+        node, wide = walk.node, new.t - walk.node.t
+        turned = jax.vmap(advance)(node, new)
+        is_far = (turned > TURN * (1.0 + 1e-6)) & (wide > LEAST * width)
+        fall = node.rate - new.rate
+        turns = (node.rate > 0.0) & (new.rate <= 0.0) & ~is_far
+        meet = node.g + node.rate * (new.g - node.g - new.rate * wide) / jnp.where(turns, fall, 1.0)
+        opens = turns & (meet > walk.best)
+        secant = _within(node.t + wide * node.rate / jnp.where(turns, fall, 1.0), node, new, wide)
+        back = node.t + jnp.minimum(0.5, over(TURN * jnp.ones(n), turned)) * wide
+        return walk._replace(
+            node=_pick(is_far, node, new),
+            low=node,
+            high=new,
+            last=node,
+            part=wide,
+            fall=fall,
+            narrows=opens,
+            age=jnp.zeros(n, int),
+            x=jnp.where(is_far, back, jnp.where(opens, secant, onward(new))),
+        )
+
+    def onward(node: Point) -> Array:
+        speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
+        return jnp.minimum(node.t + jnp.minimum(width / NODES, over(TURN * jnp.ones(n), speed)), end)
+
+    def narrowed(walk: _Walk, new: Point) -> _Walk:
+        """After a look between `low` and `high`."""
+        rises = new.rate > 0.0
+        low, high = _pick(rises, new, walk.low), _pick(rises, walk.high, new)
+        gap, fall = high.t - low.t, low.rate - high.rate
+        is_closed = (gap <= CLOSE * walk.part) | (walk.age >= MOST)
+        value = jnp.maximum(low.g, high.g)
+        is_better = is_closed & (value > walk.best)
+        is_smooth = fall <= jnp.sqrt(jnp.abs(gap / jnp.where(walk.part == 0.0, 1.0, walk.part))) * walk.fall
+        turn = Turn(low.t, high.t, -over(fall, gap), is_smooth, is_closed)
+        # Newton's method on the rate by the slope between the last two points; at a kink, where the tangents meet.
+        slope = over(new.rate - walk.last.rate, new.t - walk.last.t)
+        newton = new.t - over(new.rate, slope)
+        middle, meet = low.t + 0.5 * gap, low.t + over(high.g - low.g - high.rate * gap, fall)
+        is_inside = (slope < 0.0) & (newton > low.t) & (newton < high.t)
+        first = jnp.where(is_inside, newton, middle)
+        later = jnp.where(walk.age % 3 == 0, meet, jnp.where(walk.age % 3 == 1, first, middle))
+        aim = jnp.where((walk.age < FIRST) | ~jnp.isfinite(later), first, later)
+        return walk._replace(
+            low=low,
+            high=high,
+            last=new,
+            narrows=~is_closed,
+            age=walk.age + 1,
+            x=jnp.where(is_closed, onward(walk.node), _within(aim, low, high, walk.part)),
+            best=jnp.where(is_better, value, walk.best),
+            top=_pick(is_better, turn, walk.top),
+        )
+
+    def is_on_the_way(walk: _Walk) -> Array:
+        return jnp.any(walk.narrows | (walk.node.t < end) | (walk.x < end))
+
+    nothing, none = jnp.zeros(n), jnp.zeros(n, bool)
+    angles = jax.eval_shape(lambda t: seen(values, t), start).angle.shape
+    unknown = jnp.full((n, *angles), jnp.inf)
+    point = Point(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
+    begin = _Walk(
+        node=point, low=point, high=point, last=point, part=nothing, fall=nothing, narrows=none,
+        age=jnp.zeros(n, int), x=jnp.full(n, start), best=best, top=Turn(point.t, point.t, nothing - 1.0, ~none, none),
+    )  # fmt: skip
+    return jax.lax.while_loop(is_on_the_way, look, begin).top
+
+
+def _within(x: Array, low: Point, high: Point, part: Array) -> Array:
+    """A time between two others, not quite at either, so that both close in on what is near one of them."""
+    least = 0.5 * CLOSE * part
+    return jnp.clip(x, low.t + least, high.t - least)
+
+
+def _pick(condition: Array, a: Any, b: Any) -> Any:
+    """Function by function one or the other."""
+    return jax.tree.map(lambda x, y: jnp.where(condition.reshape(-1, *[1] * (x.ndim - 1)), x, y), a, b)
