@@ -5,6 +5,7 @@ from ._linear import matrices as matrices
 from ._linear import modes as modes
 from ._linear import static_gains as static_gains
 from ._main import as_text as as_text
+from ._main import decided as decided
 from ._main import main as main
 from ._main import stored as stored
 from ._main import summary as summary

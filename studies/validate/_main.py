@@ -20,10 +20,10 @@ from .._output import (
 )
 from ._linear import linear_actuator
 from ._rows import ACTUATORS, Row, compare, run
-from ._thesis import NOT_COMPARED, NOTE, TOLERANCE, statements
+from ._thesis import CHOSEN, DECIDED, GIVEN, NOT_COMPARED, NOTE, TOLERANCE, readable, spoken, statements
 
 STORED = Path(__file__).parent / "rows.json"
-HEADS = ("actuator", "quantity", "condition", "source in the thesis", "unit", "thesis", "model", "deviation", "why")
+HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "why")
 SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "validate_deviations": (
@@ -60,7 +60,8 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         require_matplotlib()
     wanted = [statement for actuator in ACTUATORS for statement in statements(actuator)]
     rows = [compare(statement, rtol) for statement in progress(wanted, "simulating")]
-    print_table("Thesis and model", HEADS, _cells(rows))
+    for name, cells in _by_actuator(rows):
+        print_table(f"{name}: thesis and model", HEADS, cells)
     print(summary(rows))
     if json is not None:
         write_json(json, rows, not_compared=[Missing(*item) for item in NOT_COMPARED])
@@ -69,14 +70,20 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     return rows
 
 
-def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
+def _by_actuator(rows: list[Row]) -> Iterable[tuple[str, list[tuple[str, ...]]]]:
+    """The names of the actuators, and the lines of each."""
     reasons = _reasons(rows)
+    for name in dict.fromkeys(row.actuator for row in rows):
+        yield ACTUATOR_NAMES[name], list(_cells([row for row in rows if row.actuator == name], reasons))
+
+
+def _cells(rows: list[Row], reasons: list[str]) -> Iterable[tuple[str, ...]]:
     for row in rows:
         thesis = "-" if row.thesis is None else f"{row.thesis:.6g}"
         deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
-        name, quantity = ACTUATOR_NAMES[row.actuator], row.quantity.replace("_", " ")
+        quantity = spoken(row.quantity) + ("" if row.unit == "1" else f" [{row.unit}]")
         why = f"({reasons.index(row.reason) + 1})" if row.reason else ""
-        yield name, quantity, row.condition, row.source, row.unit, thesis, f"{row.model:.6g}", deviation, why
+        yield quantity, readable(row.condition), row.source, thesis, f"{row.model:.6g}", deviation, why
 
 
 def _reasons(rows: list[Row]) -> list[str]:
@@ -86,11 +93,20 @@ def _reasons(rows: list[Row]) -> list[str]:
 def summary(rows: list[Row]) -> str:
     """How many figures are reproduced, why others are not, and what is not compared."""
     stated = [row for row in rows if row.reproduced is not None]
-    within = sum(row.reproduced is True for row in stated)
-    lines = [f"{within} of {len(stated)} figures of the thesis are reproduced within {TOLERANCE:.0%}, by one set."]
+    within = [row for row in stated if row.reproduced]
+    used = sum(row.reason in (GIVEN, CHOSEN) for row in within)
+    lines = [
+        f"{len(within)} of {len(stated)} figures of the thesis are reproduced within {TOLERANCE:.0%}, by one set; "
+        f"{used} of these {len(within)} went into the set."
+    ]
     lines += [f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)]
     lines += [f"Not compared: {source}: {reason}." for source, reason in NOT_COMPARED]
     return "\n".join([*lines, NOTE])
+
+
+def decided() -> str:
+    """What the thesis leaves open of the set of parameters, and what decided it."""
+    return "\n".join(f"- {what}: {by}" for what, by in DECIDED)
 
 
 def stored() -> list[Row]:
@@ -99,8 +115,8 @@ def stored() -> list[Row]:
 
 
 def as_text(rows: list[Row]) -> str:
-    """The table with a line for each row; numbers in brackets are those of the reasons in `summary`."""
-    return plain_table(HEADS, _cells(rows))
+    """A table for each actuator, with a line for each row; numbers in brackets are the reasons of `summary`."""
+    return "\n\n".join(f"{name}\n{plain_table(HEADS, cells)}" for name, cells in _by_actuator(rows))
 
 
 def _draw(rows: list[Row], out: Path, rtol: float) -> None:
@@ -120,9 +136,13 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
         save(figure, out, name)
     texts = {**SHOWN, "validate_bond_graph": ("The present actuator, read off its bond graph", _of_graph(graph))}
     parts = [(*texts[name], [figure]) for name, figure in pictures.items()]
-    summed, table = ("Summary", summary(rows), []), ("All figures", Table(HEADS, list(_cells(rows))), [])
+    summed = ("Summary", summary(rows), [])
+    tables = [
+        ("All figures", [Table(HEADS, cells, name) for name, cells in _by_actuator(rows)], []),
+        ("What the thesis leaves open of the set", Table(("parameter", "decided by"), DECIDED), []),
+    ]
     title = "Clutch actuators: Meloni's thesis (2012) and the model"
-    write_report(out, "validate", title, [summed, *parts, table])
+    write_report(out, "validate", title, [summed, *parts, *tables])
 
 
 def _of_graph(graph: BondGraph) -> str:

@@ -1,7 +1,6 @@
 """Pictures of the comparison."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +12,7 @@ from .._opening import STROKE
 from .._output import ACTUATOR_NAMES, COLORS, legend
 from ._linear import linear_actuator, linear_system
 from ._rows import Row
-from ._thesis import LINEAR, TOLERANCE
+from ._thesis import LINEAR, TOLERANCE, readable, spoken
 
 PANELS = (
     ("opening_time", "opening time [ms]", 1e3),
@@ -25,13 +24,6 @@ SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3),
     ("motor.p.i", "motor current [A]", 1.0),
     ("line.p", "line pressure [bar]", 1e-5),
-)
-CHANGED: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "voltage": ("supply of", "V"),
-        "spring_rate": ("clutch of", "N/m"),
-        "friction": ("friction of", "N.m.s/rad"),
-    }
 )
 
 
@@ -69,13 +61,7 @@ def _compare(panel: Axes, rows: list[Row], label: str, scale: float) -> None:
 
 
 def _name(actuator: str, condition: str) -> str:
-    return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{_readable(condition)}")
-
-
-def _readable(condition: str) -> str:
-    """A condition with the unit of its number."""
-    name, _, value = condition.partition("=")
-    return f"{CHANGED[name][0]} {value} {CHANGED[name][1]}" if name in CHANGED else condition
+    return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{readable(condition)}")
 
 
 def plot_deviations(rows: list[Row], figure: Figure | None = None) -> Figure:
@@ -107,8 +93,8 @@ def plot_deviations(rows: list[Row], figure: Figure | None = None) -> Figure:
 
 
 def _row_name(row: Row) -> str:
-    condition = "" if row.condition == "base" else f", {_readable(row.condition)}"
-    return f"{row.quantity.replace('_', ' ')} ({row.source}{condition})"
+    condition = "" if row.condition == "base" else f", {readable(row.condition)}"
+    return f"{spoken(row.quantity)} ({row.source}{condition})"
 
 
 def plot_linear(rows: list[Row]) -> Figure:
@@ -152,18 +138,12 @@ def _shares(panel: Axes, rows: list[Row]) -> None:
             row.thesis, height, "s", color="#d55e00", markerfacecolor="none", markersize=9,
             label="thesis, tables 4.3 and 4.5",
         )  # fmt: skip
-    panel.set_yticks(range(len(chosen)), [_energy_name(row.quantity) for row in chosen], fontsize=8)
+    panel.set_yticks(range(len(chosen)), [spoken(row.quantity) for row in chosen], fontsize=8)
     panel.set_ylim(len(chosen) - 0.5, -0.5)
     panel.set_xscale("log")
     panel.set_xlim(1e-5, 2.0)
     panel.set_xlabel("share of the energy of the mode [1]")
     panel.grid(axis="x", alpha=0.3)
-
-
-def _energy_name(quantity: str) -> str:
-    energy, side, mode = quantity.split("_")
-    place = {"kinetic": {"motor": "motor", "slave": "piston"}, "potential": {"motor": "liquid", "slave": "clutch"}}
-    return f"mode {mode}, {energy}: {place[energy][side]}"
 
 
 def plot_openings(runs: Mapping[str, Solution], rows: list[Row]) -> Figure:

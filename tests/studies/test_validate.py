@@ -54,9 +54,9 @@ REPRODUCED = {
     ("ema_fise", "opening_time", "base", "Fig. 6.6, simulated"),
     ("ema_fise", "opening_time", "base", "concluding table"),
     ("ema_fise", "holding_current", "base", "Fig. 7.4, measured"),
-    ("ema_fise", "least_ratio", "base", "chapter 6, 12 N.m at the 38:1 output as the limit"),
+    ("ema_fise", "least_ratio", "base", "chapter 6, at 12 N.m behind 38:1"),
     ("ema_maxon", "best_ratio", "voltage=9.45", "chapter 6, as built"),
-    ("ehs_maxon", "opening_time", "base", "Fig. 7.10, measured, 30 ms of it without motion"),
+    ("ehs_maxon", "opening_time", "base", "Fig. 7.10, measured, 30 ms of it at rest"),
     ("ehs_maxon", "holding_current", "base", "chapter 7, about"),
 }
 
