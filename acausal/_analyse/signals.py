@@ -14,6 +14,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
 from .._evaluate.system import System
 from .._integrate.options import names_of
+from .._integrate.user_function import as_function
 from .._reduce.flatten import FlatLeaf
 
 Output = str | Callable[[Any], Any]
@@ -130,6 +131,7 @@ def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Outp
     for position, (given, output) in enumerate(pairs):
         if callable(output):
             names.append(given or f"outputs[{position}]")
+            as_function(output, names[-1])
             units.append("")
             readers.append(lambda view, function=output: [function(view)])
         else:

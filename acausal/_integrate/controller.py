@@ -52,12 +52,11 @@ class Steps(diffrax.PIDController):
         self, t0: Numbers, t1: Any, y0: Array, y1_candidate: Array, args: Any, y_error: Array, error_order: int,
         controller_state: Control,
     ) -> Any:  # fmt: skip
-        # What is not finite is a step that failed, and must not become a step size. A step of the linearised equations
-        # that throws a state out of all proportion has failed, too, however small its error is beside where it ends.
+        # What is not finite is a step that failed, and must not become a step size.
         scale, states = jnp.abs(y0) * self.rtol + self.atol, self.layout.states
-        has_leapt = jnp.any(jnp.abs(y1_candidate[states]) * self.rtol > LEAP * scale[states])
-        is_finite = jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate)))
-        has_failed = has_leapt | ~is_finite
+        has_failed = ~(jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate))))
+        if not self.layout.has_status:  # otherwise it is told before events have set states
+            has_failed |= has_leapt(y0[states], y1_candidate[states], jnp.asarray(self.atol)[states] / self.rtol)
         error = jnp.where(has_failed, jnp.inf, jnp.abs(y_error))
         y1 = jnp.where(jnp.isfinite(y1_candidate), y1_candidate, y0)
         keep, next_t0, next_t1, jump, inner, result = super().adapt_step_size(
@@ -98,6 +97,13 @@ class Steps(diffrax.PIDController):
         if not self.layout.has_status:
             return t1
         return jnp.minimum(t1, y[self.layout.next_instant])
+
+
+def has_leapt(y0: Array, y1: Array, sizes: Any) -> Array:
+    """Whether a step of the linearised equations throws a state out of all proportion. It has failed then, however
+    small its error is beside where it ends.
+    """
+    return jnp.any(jnp.abs(y1) > LEAP * (jnp.abs(y0) + sizes))
 
 
 def core_norm(layout: StateVector) -> Callable[[Any], Any]:

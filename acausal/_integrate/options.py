@@ -70,7 +70,7 @@ def names_of(value: Any, name: str) -> tuple[str, ...]:
 def count(value: Any, name: str) -> int:
     """An option that counts: an integer of at least 1."""
     try:
-        found = operator.index(value)
+        found = 0 if isinstance(value, bool) else operator.index(value)
     except (TypeError, jax.errors.ConcretizationTypeError):
         found = 0
     if found < 1:

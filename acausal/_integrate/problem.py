@@ -22,7 +22,7 @@ from .._evaluate.system import System
 from .._numbers import Numbers
 from .options import names_of
 from .trim import Trim
-from .user_function import UserFunction, as_function, trace
+from .user_function import DERIVATIVES, VARIABLES, UserFunction, as_function, trace
 
 Conditions = Callable[[Any, Any], Mapping[str, Equation]]
 
@@ -149,7 +149,10 @@ def problem_of(
     quantity, constants, names = None, [], ()
     if conditions is not None:
         quantity, constants = trace(
-            ft.partial(_residuals, as_function(conditions, "conditions")), system.flat, "conditions", n_views=2
+            ft.partial(_residuals, as_function(conditions, "conditions", (VARIABLES, DERIVATIVES))),
+            system.flat,
+            "conditions",
+            n_views=2,
         )
         names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
     given = system.entry.given(leaves)

@@ -13,6 +13,7 @@ from .._equinox_private import unvmap_any
 from .._numbers import Numbers
 from .._reduce.instants import first
 from .conditions import EventConditions
+from .controller import has_leapt
 from .field import Given
 from .interval import Point
 from .look import TOO_SOON, Found, look
@@ -140,6 +141,9 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             y = self._remembered(t1, self._projected(t1, layout.joined(core, carried), args), args)
             y = self._with_peaks(path, t1, y, args)
         else:
+            assert self.events is not None
+            sizes = self.events.system.nominals
+            error = jnp.where(has_leapt(y0[layout.states], core[layout.states], sizes), jnp.inf, error)
             y, state = self._through_events(path, t0, t1, layout.joined(core, carried), state, args)
             y = self._with_peaks(path, y[layout.moment], y, args)
             # A run that has ended stays where it is.

@@ -1,9 +1,11 @@
 """User functions of a model's variables, kept by what they compute so that an equal one is not compiled again."""
 
+import contextlib
 import dataclasses
+import inspect
 import math
 import types
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import jax
@@ -45,10 +47,20 @@ _traced: dict[Hashable, tuple[UserFunction, list[Any]]] = {}
 _MOST = 512  # traces kept
 
 
-def as_function(value: Any, what: str) -> Callable[..., Any]:
-    """What a user gives for a function."""
+VARIABLES = "the variables, s"
+DERIVATIVES = "their derivatives, d"
+
+
+def as_function(value: Any, what: str, given: Sequence[str] = (VARIABLES,)) -> Callable[..., Any]:
+    """What a user gives for a function, which is called with what is `given`."""
     if not callable(value):
         raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
+    with contextlib.suppress(ValueError):  # where a signature cannot be told
+        signature = inspect.signature(value)
+        try:
+            signature.bind(*given)
+        except TypeError as error:
+            raise ModelError(f"{what} is called with {' and '.join(given)}, and takes {signature}: {error}.") from None
     return value
 
 

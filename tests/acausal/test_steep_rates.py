@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Component, Equations, Param, Result, Scalar, Var, eq, prefer, simulate
+from acausal import Component, Equations, Events, Param, Result, Scalar, Var, at, eq, prefer, simulate
 
 
 class Steep(Component):
@@ -34,3 +34,23 @@ def test_runs_off_by_an_exponential_law() -> None:
         x, is_lost = run(c)
         np.testing.assert_array_equal(is_lost[:6], False)
         np.testing.assert_allclose(x[~is_lost], expected[~is_lost], rtol=1e-6)
+
+
+class Kicked(Component):
+    """A body that is set to a speed far beyond its size at 0.5 s."""
+
+    v: Param[Scalar, ""] = 1e12
+    x: Var[Scalar, ""] = 0.0
+    w: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.x, self.w, check_units=False), coasts=eq(d.w))
+
+    def events(self) -> Events:
+        return dict(kick=at(0.5, w=self.v))
+
+
+def test_an_event_may_set_a_state_to_any_size() -> None:
+    """What an event sets is no step that failed, nor is what follows: x = v (t - 0.5)."""
+    slope = jax.jacfwd(lambda v: simulate(Kicked(v=v), 1.0, save="end").final.x)(1e12)
+    np.testing.assert_allclose([slope, simulate(Kicked(), 1.0, save="end").final.x / 1e12], 0.5, rtol=1e-9)
