@@ -19,36 +19,41 @@ FEW, MANY = 1_000, 10_000
 LENGTH = 12  # of the chain
 
 
-class Watched(Component):
-    """An actuator with three conditions that are never met: on time, on a state and on a force."""
+class Watched(Component, partial=True):
+    """A model with three conditions that are never met: on time, on a state and on a force or torque."""
 
     t: Time[Scalar, "s"] = 0.0
     alarms: Discrete[Scalar, "1"] = 0.0
+
+    def seen(self) -> tuple[Scalar, Scalar]:
+        """The state and the force."""
+        raise NotImplementedError
+
+    def events(self) -> Events:
+        state, force = self.seen()
+        return dict(
+            late=when(self.t > 1e3, alarms=1.0),
+            far=when(state > 1e6, alarms=2.0),
+            strained=when(force > 1e9, alarms=3.0),
+        )
+
+
+class WatchedActuator(Watched):
+    """An actuator, whose rod is watched."""
+
     actuator: ElectromechanicalActuator
 
-    def events(self) -> Events:
-        rod = self.actuator.slave.rod
-        return dict(
-            late=when(self.t > 1e3, alarms=1.0),
-            far=when(rod.s > 1.0, alarms=2.0),
-            strained=when(rod.f > 1e9, alarms=3.0),
-        )
+    def seen(self) -> tuple[Scalar, Scalar]:
+        return self.actuator.slave.rod.s, self.actuator.slave.rod.f
 
 
-class WatchedChain(Component):
-    """The same for a chain of inertias."""
+class WatchedChain(Watched):
+    """A chain of inertias, whose first ones are watched."""
 
-    t: Time[Scalar, "s"] = 0.0
-    alarms: Discrete[Scalar, "1"] = 0.0
     chain: ChainOfArrays
 
-    def events(self) -> Events:
-        first, spring = self.chain.masses[0], self.chain.springs[0]
-        return dict(
-            late=when(self.t > 1e3, alarms=1.0),
-            fast=when(first.w > 1e6, alarms=2.0),
-            strained=when(spring.tau > 1e9, alarms=3.0),
-        )
+    def seen(self) -> tuple[Scalar, Scalar]:
+        return self.chain.masses[0].w, self.chain.springs[0].tau
 
 
 class Ball(Component):
@@ -68,7 +73,7 @@ class Ball(Component):
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The same run with and without conditions to watch; runs with more and fewer impacts."""
     bare = ema_maxon()
-    watched = Watched(actuator=bare)
+    watched = WatchedActuator(actuator=bare)
     chain = chain_of_arrays(LENGTH, speed=1.0)
     watched_chain = WatchedChain(chain=chain)
     runs = {

@@ -15,7 +15,7 @@ from .._evaluate.packing import ModelParameters
 from .._evaluate.system import System
 from .._integrate.options import names_of
 from .._integrate.user_function import as_function
-from .._reduce.flatten import FlatLeaf
+from .._reduce.flat_model import FlatLeaf
 
 Output = str | Callable[[Any], Any]
 

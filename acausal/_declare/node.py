@@ -268,7 +268,7 @@ def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
     for name, declaration in dynamic_fields(type(node)):
         value = getattr(node, name)
         if declaration is not None:
-            yield Leaf(join(path, name), declaration, value, _resolved_sizes(node, declaration))
+            yield Leaf(join(path, name), declaration, value, resolved_sizes(node, declaration))
             continue
         for part_path, part in parts_of(value, join(path, name)):
             if not isinstance(part, Node):
@@ -279,7 +279,8 @@ def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
             yield from leaves_of(part, part_path)
 
 
-def _resolved_sizes(node: Node, declaration: Declaration) -> tuple[int, ...] | None:
+def resolved_sizes(node: Node, declaration: Declaration) -> tuple[int, ...] | None:
+    """The shape that a leaf is declared with; None where it takes that of its value."""
     if declaration.sizes is None:
         return None
     return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)

@@ -14,7 +14,8 @@ from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
-from .._reduce.flatten import FlatModel, Instances, flatten
+from .._reduce.flat_model import FlatModel, Instances
+from .._reduce.flatten import flatten
 from .._reduce.index import Reduced
 from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort

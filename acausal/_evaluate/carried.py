@@ -9,7 +9,7 @@ import jax
 import numpy as np
 from jax import Array
 
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .packing import ModelParameters, slot_values
 from .plan import Guess, Pair, Plan
 from .starts import Inputs

@@ -12,7 +12,7 @@ from .._declare.component import Component
 from .._declare.layout import complete_leaves
 from .._errors import ParameterError
 from .._numbers import Numbers
-from .._reduce.flatten import FlatLeaf, FlatModel
+from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import known
 from .packing import ModelParameters, discrete_start, slot_values
 from .requirements import ModelRequirements

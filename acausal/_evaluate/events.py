@@ -18,7 +18,7 @@ from .._jax_private import Literal as Constant
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
-from .._reduce.flatten import FlatModel, indexed
+from .._reduce.flat_model import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.jaxpr import assembled, check_effects, structs
 from .._reduce.logic import Expression

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._declare.fields import join
-from .._reduce.flatten import FlatModel, indexed
+from .._reduce.flat_model import FlatModel, indexed
 from .._reduce.jaxpr import as_function
 from .._reduce.stated import initial_templates
 from .._reduce.template import Template

@@ -11,7 +11,7 @@ from jax import Array
 
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Family, Merged
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .._reduce.instants import Instants, Role, instants
 from .._reduce.template import Input
 from .packing import ModelParameters

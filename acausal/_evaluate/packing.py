@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 
 from .._numbers import Numbers
-from .._reduce.flatten import FlatLeaf, FlatModel
+from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import is_traced
 
 SEPARATE = 8  # up to so many members of a kind have parameters that are apart, more have arrays of them

@@ -12,7 +12,7 @@ from jax import Array
 from .._declare.fields import join
 from .._declare.requirements import told
 from .._errors import ParameterError
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .._reduce.required import required
 from .._tracing import known
 from .packing import ModelParameters, SlotValues

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from .._numbers import Numbers
 from .._reduce.aliases import Merged
-from .._reduce.flatten import FlatLeaf, FlatModel
+from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence
 from .packing import ModelParameters
 from .plan import Guess, Pair, Plan

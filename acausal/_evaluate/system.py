@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from .._declare.component import Component
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Merged
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .._reduce.index import Reduced
 from .._reduce.ranges import Ranges, is_within, ranges_of_pair
 from .._reduce.sort import Sorted

@@ -8,7 +8,7 @@ from jax import Array
 
 from .._declare.annotations import Declaration
 from .._errors import ModelError
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .._unit_check.interpret import Interpreter
 from .._unit_check.values import Value, constant
 from .._units.dimension import DERIVED, NUMBER

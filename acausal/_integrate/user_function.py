@@ -16,7 +16,7 @@ from jax import Array
 from .._errors import ModelError
 from .._fingerprint import NoFingerprintError, fingerprint
 from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
-from .._reduce.flatten import FlatModel
+from .._reduce.flat_model import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
 
 

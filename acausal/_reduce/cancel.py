@@ -11,7 +11,7 @@ import numpy as np
 from .._errors import StructureError, listed
 from .aliases import Family, Merged
 from .dependent import FRACTIONS, MODULAR, PRIME, Row, dependencies, modular
-from .flatten import FlatModel
+from .flat_model import FlatModel
 from .graph import inverted, match, strong_components
 from .incidence import Incidence, tabulate
 from .index import Reduced, fixed_rows, reduce_index

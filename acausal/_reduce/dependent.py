@@ -10,17 +10,17 @@ Row = dict[int, Any]  # the entries of a row that are not zero, by column
 PRIME = 2**61 - 1
 
 
-class Numbers(NamedTuple):
+class Arithmetic(NamedTuple):
     """Exact arithmetic: the ratio of two numbers, and the one way to write a number."""
 
     ratio: Callable[[Any, Any], Any]
     tidy: Callable[[Any], Any]
 
 
-FRACTIONS = Numbers(lambda a, b: a / b, lambda a: a)
+FRACTIONS = Arithmetic(lambda a, b: a / b, lambda a: a)
 # Integers modulo a prime stay short. Where random ones stand for coefficients that are not known, they decide for
 # almost all values of these (Schwartz, J. ACM 27, 1980).
-MODULAR = Numbers(lambda a, b: a * pow(b, -1, PRIME) % PRIME, lambda a: a % PRIME)
+MODULAR = Arithmetic(lambda a, b: a * pow(b, -1, PRIME) % PRIME, lambda a: a % PRIME)
 
 
 def modular(number: float) -> int:
@@ -28,21 +28,21 @@ def modular(number: float) -> int:
     return fraction.numerator * pow(fraction.denominator, -1, PRIME) % PRIME
 
 
-def dependencies(rows: list[Row], numbers: Numbers) -> list[Row]:
+def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
     """A basis of the combinations of rows that vanish, each with the factor of each row that takes part.
 
     Every combination has a row of its own, the last of it to be looked at.
     """
-    if not _eliminated([dict(row) for row in rows], numbers):
+    if not _eliminated([dict(row) for row in rows], exact):
         return []
     # A column that a row has to itself shows what has been added up in it.
     width = 1 + max((column for row in rows for column in row), default=0)
     tracked = [{**row, width + i: 1} for i, row in enumerate(rows)]
-    vanished = _eliminated(tracked, numbers, width)
+    vanished = _eliminated(tracked, exact, width)
     return [{column - width: factor for column, factor in tracked[i].items()} for i in vanished]
 
 
-def _eliminated(rows: list[Row], numbers: Numbers, width: int | None = None) -> list[int]:
+def _eliminated(rows: list[Row], exact: Arithmetic, width: int | None = None) -> list[int]:
     """Gaussian elimination in place, short rows and rare columns first; returns the rows left without a pivot.
 
     Columns from `width` on go along and are no pivots.
@@ -66,18 +66,18 @@ def _eliminated(rows: list[Row], numbers: Numbers, width: int | None = None) -> 
             continue
         pivot = min(candidates, key=lambda column: (len(users[column]), column))
         for other in sorted(users[pivot] - done):
-            _subtract(rows, other, i, pivot, users, numbers)
+            _subtract(rows, other, i, pivot, users, exact)
             heapq.heappush(waiting, (len(rows[other]), other))
     return left
 
 
 def _subtract(
-    rows: list[Row], target: int, source: int, pivot: int, users: dict[int, set[int]], numbers: Numbers
+    rows: list[Row], target: int, source: int, pivot: int, users: dict[int, set[int]], exact: Arithmetic
 ) -> None:
-    factor = numbers.ratio(rows[target][pivot], rows[source][pivot])
+    factor = exact.ratio(rows[target][pivot], rows[source][pivot])
     row = rows[target]
     for column, value in rows[source].items():
-        new = numbers.tidy(row.get(column, 0) - factor * value)
+        new = exact.tidy(row.get(column, 0) - factor * value)
         if new:
             row[column] = new
             users[column].add(target)

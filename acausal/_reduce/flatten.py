@@ -1,174 +1,22 @@
 """From a model to numbered variables, instances of component classes, and connection sets."""
 
 import dataclasses
-import functools as ft
-import math
-from collections.abc import Hashable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import jax
 import numpy as np
-from jaxtyping import Int
 
 from .._declare.annotations import Declaration
-from .._declare.array import Array, deepened
+from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.layout import complete
-from .._declare.node import Node, Port, leaves_of
+from .._declare.node import Node, Port, leaves_of, resolved_sizes
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
 from .connections import Joints
+from .flat_model import FlatLeaf, FlatModel, Instances, Kind
 from .required import is_held_to, own_records, required
-
-
-@dataclasses.dataclass(frozen=True)
-class FlatLeaf:
-    """A leaf of the model: `stack` is the shape of the arrays of components around it, `sizes` its own shape.
-
-    A variable leaf owns the nodes `first .. first + prod(stack) - 1`, one for each stacked component.
-    """
-
-    path: str
-    declaration: Declaration
-    stack: tuple[int, ...]
-    sizes: tuple[int, ...]
-    first: int
-    port: type[Port] | None  # the class of the port that it is a variable of
-    nominal: float | None = None  # size that the model gives
-
-    @property
-    def count(self) -> int:
-        return math.prod(self.stack)
-
-    @property
-    def in_port(self) -> bool:
-        return self.port is not None
-
-    def name(self, index: int) -> str:
-        """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
-        return indexed(self.path, self.stack, index)
-
-
-def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
-    """A path with the numbers of a stacked member in its brackets."""
-    pieces = path.split("[]")
-    numbers = np.unravel_index(index, stack) if stack else ()
-    return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
-
-
-@dataclasses.dataclass(frozen=True)
-class Kind:
-    """A component class with its static structure: what its equations are traced from, once."""
-
-    structure: Hashable  # jax tree structure of one component
-    sizes: tuple[tuple[int, ...], ...]  # shape of each of its leaves
-    cls: type[Component] = dataclasses.field(compare=False)
-    declarations: tuple[Declaration, ...] = dataclasses.field(compare=False)
-    names: tuple[str, ...] = dataclasses.field(compare=False)  # of the leaves, within the component
-    depth: int  # of arrays around it, where it holds arrays itself; else 0
-
-    def component(self, leaves: Sequence[Any]) -> Any:
-        """One component of this kind with the given leaves."""
-        return deepened(self.structure.unflatten(leaves), -self.depth)  # pyright: ignore[reportAttributeAccessIssue]
-
-
-@dataclasses.dataclass(eq=False)
-class Instances:
-    """All components of one kind: for each, its path and the nodes and leaves behind the kind's slots."""
-
-    kind: Kind
-    paths: list[str]  # one for each member
-    stacks: list[tuple[int, ...]]
-    first_leaf: list[int]
-
-    @ft.cached_property
-    def counts(self) -> np.ndarray:
-        return np.array([math.prod(stack) for stack in self.stacks])
-
-    @property
-    def total(self) -> int:
-        return int(self.counts.sum())
-
-    def place(self, index: int) -> tuple[int, int]:
-        """The entry of `paths` that an instance belongs to, and its number within that stack."""
-        ends = np.cumsum(self.counts)
-        entry = int(np.searchsorted(ends, index, side="right"))
-        return entry, index - int(ends[entry] - self.counts[entry])
-
-    def name(self, index: int) -> str:
-        """The path of the `index`-th instance, stacked members counted one by one."""
-        entry, inside = self.place(index)
-        return indexed(self.paths[entry], self.stacks[entry], inside)
-
-
-@dataclasses.dataclass(eq=False)
-class FlatModel:
-    """Numbered leaves and nodes of a model, its component instances, and the outcome of its connections.
-
-    `across` lists pairs of nodes that are merged. A row of `flow_sets` lists (node, sign) whose signed sum is zero.
-    """
-
-    structure: Any
-    leaves: list[FlatLeaf]
-    n_nodes: int
-    instances: list[Instances]
-    composites: list[Instances]  # those without equations that parameters have to meet requirements in
-    starters: list[Instances]  # those that state initial equations
-    across: Int[np.ndarray, "m 2"]
-    flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
-    name: str  # the class of the model
-    split: bool = False  # whether the elements of array variables are nodes of their own
-
-    @ft.cached_property
-    def holders(self) -> list[Instances]:
-        """All whose parameters are read: the instances first."""
-        return self.instances + self.composites
-
-    @ft.cached_property
-    def variable_leaves(self) -> list[int]:
-        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.is_variable]
-
-    def is_variable(self, leaf: int) -> bool:
-        return self.leaves[leaf].declaration.is_variable
-
-    @property
-    def root_fields(self) -> tuple[str, ...]:
-        """Names of the model's own parts, parameters and variables."""
-        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.leaves))
-
-    @ft.cached_property
-    def discrete_leaves(self) -> list[int]:
-        return [i for i, leaf in enumerate(self.leaves) if leaf.declaration.role == "discrete"]
-
-    @ft.cached_property
-    def firsts(self) -> np.ndarray:
-        """First node of each leaf, -1 for a parameter."""
-        return np.array([leaf.first if leaf.declaration.is_variable else -1 for leaf in self.leaves], dtype=int)
-
-    @ft.cached_property
-    def leaf_of_node(self) -> np.ndarray:
-        counts = [self.leaves[i].count for i in self.variable_leaves]
-        return np.repeat(np.array(self.variable_leaves, dtype=int), counts)
-
-    @ft.cached_property
-    def leaf_names(self) -> dict[str, tuple[int, int]]:
-        """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
-        return {leaf.name(i): (number, i) for number, leaf in enumerate(self.leaves) for i in range(leaf.count)}
-
-    def node_name(self, node: int) -> str:
-        leaf = self.leaves[self.leaf_of_node[node]]
-        return leaf.name(node - leaf.first)
-
-    def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
-        """The first node behind each slot of each instance; -1 where the slot is a parameter."""
-        rows = []
-        slots = np.arange(len(instances.kind.sizes))
-        for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):
-            firsts = self.firsts[first_leaf + slots]
-            elements = np.array([self.leaves[first_leaf + slot].count for slot in slots], dtype=int) // count
-            rows.append(np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements))
-        return np.concatenate(rows)
 
 
 def flatten(model: Component, *, split: bool = False) -> FlatModel:
@@ -249,7 +97,8 @@ class _Walker:
         where = join(path, name)
         value = vars(node)[name]
         shape = () if isinstance(value, float) else np.shape(value)
-        sizes = shape[len(stack) :] if declaration.sizes is None else _sizes(node, declaration)
+        declared = resolved_sizes(node, declaration)
+        sizes = shape[len(stack) :] if declared is None else declared
         is_uniform = declaration.role != "param" and shape == ()
         if not is_uniform and shape != (*stack, *sizes):
             complain(
@@ -291,8 +140,3 @@ class _Walker:
         variables = [leaf for leaf in self.leaves if leaf.declaration.is_variable]
         leaf = next(leaf for leaf in variables if leaf.first <= node < leaf.first + leaf.count)
         return leaf.name(node - leaf.first)
-
-
-def _sizes(node: Node, declaration: Declaration) -> tuple[int, ...]:
-    assert declaration.sizes is not None
-    return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)

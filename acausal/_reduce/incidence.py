@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .aliases import ZERO, Family, Merged
-from .flatten import FlatModel
+from .flat_model import FlatModel
 from .nominal import nominal_sizes
 
 

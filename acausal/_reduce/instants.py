@@ -6,7 +6,7 @@ difference is a margin, zero at an instant; being affine in time between instant
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -16,6 +16,7 @@ from jax import Array
 from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
 from .._jax_private import Literal as Constant
 from .._numbers import Numbers, Scalar
+from .degrees import degree_of
 from .jaxpr import bind, called, differentiable_call, is_floating
 
 Role = Literal["time", "known", "other"]
@@ -164,7 +165,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
         # Numbers that count what was compared do not change between instants.
         return [_Value(x, 2 if is_floating(var) else 0) for x, var in zip(results, eqn.outvars, strict=True)]
     _note(eqn, values, degrees, found)
-    degree = _DEGREES.get(name, _any_other)(eqn, degrees)
+    degree = degree_of(eqn, degrees)
     return [_Value(result, degree) for result in results]
 
 
@@ -199,59 +200,3 @@ def _note(eqn: JaxprEqn, values: list[Array], degrees: list[int], found: _Found)
         found.step(values[0] / values[1], degrees[0])
     elif name == "convert_element_type" and not is_floating(eqn.outvars[0]) and is_floating(eqn.invars[0]):
         found.step(values[0], degrees[0])
-
-
-def _largest(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return max(degrees)
-
-
-def _constant(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return 0
-
-
-def _any_other(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return 2
-
-
-def _of_product(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return min(2, sum(degrees))
-
-
-def _of_quotient(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return degrees[0] if degrees[1] == 0 else 2
-
-
-def _of_choice(eqn: JaxprEqn, degrees: list[int]) -> int:
-    """One of several values, by an index or a truth value that is constant between instants."""
-    return max(degrees[1:]) if degrees[0] == 0 else 2
-
-
-def _of_picked(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return degrees[0] if not any(degrees[1:]) else 2
-
-
-def _of_conversion(eqn: JaxprEqn, degrees: list[int]) -> int:
-    return degrees[0] if is_floating(eqn.outvars[0]) else 0
-
-
-_DEGREES: dict[str, Callable[[JaxprEqn, list[int]], int]] = {
-    **dict.fromkeys(
-        ("add", "add_any", "sub", "neg", "max", "min", "abs", "clamp", "reshape", "broadcast_in_dim", "squeeze",
-         "transpose", "slice", "rev", "concatenate", "copy", "copy_p", "reduce_sum", "cumsum", "pad", "expand_dims",
-         "sort", "reduce_max", "reduce_min", "cummax", "cummin"),
-        _largest,
-    ),
-    **dict.fromkeys(
-        ("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor", "sign", "floor", "ceil", "round", "argmax",
-         "argmin", "is_finite"),
-        _constant,
-    ),
-    "mul": _of_product,
-    "dot_general": _of_product,
-    "div": _of_quotient,
-    "rem": _of_quotient,
-    "select_n": _of_choice,
-    "gather": _of_picked,
-    "dynamic_slice": _of_picked,
-    "convert_element_type": _of_conversion,
-}  # fmt: skip

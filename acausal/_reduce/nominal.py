@@ -3,7 +3,7 @@
 import numpy as np
 
 from .aliases import ZERO, Merged
-from .flatten import FlatLeaf, FlatModel
+from .flat_model import FlatLeaf, FlatModel
 from .graph import connected
 
 # Machinery between the size of a hand and of a person: an engineer's guess, to a factor of ten. Error tolerances are

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from .flatten import FlatLeaf
+from .flat_model import FlatLeaf
 
 
 def reference_of(leaves: Iterable[FlatLeaf]) -> str:

@@ -21,7 +21,7 @@ from .forbidden import Forbidden
 from .jaxpr import assembled, structs
 
 if TYPE_CHECKING:
-    from .flatten import Kind
+    from .flat_model import Kind
 
 
 def own_records(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:

@@ -12,7 +12,7 @@ from jax import Array
 
 from .._declare.component import Equation
 from .._errors import ModelError
-from .flatten import Kind
+from .flat_model import Kind
 from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .jaxpr import check_effects, structs

@@ -10,7 +10,7 @@ from jax import Array
 
 from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
-from .flatten import Kind
+from .flat_model import Kind
 from .forms import ANY, Coefficient, Form, interpret, parameter, variable
 from .jaxpr import as_function, slice_output, structs
 

@@ -13,7 +13,8 @@ from .._declare.node import Node, Port
 from .._errors import ModelError
 from .._extras import Axes
 from .._reduce.connections import children
-from .._reduce.flatten import FlatModel, flatten
+from .._reduce.flat_model import FlatModel
+from .._reduce.flatten import flatten
 from .._reduce.graph import connected
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7f3c8d", "#444444")

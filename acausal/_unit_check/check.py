@@ -1,7 +1,7 @@
 """The units of a whole model."""
 
 from .._errors import UnitError, complain
-from .._reduce.flatten import FlatModel, Instances, Kind
+from .._reduce.flat_model import FlatModel, Instances, Kind
 from .composites import accounting_composites
 from .kinds import kind_units
 from .signals import signal_problems

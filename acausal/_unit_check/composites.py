@@ -8,7 +8,7 @@ import jax
 from .._declare.array import Array
 from .._declare.component import Component
 from .._reduce.connections import children
-from .._reduce.flatten import FlatModel, Kind
+from .._reduce.flat_model import FlatModel, Kind
 
 
 def accounting_composites(flat: FlatModel) -> Iterator[tuple[str, Kind]]:

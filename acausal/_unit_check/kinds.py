@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._declare.component import Component
-from .._reduce.flatten import Kind
+from .._reduce.flat_model import Kind
 from .._reduce.jaxpr import structs
 from .._reduce.stated import initial_templates, templates
 from .._reduce.template import Input

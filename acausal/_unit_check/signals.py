@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .._reduce.flatten import FlatModel, Instances
+from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.graph import connected
 from .._units.dimension import Dimension, described
 from .kinds import kind_units

@@ -17,7 +17,8 @@ from .._declare.node import Port
 from .._evaluate.events import events_of
 from .._integrate.energy import accounts
 from .._reduce.connections import children
-from .._reduce.flatten import FlatModel, flatten
+from .._reduce.flat_model import FlatModel
+from .._reduce.flatten import flatten
 from .._reduce.nominal import nominal_size
 
 Params = list[Any]  # in the order of the leaves of a component, as the modes

@@ -28,19 +28,23 @@ class SpeedSensor(Component):
         return dict(no_torque=eq(self.flange.tau), reading=eq(self.y.value, d.flange.phi))
 
 
-class TorqueSensor(Component):
-    """y = torque passed from a to b in N.m."""
+class RigidSensor(Component, partial=True):
+    """A sensor through which a torque passes from a to b."""
 
     a: Flange = Flange()
     b: Flange = Flange()
+
+    def equations(self, d: Any) -> Equations:
+        return dict(rigid=eq(self.a.phi, self.b.phi), balance=eq(self.a.tau + self.b.tau))
+
+
+class TorqueSensor(RigidSensor):
+    """y = torque passed from a to b in N.m."""
+
     y: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.phi, self.b.phi),
-            balance=eq(self.a.tau + self.b.tau),
-            reading=eq(self.y.value, self.a.tau),
-        )
+        return super().equations(d) | dict(reading=eq(self.y.value, self.a.tau))
 
 
 class AccelerationSensor(Component):
@@ -88,34 +92,24 @@ class RelativeSpeedSensor(RelativeSensor):
         return super().equations(d) | dict(reading=eq(self.y.value, d.phi_rel))
 
 
-class PowerSensor(Component):
+class PowerSensor(RigidSensor):
     """y = power passed from a to b in W."""
 
-    a: Flange = Flange()
-    b: Flange = Flange()
     y: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.phi, self.b.phi),
-            balance=eq(self.a.tau + self.b.tau),
-            reading=eq(self.y.value, self.a.tau * d.a.phi),
-        )
+        return super().equations(d) | dict(reading=eq(self.y.value, self.a.tau * d.a.phi))
 
 
-class MultiSensor(Component):
+class MultiSensor(RigidSensor):
     """Speed in rad/s, torque in N.m and power in W passed from a to b, at three outputs."""
 
-    a: Flange = Flange()
-    b: Flange = Flange()
     speed: Output = Output()
     torque: Output = Output()
     power: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.phi, self.b.phi),
-            balance=eq(self.a.tau + self.b.tau),
+        return super().equations(d) | dict(
             speed=eq(self.speed.value, d.a.phi),
             torque=eq(self.torque.value, self.a.tau),
             power=eq(self.power.value, self.torque.value * self.speed.value),

@@ -28,19 +28,23 @@ class SpeedSensor(Component):
         return dict(no_force=eq(self.flange.f), reading=eq(self.y.value, d.flange.s))
 
 
-class ForceSensor(Component):
-    """y = force passed from a to b in N."""
+class RigidSensor(Component, partial=True):
+    """A sensor through which a force passes from a to b."""
 
     a: Flange = Flange()
     b: Flange = Flange()
+
+    def equations(self, d: Any) -> Equations:
+        return dict(rigid=eq(self.a.s, self.b.s), balance=eq(self.a.f + self.b.f))
+
+
+class ForceSensor(RigidSensor):
+    """y = force passed from a to b in N."""
+
     y: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.s, self.b.s),
-            balance=eq(self.a.f + self.b.f),
-            reading=eq(self.y.value, self.a.f),
-        )
+        return super().equations(d) | dict(reading=eq(self.y.value, self.a.f))
 
 
 class AccelerationSensor(Component):
@@ -88,34 +92,24 @@ class RelativeSpeedSensor(RelativeSensor):
         return super().equations(d) | dict(reading=eq(self.y.value, d.s_rel))
 
 
-class PowerSensor(Component):
+class PowerSensor(RigidSensor):
     """y = power passed from a to b in W."""
 
-    a: Flange = Flange()
-    b: Flange = Flange()
     y: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.s, self.b.s),
-            balance=eq(self.a.f + self.b.f),
-            reading=eq(self.y.value, self.a.f * d.a.s),
-        )
+        return super().equations(d) | dict(reading=eq(self.y.value, self.a.f * d.a.s))
 
 
-class MultiSensor(Component):
+class MultiSensor(RigidSensor):
     """Speed in m/s, force in N and power in W passed from a to b, at three outputs."""
 
-    a: Flange = Flange()
-    b: Flange = Flange()
     speed: Output = Output()
     force: Output = Output()
     power: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            rigid=eq(self.a.s, self.b.s),
-            balance=eq(self.a.f + self.b.f),
+        return super().equations(d) | dict(
             speed=eq(self.speed.value, d.a.s),
             force=eq(self.force.value, self.a.f),
             power=eq(self.power.value, self.force.value * self.speed.value),

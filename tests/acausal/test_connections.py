@@ -9,7 +9,8 @@ from _reading import values_without_states
 from acausal import Array as Parts
 from acausal import Component, Connections, ModelError, connect, repeat, simulate
 from acausal._reduce.aliases import ZERO, merge
-from acausal._reduce.flatten import FlatModel, flatten
+from acausal._reduce.flat_model import FlatModel
+from acausal._reduce.flatten import flatten
 from components.blocks import Constant, Gain, Output
 from components.electrical import ConstantVoltage, Ground, Pin, Resistor
 from components.rotational import Fixed, Inertia, Spring
