@@ -16,7 +16,7 @@ from jax import Array
 from .._errors import StructureError
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .._numbers import Numbers, Scalar
-from .._reduce.jaxpr import bind, called, differentiable_call, is_floating, shape_of
+from .._reduce.jaxpr import bind, called, differentiable_call, interpreted, is_floating, shape_of
 
 
 @jax.tree_util.register_dataclass
@@ -186,19 +186,10 @@ def _filled(arg: Affine, atom: Any) -> Numbers:
 
 def evaluate(closed: ClosedJaxpr, inputs: Sequence[Affine]) -> list[Affine]:
     """The outputs of a jaxpr; its dependence on the symbols must be linear."""
-    jaxpr = closed.jaxpr
-    known: dict[Any, Affine] = dict(zip(jaxpr.invars, inputs, strict=True))
-    known |= {var: Affine(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
-
-    def read(atom: Any) -> Affine:
-        return _literal(atom) if isinstance(atom, Literal) else known[atom]
-
-    for eqn in jaxpr.eqns:
-        known |= dict(zip(eqn.outvars, _apply(eqn, [read(atom) for atom in eqn.invars]), strict=True))
-    return [read(atom) for atom in jaxpr.outvars]
+    return interpreted(closed, inputs, _apply, Affine, _literal)
 
 
-def _literal(atom: Any) -> Affine:
+def _literal(atom: Literal) -> Affine:
     if jnp.ndim(atom.val) == 0 and is_floating(atom):
         return Affine(None if atom.val == 0 else float(atom.val))
     return Affine(atom.val)

@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .jaxpr import bind, called, differentiable_call, is_floating, shape_of
+from .._jax_private import ClosedJaxpr, JaxprEqn
+from .jaxpr import bind, called, differentiable_call, interpreted, is_floating, shape_of
 
 _WAVES = ("sin", "cos", "tan")
 _STAIRS = {"floor": 0.0, "ceil": 0.0, "round": 0.5}
@@ -43,23 +43,16 @@ def with_angles(function: Callable[[Any], Any]) -> Callable[[Any], Traced]:
 
 def _walk(closed: ClosedJaxpr, inputs: Sequence[Array], angles: list[Array], stairs: list[Array]) -> list[Array]:
     """The outputs; notes angles and heights of stairs on the way."""
-    jaxpr = closed.jaxpr
-    env: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
-    env |= dict(zip(jaxpr.constvars, closed.consts, strict=True))
 
-    def read(atom: Any) -> Array:
-        return jnp.asarray(atom.val) if isinstance(atom, Literal) else env[atom]
-
-    for eqn in jaxpr.eqns:
-        args = [read(atom) for atom in eqn.invars]
+    def outputs(eqn: JaxprEqn, args: list[Array]) -> list[Array]:
         inner = called(eqn)
         if inner is not None and _turns(inner):
-            results = _walk(inner, args, angles, stairs)
-        else:
-            results = bind(eqn, args)
-            _note(eqn, args, angles, stairs)
-        env |= dict(zip(eqn.outvars, results, strict=True))
-    return [read(atom) for atom in jaxpr.outvars]
+            return _walk(inner, args, angles, stairs)
+        results = bind(eqn, args)
+        _note(eqn, args, angles, stairs)
+        return results
+
+    return interpreted(closed, inputs, outputs, jnp.asarray)
 
 
 def _note(eqn: JaxprEqn, args: Sequence[Array], angles: list[Array], stairs: list[Array]) -> None:

@@ -9,12 +9,11 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
-from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .jaxpr import called, differentiable_call, shape_of
+from .._jax_private import ClosedJaxpr, JaxprEqn
+from .jaxpr import called, differentiable_call, interpreted, shape_of
 
 Signs = frozenset[int]
 ANY: Signs = frozenset((-1, 0, 1))
@@ -242,13 +241,4 @@ def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
 
 def interpret(closed: ClosedJaxpr, inputs: Sequence[Form]) -> list[Form]:
     """The forms of the outputs of a jaxpr whose inputs have the given forms."""
-    jaxpr = closed.jaxpr
-    known: dict[Any, Form] = dict(zip(jaxpr.invars, inputs, strict=True))
-    known |= {var: constant(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
-
-    def read(atom: Any) -> Form:
-        return constant(atom.val) if isinstance(atom, Literal) else known[atom]
-
-    for eqn in jaxpr.eqns:
-        known |= dict(zip(eqn.outvars, _apply(eqn, [read(atom) for atom in eqn.invars]), strict=True))
-    return [read(atom) for atom in jaxpr.outvars]
+    return interpreted(closed, inputs, _apply, constant)

@@ -14,10 +14,9 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
-from .._jax_private import Literal as Constant
 from .._numbers import Numbers, Scalar
 from .degrees import degree_of
-from .jaxpr import bind, called, differentiable_call, is_floating
+from .jaxpr import bind, called, differentiable_call, interpreted, is_floating
 
 Role = Literal["time", "known", "other"]
 
@@ -130,17 +129,9 @@ def _input(role: Role, aval: Any, t: Numbers, known: Any) -> _Value | None:
 
 def _walk(closed: ClosedJaxpr, items: Sequence[_Value | None], found: _Found) -> list[_Value | None]:
     """The outputs, None where they cannot be computed; notes what is compared on the way."""
-    jaxpr = closed.jaxpr
-    env: dict[Any, _Value | None] = dict(zip(jaxpr.invars, items, strict=True))
-    env |= {var: _Value(value, 0) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
-
-    def read(atom: Any) -> _Value | None:
-        return _Value(jnp.asarray(atom.val), 0) if isinstance(atom, Constant) else env[atom]
-
-    for eqn in jaxpr.eqns:
-        args = [read(atom) for atom in eqn.invars]
-        env |= dict(zip(eqn.outvars, _outputs(eqn, args, found), strict=True))
-    return [read(atom) for atom in jaxpr.outvars]
+    return interpreted(
+        closed, items, lambda eqn, args: _outputs(eqn, args, found), lambda value: _Value(jnp.asarray(value), 0)
+    )
 
 
 def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_Value | None]:

@@ -1,15 +1,17 @@
-"""Small operations on jaxprs: slicing out what an output needs, evaluating, recursing into calls."""
+"""Small operations on jaxprs: slicing out what an output needs, interpreting, recursing into calls."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from .._errors import ModelError
-from .._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, jaxpr_as_fun
+from .._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
 from .._numbers import Numbers
+
+T = TypeVar("T")
 
 
 class Slice(NamedTuple):
@@ -33,6 +35,32 @@ def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
     constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
     sliced = assembled([jaxpr.invars[i] for i in used], [target], kept[::-1], [var for var, _ in constants])
     return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
+
+
+def interpreted(
+    closed: ClosedJaxpr,
+    inputs: Sequence[T],
+    outputs: Callable[[JaxprEqn, list[T]], Sequence[T]],
+    constant: Callable[[Any], T],
+    literal: Callable[[Literal], T] | None = None,
+) -> list[T]:
+    """The outputs of a jaxpr that computes with something else than numbers.
+
+    `outputs` tells what an equation gives for its arguments, `constant` what stands for a number that is known, and
+    `literal` the same for one that is written in an equation, where that differs.
+    """
+    jaxpr = closed.jaxpr
+    known: dict[Var, T] = dict(zip(jaxpr.invars, inputs, strict=True))
+    known |= {var: constant(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
+
+    def read(atom: Var | Literal) -> T:
+        if isinstance(atom, Literal):
+            return constant(atom.val) if literal is None else literal(atom)
+        return known[atom]
+
+    for eqn in jaxpr.eqns:
+        known |= dict(zip(eqn.outvars, outputs(eqn, [read(atom) for atom in eqn.invars]), strict=True))
+    return [read(atom) for atom in jaxpr.outvars]
 
 
 def check_effects(closed: ClosedJaxpr, where: str) -> None:

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .jaxpr import bind, called, is_floating
+from .._jax_private import ClosedJaxpr, JaxprEqn
+from .jaxpr import bind, called, interpreted, is_floating
 from .logic import Expression, both, choice, differ, either, folded, mapped, negation
 
 LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
@@ -57,25 +57,15 @@ def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple
 
 def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], margins: list[Any]) -> list[_Known]:
     """The values of the outputs with their expressions."""
-    jaxpr = closed.jaxpr
-    known: dict[Any, _Known] = dict(zip(jaxpr.invars, inputs, strict=True))
-    known |= {var: (value, None) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
 
-    def read(atom: Any) -> _Known:
-        return (jnp.asarray(atom.val), None) if isinstance(atom, Literal) else known[atom]
-
-    for eqn in jaxpr.eqns:
-        args = [read(atom) for atom in eqn.invars]
+    def outputs(eqn: JaxprEqn, args: list[_Known]) -> list[_Known]:
         inner = called(eqn)
         if inner is not None:
-            known |= dict(zip(eqn.outvars, _walk(inner, args, margins), strict=True))
-            continue
-        values = bind(eqn, [value for value, _ in args])
-        known |= {var: (value, None) for var, value in zip(eqn.outvars, values, strict=True)}
-        found = _logic(eqn, args, margins)
-        if found is not None:
-            known[eqn.outvars[0]] = (values[0], found)
-    return [read(atom) for atom in jaxpr.outvars]
+            return _walk(inner, args, margins)
+        first, *others = bind(eqn, [value for value, _ in args])
+        return [(first, _logic(eqn, args, margins)), *((other, None) for other in others)]
+
+    return interpreted(closed, inputs, outputs, lambda value: (jnp.asarray(value), None))
 
 
 def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Array]) -> np.ndarray | None:

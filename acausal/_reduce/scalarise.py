@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
-from .jaxpr import bind, called, shape_of
+from .._jax_private import ClosedJaxpr, JaxprEqn
+from .jaxpr import bind, called, interpreted, shape_of
 
 _ELEMENTWISE = frozenset(
     """
@@ -48,13 +48,7 @@ def objects(values: Sequence[Any], shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _interpret(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> list[np.ndarray]:
-    jaxpr = closed.jaxpr
-    known: dict[Any, Any] = dict(zip(jaxpr.invars, inputs, strict=True))
-    known |= {var: np.asarray(value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True)}
-    for eqn in jaxpr.eqns:
-        args = [np.asarray(atom.val) if isinstance(atom, Literal) else known[atom] for atom in eqn.invars]
-        known |= dict(zip(eqn.outvars, _apply(eqn, args), strict=True))
-    return [np.asarray(atom.val) if isinstance(atom, Literal) else known[atom] for atom in jaxpr.outvars]
+    return interpreted(closed, inputs, _apply, np.asarray)
 
 
 def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:

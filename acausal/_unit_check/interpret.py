@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
-from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal
-from .._reduce.jaxpr import shape_of
+from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn
+from .._reduce.jaxpr import interpreted, shape_of
 from .._units.dimension import NUMBER, Dimension
 from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
 from .values import ATOM, PRODUCT, SUM, Value, constant, written
@@ -46,17 +46,8 @@ class Interpreter:
     def _run(
         self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value], verb: Callable[[JaxprEqn], str | None]
     ) -> list[Value]:
-        jaxpr = closed.jaxpr if isinstance(closed, ClosedJaxpr) else closed
-        known: dict[Any, Value] = dict(zip(jaxpr.invars, inputs, strict=True))
-        known |= {v: constant(c) for v, c in zip(jaxpr.constvars, getattr(closed, "consts", ()), strict=True)}
-
-        def read(atom: Any) -> Value:
-            return constant(atom.val) if isinstance(atom, Literal) else known[atom]
-
-        for eqn in jaxpr.eqns:
-            results = self._apply(eqn, [read(atom) for atom in eqn.invars], verb(eqn))
-            known |= dict(zip(eqn.outvars, results, strict=True))
-        return [read(atom) for atom in jaxpr.outvars]
+        closed = closed if isinstance(closed, ClosedJaxpr) else ClosedJaxpr(closed, [])
+        return interpreted(closed, inputs, lambda eqn, values: self._apply(eqn, values, verb(eqn)), constant)
 
     def _apply(self, eqn: JaxprEqn, values: list[Value], verb: str | None) -> list[Value]:
         name = eqn.primitive.name
