@@ -13,6 +13,8 @@ from acausal._jax_settings import programs
 
 # Tests look into what is traced and change it.
 programs.folder = None
+# Most tests compile much and compute little: a program is made in half the time, and runs twice as long.
+jax.config.update("jax_disable_most_optimizations", True)
 # Compiling leaves millions of objects that stay, and the collector would walk them all again and again.
 gc.set_threshold(100_000, 50, 1000)
 
@@ -20,14 +22,11 @@ LARGE = 1_500_000_000  # bytes that a worker may hold on to after a file of test
 
 
 @pytest.fixture
-def compiled_fast() -> Iterator[None]:
-    """For tests that compile much and compute little: a large program is made in half the time, and runs three times
-    as long.
-    """
-    before = jax.config.read("jax_disable_most_optimizations")
-    jax.config.update("jax_disable_most_optimizations", True)
+def compiled_well() -> Iterator[None]:
+    """For tests that compute more than they compile."""
+    jax.config.update("jax_disable_most_optimizations", False)
     yield
-    jax.config.update("jax_disable_most_optimizations", before)
+    jax.config.update("jax_disable_most_optimizations", True)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -33,8 +33,6 @@ from acausal._evaluate.invariants import onto_invariants
 from acausal._evaluate.observe import observe
 from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor
 
-pytestmark = pytest.mark.usefixtures("compiled_fast")
-
 Function = Callable[..., Any]
 
 

@@ -40,8 +40,6 @@ from acausal._evaluate.building import mass_matrix_form, system_of
 from components.blocks import SISO, Gain
 from components.rotational import IdealGear, Inertia, SignalTorque, SpeedSensor
 
-pytestmark = pytest.mark.usefixtures("compiled_fast")
-
 
 class Lag(SISO):
     """T dx/dt = k u - x, from rest."""

@@ -30,8 +30,6 @@ from acausal import (
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
 from components.translational import ConstantForce, HardStop, Mass
 
-pytestmark = pytest.mark.usefixtures("compiled_fast")
-
 READINGS: dict[str, Callable[[Solution], Any]] = {
     "by name": lambda sol: sol["c.v"],
     "by attribute": lambda sol: sol.c.v,

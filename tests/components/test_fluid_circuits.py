@@ -220,7 +220,6 @@ def test_valve_driven_cylinder() -> None:
         np.testing.assert_allclose(sol[name], wanted, atol=1e-5 * size)
 
 
-@pytest.mark.usefixtures("compiled_fast")
 def test_gradients_of_the_servo() -> None:
     """Of where the mass is, by both modes and by differences."""
     names, base = ("cylinder.bore", "valve.rated_flow", "mass.m"), jnp.array([0.04, 5e-4, 80.0])

@@ -140,7 +140,6 @@ def test_load_reverses_under_a_swinging_torque() -> None:
     assert np.all(lost >= 0.0)
 
 
-@pytest.mark.usefixtures("compiled_fast")
 def test_gradients_through_reversals() -> None:
     """Both modes, along random directions, against differences."""
     cases = jnp.stack([jnp.asarray(values) for values in draw()], axis=1)

@@ -221,7 +221,6 @@ def test_column_separation() -> None:
 GRADIENT_OF = ("pipe.length", "pipe.diameter", "pipe.wall", "pipe.liquid.air", "pipe.liquid.bulk_modulus")
 
 
-@pytest.mark.usefixtures("compiled_fast")
 @pytest.mark.parametrize("build", [Pipe, UnsteadyFrictionPipe])
 def test_gradients(build: Callable[..., Pipe | UnsteadyFrictionPipe]) -> None:
     """Of the pressure at the valve as it closes: both modes agree with differences."""

@@ -26,7 +26,6 @@ from acausal.design import Normal, Samples, Spread, Tolerance, Triangular, Unifo
 from studies.actuators import ema_maxon
 
 C, D = "link.c", "link.d"
-pytestmark = pytest.mark.usefixtures("compiled_fast")
 
 
 def linear(model: Rig) -> Any:

@@ -12,7 +12,6 @@ NOTEBOOKS = tuple(sorted(DOCS.glob("*.ipynb")))
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
-@pytest.mark.usefixtures("compiled_fast")
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -> None:
     difference = first_difference(page.read_text(), refreshed(page, tmp_path))
