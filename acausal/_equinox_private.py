@@ -3,8 +3,6 @@
 - `while_loop`: a loop of bounded length that can be differentiated in reverse mode, at any depth of nesting.
 - `members_of`: the members of an enumeration, which cannot be iterated over.
 - `unvmap_any`: whether anything holds in any member of a batch, so that a branch no member takes is not computed.
-
-Of diffrax, only `DirectAdjoint._loop` is private: `_integrate/adjoint.py` derives from it.
 """
 
 from typing import Any

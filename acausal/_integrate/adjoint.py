@@ -10,10 +10,19 @@ import diffrax
 import jax
 import numpy as np
 
+from .._diffrax_private import with_short_start
 from .._equinox_private import while_loop
 
 BASE = 16  # length of each loop
 HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
+
+
+class Forwards(diffrax.ForwardMode):
+    """`diffrax.ForwardMode` that compiles less."""
+
+    @property
+    def _loop(self) -> Callable[..., Any]:
+        return with_short_start(super()._loop)
 
 
 class BothModes(diffrax.DirectAdjoint):
@@ -21,6 +30,10 @@ class BothModes(diffrax.DirectAdjoint):
 
     That one takes few copies and computes most steps twice more, which have to be compiled twice more, too.
     """
+
+    @property
+    def _loop(self) -> Callable[..., Any]:
+        return with_short_start(super()._loop)
 
     def loop(
         self, *, max_steps: Any, throw: Any, passed_solver_state: Any, passed_controller_state: Any, **others: Any

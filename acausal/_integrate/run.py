@@ -15,7 +15,7 @@ from jax import Array
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
-from .adjoint import BothModes
+from .adjoint import BothModes, Forwards
 from .derivative import differentiable
 from .field import Given
 from .options import harmless, unmet
@@ -56,9 +56,7 @@ def _run(settings: Settings, given: Given) -> Solution:
 
         return arrays
 
-    integrated = differentiable(
-        with_adjoint(diffrax.ForwardMode()), with_adjoint(BothModes()), _saved(settings, given.numbers)
-    )
+    integrated = differentiable(with_adjoint(Forwards()), with_adjoint(BothModes()), _saved(settings, given.numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
     return _solution(settings, given, eqx.combine(found, *others))
 

@@ -20,7 +20,7 @@ FOLDER = Path(acausal.__file__).parent
 PRIVATE = re.compile(
     r"\b(?:jax|equinox|eqx|diffrax|optimistix|lineax|jaxtyping)\.(?:_\w+|internal|extend|core|interpreters|api_util)\b"
 )
-HOMES = {"_jax_private.py", "_equinox_private.py"}
+HOMES = {"_jax_private.py", "_equinox_private.py", "_diffrax_private.py"}
 
 
 def test_other_modules_use_public_interfaces() -> None:
