@@ -4,9 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy import stats
 
+from acausal import parameters
+from acausal.design import Experiment, identify
 from studies.__main__ import main
+from studies.identify import FREE, NOISE, START, TIMES, TRUE, measured
 
 # Of a collocation method (Radau IIA, five stages) with its own least squares, for the same noise.
 ESTIMATES = {
@@ -42,3 +47,24 @@ def test_estimates_agree_with_those_of_an_independent_program(rows: list[dict[st
     for name, (estimate, std) in ESTIMATES.items():
         assert noisy[name]["estimate"] == pytest.approx(estimate, rel=1e-7)
         assert noisy[name]["high"] - noisy[name]["low"] == pytest.approx(2 * 1.959963984540054 * std, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stated", [True, False], ids=["noise given", "noise estimated"])
+def test_intervals_hold_at_their_rate(stated: bool) -> None:
+    """200 replications: as many intervals of 95 % hold as a binomial distribution allows, at either end 0.1 %; the
+    estimates scatter as their standard deviations say, and about the true values.
+    """
+    exact, n, true = measured()["exact data"], 200, parameters(TRUE)
+    rng, sigma = np.random.default_rng(31), NOISE if stated else {}
+    low, high = stats.binom.ppf([0.001, 0.999], n, 0.95)
+    deviations, held = [], []
+    for _ in range(n):
+        noisy = {name: values + NOISE[name] * rng.standard_normal(len(TIMES)) for name, values in exact.items()}
+        fit = identify(START, FREE, Experiment.of_run(TIMES, noisy, sigma=sigma, rtol=1e-9))
+        values = np.array([float(true[name]) for name in FREE])
+        deviations.append((fit.estimates - values) / fit.std)
+        held.append((fit.low <= values) & (values <= fit.high))
+    assert np.all((low <= np.sum(held, axis=0)) & (np.sum(held, axis=0) <= high))
+    assert np.all(np.abs(np.mean(deviations, axis=0)) < 3.3 / np.sqrt(n))
+    assert np.all(np.abs(np.std(deviations, axis=0) - 1.0) < 3.3 / np.sqrt(2.0 * n))
