@@ -20,6 +20,7 @@ M = TypeVar("M", bound=Component)
 Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
 SHOWN = 12  # sensitivities in a table
 ROUNDING = 1e-9  # of a margin
+BROKEN = 1e-6  # share of a limit
 
 
 class Active(NamedTuple):
@@ -208,6 +209,12 @@ class Design(Generic[M]):
             return f"infeasible. No design nearby keeps all limits; in conflict are {names}."
         if self.status == "unbounded":
             return "unbounded: it falls for ever. Give bounds to what is free, or limits to results."
+        broken = [f"{one.limit.name} ({-one.margin:.1%})" for one in self.results if one.margin < -BROKEN]
+        if broken and self.status == "not converged":
+            text = (
+                "no design was found that keeps all limits. Of those that could be computed, this one breaks them least"
+            )
+            return f"{self.status}, {text}: {', '.join(broken)}."
         return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
 
     def _variable_row(self, i: int) -> tuple[str, ...]:
@@ -255,4 +262,4 @@ class Design(Generic[M]):
 def _result_row(result: Result) -> tuple[str, ...]:
     limit = result.limit
     value = f"{limit.scale.value(result.value):.6g}"
-    return limit.name, value, limit.text, f"{100.0 * result.margin:.3g} %", "broken" if result.margin < -1e-6 else ""
+    return limit.name, value, limit.text, f"{100.0 * result.margin:.3g} %", "broken" if result.margin < -BROKEN else ""

@@ -99,14 +99,22 @@ def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, mos
         watch(point.z)
         return point
 
+    def is_feasible(point: Point) -> bool:
+        return task.violation(point) <= FEASIBLE
+
     point = solved(z)
-    if task.violation(point) <= FEASIBLE:
+    if is_feasible(point):
         return Outcome(point, trail)
-    nearest, shares = _least_infeasible(task, at, point, most)
-    if task.violation(nearest) <= FEASIBLE:
-        return Outcome(solved(nearest.z), trail)
-    watch(nearest.z)
-    return Outcome(nearest, trail, conflict=shares)
+    # A solver may have strayed to where little can be computed: what matters is how close it came on the way.
+    closest, shares = _best(task, trail) or point, None
+    if not is_feasible(closest):
+        nearest, shares = _least_infeasible(task, at, closest, most)
+        watch(nearest.z)
+        if not is_feasible(nearest):
+            return Outcome(min(nearest, closest, key=task.violation), trail, conflict=shares)
+        closest = nearest
+    point = solved(closest.z)
+    return Outcome(point if is_feasible(point) else closest, trail)
 
 
 def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:

@@ -265,6 +265,18 @@ def test_a_limit_that_nothing_moves_has_no_price() -> None:
     assert "active, but moved by no variable: given" in str(design)
 
 
+def test_limits_that_are_broken_up_to_the_edge_of_what_can_be_computed() -> None:
+    """1 + sqrt(x) <= 1/2 is broken least at x = 0, beyond which nothing can be computed: no optimum is there."""
+    design = optimise(
+        Slope(x=0.5), {"x": (-1.0, 1.0)}, lambda m: (m.x - 0.5) ** 2, sensitivities=False,
+        constraints={"root": (lambda m: 1.0 + jnp.sqrt(m.x), "<= 0.5")},
+    )  # fmt: skip
+    assert design.status == "not converged"
+    assert 0.0 <= design.values["x"] < 0.02
+    assert "no design was found that keeps all limits" in str(design)
+    assert "this one breaks them least: root (10" in str(design)
+
+
 def test_a_limit_of_zero_may_be_met_at_the_start() -> None:
     design = optimise(
         Slope(x=1.0, y=1.0), {"x": (-5.0, 5.0), "y": (-5.0, 5.0)}, lambda m: m.x**2 + (m.y - 3.0) ** 2,
