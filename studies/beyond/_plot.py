@@ -25,7 +25,9 @@ def _bars(ax: Any, rows: Sequence[Row], scale: float, label: str) -> None:
     ax.barh(names, [scale * row.value for row in rows], color="tab:blue", height=0.6)
     measured = [(row.case, scale * row.thesis) for row in rows if row.thesis is not None]
     if measured:
-        ax.plot([x for _, x in measured], [name for name, _ in measured], "D", color="tab:orange", label="thesis")
+        ax.plot(
+            [x for _, x in measured], [name for name, _ in measured], "D", color="tab:orange", label="thesis, measured"
+        )
         ax.legend(frameon=False)
     ax.set_xlabel(label)
     ax.invert_yaxis()
@@ -47,7 +49,8 @@ def plot_load(rows: Sequence[Row]) -> "Figure":
     left.set(xlabel="travel of the slave [mm]", ylabel="load at the slave [N]")
     left.legend(frameon=False, loc="lower right")
     _bars(right, _of(rows, OPENING), 1e3, "opening time [ms]")
-    right.axvline(TARGET, color="0.6", ls=":", lw=1.0)
+    right.axvline(TARGET, color="0.6", ls=":", lw=1.0, label="thesis, target of 200 ms")
+    right.legend(frameon=False)
     return figure
 
 
@@ -74,18 +77,19 @@ def plot_temperature(rows: Sequence[Row]) -> "Figure":
             at = [float(re.findall(r"at (-?\d+) C", row.case)[0]) for row in own]
             left.plot(at, [1e3 * row.value for row in own], style, color=color, label=f"{name}, {what}")
     left.axhline(TARGET, color="0.6", ls=":", lw=1.0)
-    left.annotate("target of the thesis", (-30.0, TARGET), va="bottom", fontsize="small")
+    left.annotate("thesis, target of 200 ms", (-30.0, TARGET), va="bottom", fontsize="small")
     left.set(xlabel="temperature [C]", ylabel="opening time [ms]")
     left.legend(frameon=False)
     left.grid(alpha=0.3)
-    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute")
+    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute that the motor stands for ever")
     return figure
 
 
 def plot_passages(rows: Sequence[Row]) -> "Figure":
-    """Drops of the housing as it was."""
+    """Drops of the housing as it was; the thesis calls what its CFD gives small, without a number."""
     figure, ax = plt.subplots(figsize=(8.0, 3.0), layout="constrained")
     _bars(ax, _of(rows, "drop"), 1e-5, "drop of the pressure side at the largest flow [bar]")
+    ax.set_title("Passages as built; the thesis calls the drop small, without a number", loc="left", fontsize="medium")
     return figure
 
 
@@ -122,6 +126,7 @@ def plot_series(rows: Sequence[Row]) -> "Figure":
             row.remark, (1e3 * row.value, i), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
         )
     ax.set_xlim(0.0, 1.4e3 * float(np.max([row.value for row in own])))
+    ax.set_title("What it brings to halve one tolerance", loc="left")
     return figure
 
 

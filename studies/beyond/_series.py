@@ -21,6 +21,12 @@ ANY = {
 }  # fmt: skip
 CAM = ANY | {"cam.profile.eccentricity": 0.5, "master.bore": 0.3}
 PUMP = ANY | {"pump.displacement": 3.0}
+SPOKEN = {
+    "motor.resistor.R": "winding", "motor.emf.k": "magnets", "motor.rotor.J": "rotor", "motor.bearing.C": "friction",
+    "clutch.rate": "clutch spring", "line.stiffness": "stiffness of the liquid", "line.damping": "its damping",
+    "slave.bore": "slave cylinder", "supply.V": "supply", "cam.profile.eccentricity": "cam",
+    "master.bore": "master cylinder", "pump.displacement": "pump",
+}  # fmt: skip
 SHARES = {FISE: CAM, RE50: CAM, RE40: PUMP}  # in per cent
 
 
@@ -55,5 +61,9 @@ def rows(rtol: float = 1e-9, members: int = MEMBERS) -> list[Row]:
         ]
         for path, gain in list(tightened(first).items())[:4]:
             remark = f"{100.0 * first.shares[path]:.0f} % of the variance"
-            table.append(Row(ITEM, f"{name}, {path} to half its tolerance", "less deviation", "s", gain, None, remark))
+            table.append(
+                Row(
+                    ITEM, f"{name}: {SPOKEN[path]} within half its tolerance", "less deviation", "s", gain, None, remark
+                )
+            )
     return table
