@@ -1,5 +1,6 @@
 """`python -m studies prototypes`."""
 
+import functools as ft
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -12,9 +13,13 @@ from .._output import print_table, progress, require_matplotlib, save
 from ._cases import CASES, Case, fit
 from ._dead_time import EXPLANATIONS, record
 from ._dead_time import fit as fit_dead_time
-from ._proposals import GRID, dead_time, of_records, re50, separations
+from ._proposals import GRID, of_dead_time, of_re50, predictions, proposals, separations
 from ._tables import Tables
 
+BLURRED = (
+    "What each explanation predicts of measurements that were not made. Thick bars are two sigma of their noise, thin\n"
+    "ones with caps of noise and parameters together: where these overlap, the measurement would not tell."
+)
 SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "prototypes_re50": (
@@ -25,7 +30,7 @@ SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
         "prototypes_re50_proposals": (
             "RE50: what would have to be measured",
-            "What each explanation predicts of measurements that were not made; bars are two sigma of their noise.",
+            BLURRED,
         ),
         "prototypes_dead_time": (
             "EHS: the dead time of 30 ms",
@@ -33,7 +38,7 @@ SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
         "prototypes_dead_time_proposals": (
             "EHS: what would have to be measured",
-            "What each explanation predicts of measurements that were not made; bars are two sigma of their noise.",
+            BLURRED,
         ),
     }
 )
@@ -52,10 +57,17 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     late = {name: fit_dead_time(name) for name in progress(list(EXPLANATIONS), "explaining the dead time")}
     found = [(case.actuator, case.name, item) for case, item in fits.items()]
     found += [("ehs_maxon", f"dead time: {name}", item) for name, item in late.items()]
-    competing = {case.name: item.model for case, item in _competing(fits).items()}
+    competing = {case.name.removeprefix("all data, "): item for case, item in _competing(fits).items()}
+    open_questions = {
+        "RE50": predictions(competing, dict.fromkeys(competing, of_re50)),
+        "dead time": predictions(late, {name: ft.partial(of_dead_time, name) for name in late}),
+    }
+    tables = Tables.of(
+        found,
+        [item for subject, predicted in open_questions.items() for item in proposals(subject, predicted)],
+        [item for subject, predicted in open_questions.items() for item in separations(subject, predicted)],
+    )
     records = {name: record(item.model, GRID) for name, item in late.items()}
-    proposals = [*re50(competing), *dead_time({name: item.model for name, item in late.items()}, records)]
-    tables = Tables.of(found, proposals, [*separations(proposals), *of_records(records)])
     for table in tables.all():
         print_table(*table)
     if json is not None:

@@ -69,7 +69,7 @@ def plot_dead_time(records: Mapping[str, Any]) -> Figure:
 
 
 def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure | None = None) -> Figure:
-    """What each explanation predicts of measurements that were not made; bars are two sigma of their noise."""
+    """What each explanation predicts of measurements that were not made, with two sigma of noise (thick) and of all."""
     chosen = [item for item in proposals if item.subject == subject]
     measurements = list(dict.fromkeys(item.measurement for item in chosen))
     figure = figure or Figure(figsize=(4.0 * len(measurements), 4.2), layout="constrained")
@@ -85,10 +85,9 @@ def _predictions(panel: Axes, items: Sequence[Proposal]) -> None:
     scale, unit = (1e3, "ms") if items[0].unit == "s" else (1.0, items[0].unit)
     for number, (item, hue) in enumerate(zip(items, HUES, strict=False)):
         if np.isfinite(item.predicted):
-            panel.errorbar(
-                number, scale * item.predicted, yerr=2.0 * scale * item.noise, fmt="o", color=hue, capsize=6,
-                label=item.explanation,
-            )  # fmt: skip
+            place, whole = scale * item.predicted, 2.0 * scale * float(np.hypot(item.noise, item.spread))
+            panel.errorbar(number, place, yerr=whole, fmt="o", color=hue, capsize=6, label=item.explanation)
+            panel.errorbar(number, place, yerr=2.0 * scale * item.noise, color=hue, elinewidth=5, alpha=0.5)
         else:
             panel.text(number, 0.5, "never", color=hue, transform=panel.get_xaxis_transform(), ha="center")
     panel.set_xlim(-0.5, len(items) - 0.5)

@@ -1,19 +1,23 @@
-"""What would have to be measured: predictions of all explanations that fit, beside the noise of a measurement."""
+"""What would have to be measured: predictions of all explanations that fit, beside what a measurement could tell.
+
+Two things blur a prediction: the noise of the measurement, and what the fit leaves open of the parameters.
+"""
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from acausal import replace
+from acausal.design import Fit
 
 from .._opening import opening
-from ..actuators import ElectromechanicalActuator, StickingActuator
 from ._cases import held
-from ._dead_time import at_voltage, times
+from ._dead_time import at_voltage, record, times
 from ._measured import FULL
 
 LOW = 8.0  # V, at which the RE50 still opens the clutch
@@ -21,12 +25,31 @@ BATTERY = 12.0  # V, of a car that does not run
 THOUSAND_RPM = 1000.0 * 2.0 * math.pi / 60.0  # rad/s
 GRID = 1e-3 * np.arange(1, 131)  # s, of the records
 EARLY = 14  # place in it of 15 ms
-NOISE_CURRENT, NOISE_STROKE = 0.5, 0.1e-3  # A, m, of a clamp and of a potentiometer
+CURRENT, STROKE = "record of the current", "record of the stroke"
+NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and measurement
+    "RE50": {
+        "voltage of the motor turned at 1000 rpm": ("V", 0.02),
+        "current of the motor and gear without cam at 13.5 V": ("A", 0.3),
+        "current at which motor and gear without cam begin to turn": ("A", 0.3),
+        "holding current as the clutch is let back": ("A", 0.5),
+        "opening time at 8 V": ("s", 1e-3),
+    },
+    "dead time": {
+        "current 15 ms after the voltage was switched on": ("A", 0.5),  # by a clamp
+        "dead time at 12 V": ("s", 1e-3),
+        "opening time at 12 V": ("s", 1e-3),
+        CURRENT: ("A", 0.5),
+        STROKE: ("m", 0.1e-3),  # by a potentiometer
+    },
+}
 
 
 @dataclasses.dataclass(frozen=True)
 class Proposal:
-    """What an explanation says of a measurement that was not made; not finite where it does not come to an end."""
+    """What an explanation says of a measurement that was not made; not finite where it does not come to an end.
+
+    `spread` is the standard deviation that the parameters give it.
+    """
 
     subject: str
     measurement: str
@@ -34,11 +57,12 @@ class Proposal:
     noise: float
     explanation: str
     predicted: float
+    spread: float
 
 
 @dataclasses.dataclass(frozen=True)
 class Separation:
-    """How far apart two explanations are in a measurement, in standard deviations of its noise."""
+    """How far apart two explanations are in a measurement, in standard deviations of noise and parameters."""
 
     subject: str
     measurement: str
@@ -46,62 +70,94 @@ class Separation:
     distance: float
 
 
-def re50(models: Mapping[str, ElectromechanicalActuator]) -> Iterator[Proposal]:
-    """For explanations of the measurements on the RE50 actuator."""
-    for name, model in models.items():
-        motor = model.motor
-        assert motor.bearing is not None
-        dry = 0.0 if model.friction is None else model.friction.Tc
-        stall = FULL * motor.emf.k / motor.resistor.R
-        speed = (stall - dry) / (motor.emf.k**2 / motor.resistor.R + motor.bearing.C)
-        idle = (dry + motor.bearing.C * speed) / motor.emf.k
-        slow = opening(replace(model, {"supply.V": LOW}), t_max=3.0, save="end", rtol=1e-7)
-        back = held(model, direction=-1.0)
-        for measurement, unit, noise, value in (
-            ("voltage of the motor turned at 1000 rpm", "V", 0.02, motor.emf.k * THOUSAND_RPM),
-            ("current of the motor and gear without cam at 13.5 V", "A", 0.3, idle),
-            ("holding current as the clutch is let back", "A", 0.5, back),
-            ("opening time at 8 V", "s", 1e-3, slow.t1),
-        ):
-            yield Proposal("RE50", measurement, unit, noise, name, float(value))
+class Prediction(NamedTuple):
+    """Numbers, and by how much each direction in which the parameters scatter moves them in a standard deviation."""
+
+    values: Float[np.ndarray, " n"]
+    moved: Float[np.ndarray, "directions n"]
 
 
-def dead_time(models: Mapping[str, StickingActuator], records: Mapping[str, Any]) -> Iterator[Proposal]:
-    """For explanations of the dead time, in single numbers; `records` are of `GRID`."""
-    for name, model in models.items():
-        other = times(at_voltage(name, model, BATTERY))
-        early = records[name].motor.p.i[EARLY]
-        for measurement, unit, noise, value in (
-            ("current 15 ms after the voltage was switched on", "A", NOISE_CURRENT, early),
-            (f"dead time at {BATTERY:g} V", "s", 1e-3, other["dead time"]),
-            (f"opening time at {BATTERY:g} V", "s", 1e-3, other["opening time"]),
-        ):
-            yield Proposal("dead time", measurement, unit, noise, name, float(value))
+Predictions = Mapping[str, Mapping[str, Prediction]]  # by explanation and measurement
 
 
-def separations(proposals: list[Proposal]) -> Iterator[Separation]:
-    """Of each pair of explanations in each measurement of one number."""
-    for subject, measurement in dict.fromkeys((item.subject, item.measurement) for item in proposals):
-        chosen = [item for item in proposals if (item.subject, item.measurement) == (subject, measurement)]
-        for a, b in itertools.combinations(chosen, 2):
-            distance = abs(a.predicted - b.predicted) / a.noise
-            # Two that both never come to an end are not told apart.
-            yield Separation(
-                subject, measurement, _pair(a.explanation, b.explanation), 0.0 if math.isnan(distance) else distance
-            )
+def predictions(fits: Mapping[str, Fit[Any]], functions: Mapping[str, Callable[[Any], Any]]) -> Predictions:
+    """What functions of the fitted models give, by the names of the explanations."""
+    return {name: _predicted(fit, functions[name]) for name, fit in fits.items()}
 
 
-def of_records(records: Mapping[str, Any]) -> Iterator[Separation]:
-    """Of each pair of explanations of the dead time in a record of `GRID`: the root of the sum of squares."""
-    for signal, what, noise in (
-        ("motor.p.i", "record of the current", NOISE_CURRENT),
-        ("slave.rod.s", "record of the stroke", NOISE_STROKE),
-    ):
-        for a, b in itertools.combinations(records, 2):
-            difference = np.asarray(records[a][signal]) - np.asarray(records[b][signal])
-            distance = float(np.linalg.norm(difference / noise))
-            yield Separation("dead time", what, _pair(a, b), distance)
+def _predicted(fit: Fit[Any], function: Callable[[Any], Mapping[str, Any]]) -> dict[str, Prediction]:
+    """Differences over a standard deviation in each direction of the covariance's factor."""
+
+    def at(step: np.ndarray) -> Mapping[str, Any]:
+        places = zip(fit.names, np.asarray(fit.estimates) + step, strict=True)
+        return function(replace(fit.model, {path: value for name, value in places for path in name.split(", ")}))
+
+    directions = np.linalg.cholesky(fit.covariance).T
+    ends = [(at(step), at(-step)) for step in directions]
+    return {
+        name: Prediction(
+            np.atleast_1d(np.asarray(value, float)),
+            np.stack([_half(np.atleast_1d(more[name]), np.atleast_1d(less[name])) for more, less in ends]),
+        )
+        for name, value in function(fit.model).items()
+    }
 
 
-def _pair(a: str, b: str) -> str:
-    return f"{a} / {b}"
+def _half(more: np.ndarray, less: np.ndarray) -> np.ndarray:
+    """Half a difference; none where neither comes to an end."""
+    with np.errstate(invalid="ignore"):
+        found = 0.5 * (np.asarray(more, float) - np.asarray(less, float))
+    return np.where(np.isnan(found), 0.0, found)
+
+
+def of_re50(model: Any) -> dict[str, Any]:
+    """Measurements that were not made on the RE50 actuator."""
+    motor = model.motor
+    dry = 0.0 if model.friction is None else model.friction.Tc
+    stall = FULL * motor.emf.k / motor.resistor.R
+    speed = (stall - dry) / (motor.emf.k**2 / motor.resistor.R + motor.bearing.C)
+    slow = opening(replace(model, {"supply.V": LOW}), t_max=3.0, save="end", rtol=1e-7)
+    values = (
+        motor.emf.k * THOUSAND_RPM, (dry + motor.bearing.C * speed) / motor.emf.k, dry / motor.emf.k,
+        held(model, direction=-1.0), slow.t1,
+    )  # fmt: skip
+    return dict(zip(NOISES["RE50"], values, strict=True))
+
+
+def of_dead_time(name: str, model: Any) -> dict[str, Any]:
+    """Measurements that were not made on the electrohydraulic actuator, by an explanation of its dead time."""
+    other, run = times(at_voltage(name, model, BATTERY)), record(model, GRID)
+    current = run.motor.p.i
+    values = (current[EARLY], other["dead time"], other["opening time"], current, run.slave.rod.s)
+    return dict(zip(NOISES["dead time"], values, strict=True))
+
+
+def proposals(subject: str, found: Predictions) -> Iterator[Proposal]:
+    """All that is a single number."""
+    for name, measurements in found.items():
+        for measurement, (values, moved) in measurements.items():
+            if len(values) == 1:
+                unit, noise = NOISES[subject][measurement]
+                spread = float(np.linalg.norm(moved))
+                yield Proposal(subject, measurement, unit, noise, name, float(values[0]), spread)
+
+
+def separations(subject: str, found: Predictions) -> Iterator[Separation]:
+    """Of each pair of explanations in each measurement."""
+    for measurement, (_, noise) in NOISES[subject].items():
+        for a, b in itertools.combinations(found, 2):
+            distance = _distance(found[a][measurement], found[b][measurement], noise)
+            yield Separation(subject, measurement, f"{a} / {b}", distance)
+
+
+def _distance(a: Prediction, b: Prediction, noise: float) -> float:
+    """Of two predictions, in the metric of all that blurs them (Mahalanobis)."""
+    with np.errstate(invalid="ignore"):
+        apart = a.values - b.values
+    if not np.all(np.isfinite(apart)):
+        # Two that both never come to an end are not told apart.
+        return 0.0 if np.any(np.isnan(apart)) else math.inf
+    moved = np.concatenate([a.moved, b.moved])
+    moved = moved[np.all(np.isfinite(moved), axis=1)]
+    covariance = noise**2 * np.eye(len(apart)) + moved.T @ moved
+    return float(np.sqrt(apart @ np.linalg.solve(covariance, apart)))

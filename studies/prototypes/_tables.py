@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from acausal.design import Fit
+from acausal.design import Combination, Fit
 
 from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
 from ._proposals import Proposal, Separation
@@ -118,12 +118,18 @@ class Tables:
 
     def predictions(self) -> Table:
         """What was not measured, as the explanations predict it."""
-        heads = ("subject", "measurement", "unit", "noise", "explanation", "predicted")
+        heads = ("subject", "measurement", "explanation", "unit", "predicted", "noise", "parameters")
         cells = [
-            (row.subject, row.measurement, row.unit, f"{row.noise:g}", row.explanation, *_numbers(row.predicted))
+            (
+                row.subject,
+                row.measurement,
+                row.explanation,
+                row.unit,
+                *_numbers(row.predicted, row.noise, row.spread),
+            )
             for row in self.proposals
         ]
-        return "What was not measured, as the explanations predict it", heads, cells
+        return "What was not measured, as the explanations predict it, with standard deviations", heads, cells
 
     def distances(self) -> Table:
         """How far apart the explanations are."""
@@ -173,8 +179,14 @@ def _meetings(prototype: str, case: str, fit: Fit[Any]) -> Iterator[Meeting]:
 
 
 def _outcome(prototype: str, case: str, fit: Fit[Any]) -> Outcome:
-    said = [str(combination) for combination in fit.combinations if combination.std >= OPEN]
+    said = [_said(combination) for combination in fit.combinations if combination.std >= OPEN]
     return Outcome(prototype, case, float(fit.chi2), int(fit.dof), said)
+
+
+def _said(combination: Combination) -> str:
+    """In words, where it is of one parameter alone."""
+    alone = [name for name, share in combination.shares.items() if abs(share) > 0.99]
+    return f"{alone[0]}, known to {combination.std:.0%}" if alone else str(combination)
 
 
 def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:

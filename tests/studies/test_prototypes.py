@@ -3,29 +3,60 @@
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from _designs import DESIGNS
 from _thesis_reference import HOLDING
 
 from studies.__main__ import main
 from studies.prototypes._cases import CASES, held, model_of
-from studies.prototypes._proposals import Proposal, separations
+from studies.prototypes._proposals import NOISES, Prediction, predictions, separations
 
 # Parameters with which hand-written equations, integrated to 1e-12, give what was measured.
 RE50 = {"motor.resistor.R": 0.1453, "motor.bearing.C": 8.715e-3}  # its two opening times alone
 LOST_VOLUME = 1.075e-6  # m3, with a resistance of 0.4 ohm
 
 
+def predicted(values: list[float], *moved: list[float]) -> dict[str, Prediction]:
+    """The same of every measurement on the RE50."""
+    directions = np.reshape(moved, (len(moved), len(values)))
+    return dict.fromkeys(NOISES["RE50"], Prediction(np.array(values), directions))
+
+
+def distances(**found: dict[str, Prediction]) -> dict[str, float]:
+    return {one.explanations: one.distance for one in separations("RE50", found) if one.measurement.endswith("back")}
+
+
 def test_separations() -> None:
-    """In sigma; two explanations that both never come to an end are not told apart."""
-    values = {"a": 1.0, "b": 4.0, "c": math.inf, "d": math.inf}
-    found = separations([Proposal("x", "time", "s", 0.5, name, value) for name, value in values.items()])
-    distances = {item.explanations: item.distance for item in found}
-    assert distances["a / b"] == pytest.approx(6.0)
-    assert distances["a / c"] == math.inf
-    assert distances["c / d"] == 0.0
+    """In sigma of a noise of 0.5 A and the parameters; two that both never come to an end are not told apart."""
+    single = distances(a=predicted([1.0]), b=predicted([4.0], [2.0]), c=predicted([math.inf]), d=predicted([math.inf]))
+    assert single["a / b"] == pytest.approx(3.0 / math.hypot(0.5, 2.0))
+    assert single["a / c"] == math.inf
+    assert single["c / d"] == 0.0
+    # In a record, what the parameters can bring about does not tell; what they cannot does.
+    alike = distances(a=predicted([0.0, 0.0], [50.0, 50.0]), b=predicted([10.0, 10.0]))["a / b"]
+    other = distances(a=predicted([0.0, 0.0], [50.0, 50.0]), b=predicted([10.0, -10.0]))["a / b"]
+    assert alike == pytest.approx(10.0 * math.sqrt(2.0) / math.hypot(0.5, 50.0 * math.sqrt(2.0)))
+    assert other == pytest.approx(10.0 * math.sqrt(2.0) / 0.5)
+
+
+def test_predictions_scatter_as_their_parameters() -> None:
+    """Linear in the parameters: the standard deviation is that of g' S g."""
+    covariance = np.array([[4e-4, -3e-6], [-3e-6, 1e-7]])
+    fit: Any = SimpleNamespace(
+        names=("motor.resistor.R", "motor.bearing.C"), estimates=np.array([0.15, 7e-3]), covariance=covariance,
+        model=DESIGNS["ema_maxon"](resistance=0.15, friction=7e-3),
+    )  # fmt: skip
+    slope = np.array([2.0, -30.0])
+    linear = predictions(
+        {"a": fit}, {"a": lambda m: {"x": slope[0] * m.motor.resistor.R + slope[1] * m.motor.bearing.C}}
+    )
+    values, moved = linear["a"]["x"]
+    np.testing.assert_allclose(values, slope @ fit.estimates)
+    np.testing.assert_allclose(np.linalg.norm(moved), np.sqrt(slope @ covariance @ slope))
 
 
 def test_current_that_holds() -> None:
