@@ -1,5 +1,6 @@
 """Pictures of the prototypes."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -92,6 +93,6 @@ def _predictions(panel: Axes, items: Sequence[Proposal]) -> None:
             panel.text(number, 0.5, "never", color=hue, transform=panel.get_xaxis_transform(), ha="center")
     panel.set_xlim(-0.5, len(items) - 0.5)
     panel.set_xticks([])
-    panel.set_title(items[0].measurement, fontsize=9, wrap=True)
+    panel.set_title(textwrap.fill(items[0].measurement, 36), fontsize=9)
     panel.set_ylabel(f"predicted [{unit}]")
     panel.grid(axis="y", alpha=0.3)
