@@ -17,8 +17,8 @@ from ._tracing import is_traced
 
 # Whose classes are known by their name, as long as the versions are the same.
 LIBRARIES = ("acausal", "diffrax", "equinox", "lineax", "optimistix")
-OWN = ("jax", "jaxlib", "numpy")  # whose objects are parameters of primitives
-DERIVATIVES = 5  # up to which order functions with derivatives of their own are told apart
+OWN = ("jax", "jaxlib", "numpy")  # packages whose objects may be parameters of primitives
+DERIVATIVES = 5  # order up to which functions with derivative rules of their own are compared
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 

@@ -4,7 +4,7 @@ import contextlib
 import gc
 from collections.abc import Iterator
 
-SELDOM = (100_000, 20, 100)  # objects made, and collections of younger ones, between two collections of garbage
+SELDOM = (100_000, 20, 100)  # thresholds of `gc.set_threshold`: new objects, then collections of the generation before
 
 
 @contextlib.contextmanager

@@ -18,8 +18,8 @@ from jax import monitoring
 from ._garbage import seldom_collected
 from ._jax_settings import OFF, ON
 
-DELAY = 1.0  # s
-PAUSE = 0.2  # s; what begins later than that after the end of something else is another program
+DELAY = 1.0  # s after which a compilation is announced
+PAUSE = 0.2  # s between compilations; after a longer pause the next one is that of another program
 TRACING, LOWERING, COMPILING = (
     f"/jax/core/compile/{phase}_duration" for phase in ("jaxpr_trace", "jaxpr_to_mlir_module", "backend_compile")
 )

@@ -1,8 +1,7 @@
 """Elastic contact with damping that is limited to the size of the elastic part, so that contact never pulls."""
 
-from typing import Any
-
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import Events, Scalar
 
@@ -12,12 +11,12 @@ from ._stick_slip import REST
 SLACK = 1e-13  # m or rad by which what touches has to go apart: rounding does not part it
 
 
-def damping(proposed: Scalar, most: Scalar, piece: Scalar, touches: Any) -> Scalar:
+def damping(proposed: Scalar, most: Scalar, piece: Scalar, touches: Array | bool) -> Scalar:
     """The damping in contact, within -most .. most by the `piece` that holds, and none without contact."""
     return jnp.where(touches, pieces.limited(proposed, piece, -most, most), 0.0)
 
 
-def limits(d: Scalar, speed: Scalar, most: Scalar, piece: Scalar, touches: Any) -> Events:
+def limits(d: Scalar, speed: Scalar, most: Scalar, piece: Scalar, touches: Array | bool) -> Events:
     """That the damping d speed reaches its limits, which changes the discrete variable `damped`.
 
     What touches without a speed has none to be limited: both sizes are zero but for rounding there.

@@ -14,9 +14,8 @@ speeds, so that the direction in which the pair is accelerated decides, and not 
 does to the speed of a stuck or a sliding pair is seen by the same rules.
 """
 
-from typing import Any
-
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import Events, Scalar, when
 
@@ -28,7 +27,7 @@ REST = 1e-10  # relative speed that counts as rest, in SI units
 NOISE = 1e4  # errors of a run in the speed, over that at which a pair sticks
 
 
-def stuck(mode: Scalar) -> Any:
+def stuck(mode: Scalar) -> Array | bool:
     return mode == STUCK
 
 
@@ -47,7 +46,7 @@ def effort(mode: Scalar, s: Scalar, level: Scalar) -> Scalar:
     return jnp.where(stuck(mode), s, jnp.where(mode == FREE, 0.0, mode * level))
 
 
-def rubs(mode: Scalar) -> Any:
+def rubs(mode: Scalar) -> Array | bool:
     """Whether it slides with friction."""
     return (mode == 1.0) | (mode == -1.0)
 
@@ -62,7 +61,7 @@ def changes(
     high: Scalar,
     rest: Scalar,
     creep: Scalar,
-    pressed: Any = True,
+    pressed: Array | bool = True,
 ) -> Events:
     """All changes between the modes of a pair that holds still while low <= s <= high."""
     slow = rest + 4.0 * creep * LAG * jnp.maximum(jnp.abs(low), jnp.abs(high))
@@ -86,6 +85,6 @@ def changes(
     )
 
 
-def lets_go(mode: Scalar, apart: Any) -> Events:
+def lets_go(mode: Scalar, apart: Array | bool) -> Events:
     """A pair that is taken apart is free."""
     return dict(release=when((mode != FREE) & apart, mode=FREE))

@@ -6,7 +6,7 @@ import numpy as np
 
 from .zeros import Matrices, transmission_zeros
 
-NEAR = 1e-6  # of its size, by which a zero on the imaginary axis is beside it
+NEAR = 1e-6  # a zero counts as imaginary with a real part below this share of its size
 
 
 class Margins(NamedTuple):

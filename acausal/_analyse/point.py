@@ -29,7 +29,7 @@ from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
 
-ITERATIONS = 20  # of Gauss and Newton, for states that a view does not hold
+ITERATIONS = 20  # of Gauss and Newton's method, which finds the states that a view does not hold
 
 
 class Point(eqx.Module):

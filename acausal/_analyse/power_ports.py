@@ -22,7 +22,7 @@ from .._numbers import Numbers
 from .._reduce.connections import children
 from .spans import SAME, equilibrated, independent, left_null, solution
 
-RATES = (0.37, 2.9, 31.0, 470.0)  # 1/s, the s that are tried
+RATES = (0.37, 2.9, 31.0, 470.0)  # values in 1/s at which the matrix is computed
 
 
 class PowerPort(NamedTuple):

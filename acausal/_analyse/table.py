@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-MOST_MODES, LEAST_SHARE = 12, 0.005  # shown: so many modes, and rows that have so much of one of them
+MOST_MODES, LEAST_SHARE = 12, 0.005  # modes shown at most; the share in one of them from which on a row is shown
 
 
 def shown(poles: Any) -> list[int]:

@@ -8,7 +8,7 @@ import numpy as np
 from .power_ports import Local, Series, series
 from .spans import SAME
 
-ROUNDING = 1e-15  # of the entries of a response
+ROUNDING = 1e-15  # entries of a response below this share of the largest are errors of rounding
 
 
 class TwoPort(NamedTuple):

@@ -11,8 +11,8 @@ from .._tracing import known
 from .fields import dynamic_fields
 from .node import Node, Port, parts_of
 
-LINES = 200  # of a printed tree
-FEW = 4  # elements of an array that are shown one by one
+LINES = 200  # most lines of a printed tree
+FEW = 4  # up to so many elements of an array are shown one by one
 
 
 class Branch(NamedTuple):

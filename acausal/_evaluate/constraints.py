@@ -22,14 +22,14 @@ from .packing import ModelParameters
 from .plan import Group, Pair, Plan, Store, over_members
 from .program import residual_programme
 
-SWEEPS = 2  # of Newton's method with one Jacobian: each multiplies an error of the size of the tolerance by it
-EXACT, CLOSE = 1e-14, 1e-9  # violation of a constraint, relative to its size, to aim at and to accept
-MOST = 50  # iterations
-SHARES = 0.25 ** np.arange(6)  # of a step of Newton's method that are tried
+SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error
+EXACT, CLOSE = 1e-14, 1e-9  # violations of a constraint, relative to its size, to aim at and to accept
+MOST = 50  # iterations of Newton's method
+SHARES = 0.25 ** np.arange(6)  # shares of a step of Newton's method that are tried
 LOOSE = 1e-8  # singular value, relative to the largest, below which a constraint does not count
-GIVEN = 1e-20  # how much less than a dependent variable a start value that is given yields to the constraints
+GIVEN = 1e-20  # weight of a start value that is given, where a dependent variable has 1: see `weights`
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
-STATE = 1e-6  # how much less than a dependent variable a state yields
+STATE = 1e-6  # weight of a state
 
 
 @dataclasses.dataclass(eq=False)
@@ -134,8 +134,10 @@ def _inverse(matrix: Array) -> Array:
 
 
 def loose_inverse(matrix: Array) -> Array:
-    """As `_inverse` where constraints repeat each other, or leave only variables of tiny weight to move: as far as they
-    do not, and so that these do not move.
+    """The pseudo-inverse of a matrix whose rows may depend on each other.
+
+    Singular values below `LOOSE` of the largest count as zero. So what repeats other constraints is left out, and what
+    only variables of tiny weight could meet does not move these.
     """
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
@@ -156,7 +158,7 @@ def back(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tupl
 
 
 def find(g: Callable[[Any], Any], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """Newton's method with as much of each step as helps most, until the point it comes from is good."""
+    """Newton's method, of each step the share that reduces the violation most, until a point is good."""
 
     def step(carry: Any) -> Any:
         z = carry[-1]

@@ -13,7 +13,7 @@ from .._numbers import Numbers
 from .affine import computed, negated, over, plus, times
 
 SMALL = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
-WRITTEN_OUT = 3  # up to this size entry by entry, which is the fastest but takes about n^3 operations to compile
+WRITTEN_OUT = 3  # systems up to this size entry by entry: fastest, but about n^3 operations to compile
 _Row = list[Any]  # the coefficients of an equation, then its constant; None is a structural zero
 
 

@@ -18,7 +18,7 @@ from .packing import ModelParameters, discrete_start, slot_values
 from .requirements import ModelRequirements
 from .starts import Inputs, Starts
 
-LARGE = 300  # leaves: from here on parameters are packed before they are handed to a compiled run
+LARGE = 300  # with more leaves than this, parameters are packed before they are handed to a compiled run
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
 MOST = 20  # rounds of Newton's method for the nearest point
-STILL = 1e-14  # a step of it that counts as none, in the unit of the unknowns
-FARTHER = 1e-6  # relative growth of the distance that rounding may bring
+STILL = 1e-14  # a step this small, in the unit of the unknowns, ends the method
+FARTHER = 1e-6  # by this share the distance may grow by errors of rounding
 
 Function = Callable[[Any, Any], Any]
 Inverse = Callable[[Any], Any]

@@ -16,7 +16,7 @@ from .._reduce.instants import Instants, Role, instants
 from .._reduce.template import Input
 from .packing import ModelParameters
 
-_OTHER = -9  # a node that is none of those that are known
+_OTHER = -9  # stands for a node whose value is not known ahead
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

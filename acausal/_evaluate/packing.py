@@ -13,7 +13,7 @@ from .._numbers import Numbers
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import is_traced
 
-SEPARATE = 8  # up to so many members of a kind have parameters that are apart, more have arrays of them
+SEPARATE = 8  # up to so many members of a kind, each has a number of its own; more share an array
 
 
 @jax.tree_util.register_dataclass

@@ -20,7 +20,7 @@ from .program import Program, Use
 
 Pair = tuple[int, int]  # a variable and the order of its derivative
 Guess = Callable[[Sequence[Pair]], Any]
-MANY_RUNS = 64  # more pieces than this are gathered by index
+MANY_RUNS = 64  # values in more pieces than this are gathered by index
 UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
 
 

@@ -13,8 +13,8 @@ from .program import Program
 from .starts import Inputs
 from .system import System
 
-CHANGE = 1e-6  # of the numbers from which a determinant is computed
-GROWTH = 1e7  # by this change, from which on the determinant counts as zero but for rounding
+CHANGE = 1e-6  # relative change of the numbers from which a determinant is computed
+GROWTH = 1e7  # a determinant that this change multiplies by more is zero but for rounding
 
 
 def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:

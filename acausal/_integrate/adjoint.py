@@ -13,7 +13,7 @@ import numpy as np
 from .._diffrax_private import with_short_start
 from .._equinox_private import while_loop
 
-BASE = 16  # length of each loop
+BASE = 16  # rounds of each of the nested loops
 HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
 
 

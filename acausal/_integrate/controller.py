@@ -13,8 +13,8 @@ from .._numbers import Numbers
 from .state_vector import StateVector
 
 PER_OCTAVE = 4
-LEAP = 1e8  # by how many times its size no state grows in a step
-FAR = 100.0  # times as long as the way to an event in a step, the next one is not asked to be
+LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
+FAR = 100.0  # the step after an event is at most this many times as long as the way to the event
 
 
 class Control(NamedTuple):

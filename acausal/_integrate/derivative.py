@@ -16,8 +16,8 @@ from .._tangents import array_of
 Arrays = list[Any]
 Function = Callable[[Arrays], Any]
 
-FEW = 100  # numbers that vary
-HELD = 1_000_000  # numbers in all derivatives together
+FEW = 100  # with up to so many numbers that vary, derivatives are computed along each of them
+HELD = 1_000_000  # if all derivatives together have no more numbers than this
 
 
 def differentiable(quick: Function, reversible: Function, size: int) -> Function:

@@ -17,10 +17,10 @@ COLOURS = {
     "taken up": "#0072b2",
     "lost at events": "#aa3377",
 }
-LEAST = 0.005  # of all energy: what is less is drawn together
-GAP, LINE = 0.03, 0.075  # of the height: between neighbours, and at least for one with its text
-INCHES = 2.6  # for all energy
-LEFT, MIDDLE, RIGHT, BAR = 0.0, 0.5, 1.0, 0.02  # places across
+LEAST = 0.005  # flows below this share of all energy are drawn together
+GAP, LINE = 0.03, 0.075  # shares of the height: the gap between neighbours, and the least for a flow with its text
+INCHES = 2.6  # height that stands for all energy
+LEFT, MIDDLE, RIGHT, BAR = 0.0, 0.5, 1.0, 0.02  # where bars are, and their width, as shares of the width
 
 
 class Flow(NamedTuple):

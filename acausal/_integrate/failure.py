@@ -24,8 +24,8 @@ from .result import Result, is_success, sentence
 from .schedule import tick
 from .solution import Solution
 
-SHOWN = 3  # variables with large errors
-SMALL = 1e-3  # of the tolerance: an error that tells nothing, as those of the short step after an event
+SHOWN = 3  # how many variables with large errors are named
+SMALL = 1e-3  # an error below this share of the tolerance tells nothing, as in the short step after an event
 _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
 
 

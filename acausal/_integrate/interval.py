@@ -12,8 +12,8 @@ from .._numbers import Numbers
 from .._reduce.angles import with_angles
 from .conditions import EventConditions, sign_of, signs
 
-PARTS = 4  # of a step, that are looked at one by one where events may be near
-TURN = 0.5 * math.pi  # by no more than which the fastest angle turns on a part
+PARTS = 4  # a step in which events may lie is looked at in this many parts
+TURN = 0.5 * math.pi  # most by which the fastest angle may turn on a part
 
 
 class Point(NamedTuple):

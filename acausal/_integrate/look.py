@@ -11,8 +11,8 @@ from .._numbers import Numbers
 from .conditions import EventConditions, signs
 from .interval import PARTS, TURN, Point, advance, judged, may_turn, over, seen
 
-MOST = 200  # points
-TOO_SOON = 1e-11  # of the time span: an event does not happen again so soon
+MOST = 200  # points of a step at which margins are computed
+TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
 
 
 class Found(NamedTuple):

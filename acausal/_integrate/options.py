@@ -20,7 +20,7 @@ from .settings import Numbers
 
 T = TypeVar("T")
 SAVES = ("steps", "end", "dense")
-HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # a run of no length
+HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # options of a run of no length
 
 
 class Demand(NamedTuple):

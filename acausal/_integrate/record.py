@@ -13,7 +13,7 @@ from .._numbers import Numbers
 Vector: TypeAlias = Float[Array, " n"]
 
 
-LAST = 8  # events that a failed run names
+LAST = 8  # how many of the last events are kept, for a failed run to name
 
 
 class Record(eqx.Module):

@@ -17,7 +17,7 @@ from .._evaluate.implicit import nearest, settled
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
-STAGES = 20  # of a homotopy
+STAGES = 20  # steps of a homotopy
 # Singular values below this share of the largest count as zero: what moves a point no more than that is undetermined.
 RANK = 1e-9
 

@@ -25,10 +25,10 @@ from .settle import settle
 from .span import Span, SpanOf
 from .state_vector import StateVector, Vector
 
-PAST = 1e-9  # share of a step by which it is looked beyond its end, for an event that it was meant to end at
-NEAR_END = 1e-6  # share of a step that does not matter where an equation bends
-CROWD = 16  # events, besides two of each, after which they are said to accumulate
-INTERVAL = 1e-9  # of the time span, within which so many must not be
+PAST = 1e-9  # events are looked for beyond the end by this share of a step, which may be meant to end at one
+NEAR_END = 1e-6  # a bend so near to an end of a step, as a share of it, does no harm within the step
+CROWD = 16  # events accumulate where more than so many, and two of each, are close together
+INTERVAL = 1e-9  # share of the time span within which events are close together
 ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
 
 

@@ -16,10 +16,10 @@ from .result import is_success
 if TYPE_CHECKING:
     from .solution import Solution
 
-SMALL = 0.01  # of its nominal size: what stays below is held to an error that is large for it
-NOISE = 1e-10  # of its nominal size: what stays below counts as zero but for rounding
-DOUBT = 0.01  # of its largest value, by which the errors of all steps may add up
-STEPS = 100  # as many errors of the relative tolerance may add up, where these are larger
+SMALL = 0.01  # for a state that stays below this share of its nominal size, the tolerated error is large
+NOISE = 1e-10  # a state that stays below this share of its nominal size is zero but for rounding
+DOUBT = 0.01  # share of its largest value that the errors of all steps together may have
+STEPS = 100  # or this many times the relative tolerance, where that is larger
 
 
 class UnresolvedWarning(UserWarning):

@@ -44,7 +44,7 @@ class UserFunction:
 
 
 _traced: dict[Hashable, tuple[UserFunction, list[Any]]] = {}
-_MOST = 512  # traces kept
+_MOST = 512  # traces that are kept
 
 
 VARIABLES = "the variables, s"

@@ -15,7 +15,7 @@ from .stated import templates
 from .template import Template, sum_template
 
 ZERO = -2  # the representative of a node that is identically zero
-TIME = -3  # of a node that is the simulation time
+TIME = -3  # the representative of a node that is the simulation time
 
 
 @dataclasses.dataclass

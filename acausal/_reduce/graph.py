@@ -7,7 +7,7 @@ import scipy  # whose parts are imported when they are first used: they take lon
 
 from . import small_graph
 
-SMALL = 2000  # rows and columns, of what is done without scipy, with the same outcome
+SMALL = 2000  # graphs with up to so many rows and columns are searched without scipy, with the same outcome
 
 
 def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> np.ndarray:

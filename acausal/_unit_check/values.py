@@ -9,7 +9,7 @@ from .._tracing import is_traced
 from .._units.dimension import NUMBER, Dimension, described
 
 _LONGEST = 60
-_TINY = 1e-30  # what keeps a quotient finite is taken for zero
+_TINY = 1e-30  # a number this small keeps a quotient finite, and has any dimension, as zero has
 
 SUM, PRODUCT, ATOM = range(3)  # how tightly an expression binds
 

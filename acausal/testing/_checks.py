@@ -14,9 +14,9 @@ from ._gradients import gradient_problems
 from ._law import names, solved
 from ._points import Points, random_points
 
-BALANCED = 1e-7  # error of the balance, in shares of its largest term
-ROUNDING = 1e-12  # and of what its terms usually are
-CREEP = 1e-6  # what may be given instead of dissipated, in shares of that: friction that sticks still creeps
+BALANCED = 1e-7  # largest error of the power balance, as a share of its largest term
+ROUNDING = 1e-12  # and as a share of what its terms usually are
+CREEP = 1e-6  # power that may be given back, as a share of what is dissipated: friction that sticks creeps
 
 
 def check_component(

@@ -12,9 +12,9 @@ from ._points import Points
 # Of central differences, in shares of the sizes. Laws that bend fast, or have a kink nearby, need the small ones; those
 # that lose digits by rounding the large one. A derivative that is wrong agrees with none of them.
 STEPS = np.array([1e-5, 1e-6, 1e-7])
-AGREE = 1e-5  # what may be between them and a derivative, in shares of the terms
-ROUNDING = 1e-13  # of what the differences are of
-SAME = 1e-9  # and between both modes
+AGREE = 1e-5  # largest difference between a derivative and finite differences, as a share of the terms
+ROUNDING = 1e-13  # error of rounding of the values that are subtracted, as a share of them
+SAME = 1e-9  # largest difference between both modes of differentiation, as a share of the terms
 TERMS = ("stored energy", "dissipated power", "supplied power")
 
 

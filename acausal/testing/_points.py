@@ -12,11 +12,11 @@ from .._declare.requirements import broken
 from .._errors import ModelError
 from ._equations import Modes, OpenEquations, Params
 
-ROUNDS = 8  # of changes of modes
-STEPS = 60  # of Newton's method
-DRAWS = 4  # of guesses, where too few lead to points
-ENOUGH = 3  # one of so many points tells something
-MET = 1e-10  # what may be left of an equation, in shares of the terms in it
+ROUNDS = 8  # most changes of modes
+STEPS = 60  # most steps of Newton's method
+DRAWS = 4  # sets of guesses that are tried, where too few lead to points
+ENOUGH = 3  # at least one in so many guesses has to lead to a point
+MET = 1e-10  # largest residual of an equation, as a share of its terms
 
 
 @dataclasses.dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from typing import Any, Self
 
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import Component, Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, when
 
@@ -63,7 +64,7 @@ class ControlledSwitch(TwoPin, partial=True):
     high: Discrete[Scalar, "1"] = 0.0  # 1 while u is above the threshold
     u: Input = Input()
 
-    def closed(self) -> Any:
+    def closed(self) -> Array | bool:
         """Whether it is closed."""
         raise NotImplementedError
 
@@ -85,14 +86,14 @@ class ControlledSwitch(TwoPin, partial=True):
 class IdealClosingSwitch(ControlledSwitch):
     """A contact that is closed while the signal u is above `threshold` (MSL `IdealClosingSwitch`)."""
 
-    def closed(self) -> Any:
+    def closed(self) -> Array | bool:
         return self.high > 0.5
 
 
 class IdealOpeningSwitch(ControlledSwitch):
     """A contact that is open while the signal u is above `threshold` (MSL `IdealOpeningSwitch`)."""
 
-    def closed(self) -> Any:
+    def closed(self) -> Array | bool:
         return self.high < 0.5
 
 

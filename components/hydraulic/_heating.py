@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from acausal import Equations, eq
+from acausal import Equations, Scalar, eq
 
 from ..thermal import HeatPort
 
 
-def heating(heat: HeatPort | None, loss: Any) -> Equations:
+def heating(heat: HeatPort | None, loss: Scalar) -> Equations:
     """That a loss in W leaves through the port, where there is one."""
     return {} if heat is None else dict(heating=eq(heat.Q_flow, -loss))
 

@@ -1,6 +1,6 @@
 """Directional valves of mobile machines."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax.numpy as jnp
 
@@ -37,7 +37,7 @@ class SixWayValve(FourEdges):
         share = self.u.value / self.closed
         return super().events() | pieces.passes(share, self.piece_cd, -1.0, 0.0, 1.0, name="piece_cd")
 
-    def _loss(self) -> Any:
+    def _loss(self) -> Scalar:
         return super()._loss() + (self.c.p - self.d.p) * self.q_cd
 
     def _bypass(self) -> Scalar:

@@ -155,7 +155,7 @@ class FourEdges(Spool, partial=True):
             found |= pieces.passes(opening, piece, 0.0, 1.0, name=f"piece_{name}")
         return found
 
-    def _loss(self) -> Any:
+    def _loss(self) -> Scalar:
         return sum(dp * q for q, dp, _, _ in self._edges().values())
 
 

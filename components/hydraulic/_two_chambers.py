@@ -53,7 +53,7 @@ class TwoChambers(Component, partial=True):
             dissipated=self.leakage * (self.p_a - self.p_b) ** 2,
         )
 
-    def _lost(self) -> Any:
+    def _lost(self) -> Scalar:
         """Whether a chamber has lost half of its dead volume."""
         volume_a, volume_b = self._volumes()
         return (volume_a < 0.5 * self.dead_a) | (volume_b < 0.5 * self.dead_b)

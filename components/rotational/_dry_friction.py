@@ -3,6 +3,7 @@
 from typing import Any
 
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import (
     Component,
@@ -62,7 +63,7 @@ class DryFriction(Component, partial=True):
         """Largest torque while stuck, no less than the sliding one at rest."""
         return self.sliding(0.0)
 
-    def pressed(self) -> Any:
+    def pressed(self) -> Array | bool:
         """Whether there is friction at all."""
         return True
 
@@ -189,7 +190,7 @@ class Pressed(DryFriction, partial=True):
     def requirements(self) -> Requirements:
         return (require(self.peak >= 1.0, "peak must be at least 1"),)
 
-    def pressed(self) -> Any:
+    def pressed(self) -> Array | bool:
         return self.u.value > 0.0
 
     def normal(self) -> Scalar:
@@ -225,7 +226,7 @@ class OneWayClutch(Pressed, CouplingFriction):
 
     pressing: Discrete[Scalar, "1"] = 0.0  # 1 while u > 0
 
-    def pressed(self) -> Any:
+    def pressed(self) -> Array | bool:
         return True
 
     def normal(self) -> Scalar:

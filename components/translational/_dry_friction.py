@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from jax import Array
+
 from acausal import (
     Component,
     Discrete,
@@ -60,7 +62,7 @@ class DryFriction(Component, partial=True):
         """Largest force while stuck, no less than the sliding one at rest."""
         return self.sliding(0.0)
 
-    def pressed(self) -> Any:
+    def pressed(self) -> Array | bool:
         """Whether there is friction at all."""
         return True
 
@@ -179,7 +181,7 @@ class Brake(DryFriction):
     def requirements(self) -> Requirements:
         return (require(self.peak >= 1.0, "peak must be at least 1"),)
 
-    def pressed(self) -> Any:
+    def pressed(self) -> Array | bool:
         return self.u.value > 0.0
 
     def sliding(self, speed: Scalar) -> Scalar:
