@@ -14,13 +14,12 @@ from .._declare.array import Array
 from .._declare.component import At, Component, Event, Kink, Refuse, When
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
-from .._jax_private import Literal as Constant
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel, indexed
 from .._reduce.instants import Instants, Role, instants
-from .._reduce.jaxpr import assembled, check_effects, structs
+from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.logic import Expression
 from .._reduce.margins import relations
 
@@ -29,7 +28,7 @@ _KINDS: dict[type, Kind] = {When: "when", At: "at", Kink: "kink", Refuse: "refus
 
 
 @dataclasses.dataclass(frozen=True)
-class Entry:
+class EventEntry:
     """One event of a component, or of all members of an array of them: `targets` are the leaves that it changes."""
 
     path: str
@@ -72,7 +71,7 @@ class EventSet:
     - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
     """
 
-    entries: tuple[Entry, ...]
+    entries: tuple[EventEntry, ...]
     truths: Function
     margins: Function
     logic: tuple[Expression | None, ...]
@@ -124,7 +123,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
     Raises `ModelError` for an event that changes what its component does not have, or a parameter, or one that prints.
     """
-    entries: list[Entry] = []
+    entries: list[EventEntry] = []
 
     def stated(*leaves: Any) -> tuple[list[Any], list[Any], list[Any]]:
         found = list(_events(flat.structure.unflatten(leaves), "", 0))
@@ -163,7 +162,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     )
 
 
-def _in_order(entries: Sequence[Entry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
+def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
     remaining = iter(logic)
     parts = [[None] * e.count if e.kind == "at" else next(remaining).ravel().tolist() for e in entries]
     return tuple(expression for part in parts for expression in part)
@@ -188,17 +187,7 @@ def _truths(closed: ClosedJaxpr, leaves: Sequence[jax.Array], n: int) -> list[ja
 
 def _function(closed: ClosedJaxpr, start: int, stop: int) -> Function:
     """Some outputs of a jaxpr, with what they need."""
-    jaxpr = closed.jaxpr
-    outputs = jaxpr.outvars[start:stop]
-    needed = {atom for atom in outputs if not isinstance(atom, Constant)}
-    kept = []
-    for eqn in reversed(jaxpr.eqns):
-        if any(var in needed for var in eqn.outvars):
-            kept.append(eqn)
-            needed |= {atom for atom in eqn.invars if not isinstance(atom, Constant)}
-    leaves = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
-    slim = assembled([jaxpr.invars[i] for i in leaves], outputs, kept[::-1], jaxpr.constvars)
-    return Function(ClosedJaxpr(slim, closed.consts), leaves)
+    return Function(*slice_outputs(closed, slice(start, stop)))
 
 
 def _instants(
@@ -256,7 +245,7 @@ def _stacked(item: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, 
         yield where, name, below, type(event)(*fields, *texts)
 
 
-def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> Entry:
+def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> EventEntry:
     stack = np.shape(event.time)[:depth] if isinstance(event, At) else np.shape(_condition(event))
     where = f"{path}.events: {name}" if path else f"events: {name}"
     if isinstance(event, When | Refuse) and len(stack) != depth:
@@ -274,4 +263,4 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
             )
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
-    return Entry(path, name, _KINDS[type(event)], stack, tuple(targets), reason)
+    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason)

@@ -82,7 +82,7 @@ class Steps(diffrax.PIDController):
         next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0, next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 
-    def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Any, y: Array, before: Control) -> Array:
+    def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Array, y: Array, before: Control) -> Array:
         """The wish, which does not grow far beyond an event in the step: where solutions in between are polynomials,
         steps would become so much longer than the time to the next event that their rounding counts.
         """
@@ -92,7 +92,7 @@ class Steps(diffrax.PIDController):
         most = jnp.maximum(before.wish, FAR * (moment - t0))
         return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
-    def _up_to_instant(self, t0: Numbers, t1: Any, y: Array) -> Numbers:
+    def _up_to_instant(self, t0: Numbers, t1: Numbers, y: Array) -> Numbers:
         """The end of a step, if nothing is known to happen before."""
         if not self.layout.has_status:
             return t1

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._evaluate.events import Entry, Kind
+from .._evaluate.events import EventEntry, Kind
 from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
@@ -129,7 +129,7 @@ class EventNumbers:
         return [(first, entry.count, leaf) for first, entry in self.numbered for leaf in entry.targets]
 
     @ft.cached_property
-    def numbered(self) -> list[tuple[int, Entry]]:
+    def numbered(self) -> list[tuple[int, EventEntry]]:
         """The entries of the model, each with the number of its first event."""
         entries = self.system.events.entries if self.system.events else ()
         return list(zip(np.cumsum([0, *(entry.count for entry in entries)]).tolist(), entries, strict=False))

@@ -12,7 +12,7 @@ from .._evaluate.observe import leaf_value, pairs_of
 from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .settings import Numbers, Settings
+from .settings import RunNumbers, Settings
 
 
 @jax.tree_util.register_dataclass
@@ -21,7 +21,7 @@ class Given:
     """All numbers of a run; `carried` is what is held while the core of the stepped vector moves."""
 
     inputs: Inputs
-    numbers: Numbers
+    numbers: RunNumbers
     carried: Any = None
 
     def carrying(self, carried: Array) -> "Given":

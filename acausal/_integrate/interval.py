@@ -32,10 +32,10 @@ class Point(NamedTuple):
 class Verdict(NamedTuple):
     """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x."""
 
-    passes: Any
-    is_found: Any
-    begins: Any
-    x: Any
+    passes: Array
+    is_found: Array
+    begins: Array
+    x: Array
 
 
 def seen(margins: Callable[[Any], Any], t: Numbers) -> Point:

@@ -21,12 +21,12 @@ class Found(NamedTuple):
     was looked at; where that took too many points, nothing is known of what comes after `reached`.
     """
 
-    is_any: Any
-    t: Any
-    before: Any
-    begins: Any
-    leaps: Any
-    holds: Any
+    is_any: Array
+    t: Array
+    before: Array
+    begins: Array
+    leaps: Array
+    holds: Array
     end: Point
     reached: Numbers
 
@@ -40,13 +40,13 @@ class _Search(NamedTuple):
     low: Point
     high: Point
     end: Point
-    above: Any
-    holds: Any
-    offset: Any
-    x: Any
-    begins: Any
-    is_found: Any
-    is_over: Any
+    above: Array
+    holds: Array
+    offset: Array
+    x: Array
+    begins: Array
+    is_found: Array
+    is_over: Array
     count: Any
 
 
@@ -55,7 +55,7 @@ def look(
     start: Point,
     is_known: Array,
     end: Array,
-    holds: Numbers,
+    holds: Array,
     fresh: Array,
     span: Numbers,
     short: Numbers,

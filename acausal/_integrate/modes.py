@@ -26,31 +26,31 @@ class Modes(NamedTuple):
     """
 
     x: Any
-    discrete: Any
-    happen: Any
-    refused: Any
-    holds: Any
+    discrete: Array
+    happen: Array
+    refused: Array
+    holds: Array
 
 
 class _Point(NamedTuple):
     x: Any
-    y: Any
-    holds: Any
-    truths: Any
+    y: Array
+    holds: Array
+    truths: Array
     values: Any  # that events would set
-    lack: Any  # of what is searched for
+    lack: Array  # of what is searched for
 
 
 class _Round(NamedTuple):
     """`y` and `holds` are what is to be looked at next, `kept` what has been found."""
 
-    y: Any
-    holds: Any
+    y: Array
+    holds: Array
     kept: _Point
     fired: Numbers
-    late: Any  # what happened one by one
+    late: Array  # what happened one by one
     count: Any
-    tried: Any  # how many single events since one was kept, after nothing happened any more
+    tried: Array  # how many single events since one was kept, after nothing happened any more
 
 
 class Solver(NamedTuple):
@@ -85,7 +85,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     matters = events.responds
     most, single = 4 * events.total + TOGETHER + 16, np.eye(events.total, dtype=bool)[matters]
 
-    def point(y: Any, holds: Any) -> tuple[_Point, Any]:
+    def point(y: Array, holds: Array) -> tuple[_Point, Any]:
         """The point that belongs to modes, and the events that begin there."""
         discrete = y[layout.discrete]
         x, lack = solver.root(discrete)
@@ -112,7 +112,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         holds = kept.truths & (kept.holds | fired)
         return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
 
-    def goes_on(r: _Round) -> Any:
+    def goes_on(r: _Round) -> Array:
         tries = ~is_met(r.kept.lack) & (r.tried > 0) & (r.tried <= len(single))
         return jnp.where(jnp.any(r.fired), r.count < most, tries & (not is_smooth))
 
@@ -133,7 +133,7 @@ def _size(point: _Point) -> Array:
     return jnp.sum(point.lack**2)
 
 
-def _modes(events: RunEvents, end: _Round, discrete: Any) -> Modes:
+def _modes(events: RunEvents, end: _Round, discrete: Array) -> Modes:
     truths = end.kept.truths
     happen, holds = end.late & jnp.any(end.fired), truths & events.responds
     return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
@@ -150,7 +150,7 @@ def sets_values(system: System) -> bool:
     avals = actions.closed.in_avals
     shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
 
-    def along(values: list[Any], tangents: list[Any]) -> list[Any]:
+    def along(values: list[Array], tangents: list[Array]) -> list[Array]:
         return jax.jvp(lambda *values: actions(values), values, tangents)[1]
 
     closed = jax.make_jaxpr(along)(shapes, shapes)

@@ -16,7 +16,7 @@ from .._errors import ModelError, suggestion
 from .._evaluate.system import System
 from .._tracing import known
 from .schedule import tick
-from .settings import Numbers
+from .settings import RunNumbers
 
 T = TypeVar("T")
 SAVES = ("steps", "end", "dense")
@@ -107,7 +107,7 @@ def one_of(value: Any, name: str, known_ones: Mapping[Any, Any]) -> Any:
     return known_ones[value]
 
 
-def demands(system: System, numbers: Numbers) -> list[Demand]:
+def demands(system: System, numbers: RunNumbers) -> list[Demand]:
     """What the numbers of a run have to meet."""
     t0, t1 = numbers.t0, numbers.t1
     found = [
@@ -159,7 +159,7 @@ def _lasting(system: System) -> str | None:
     return next((entry.label(0) for entry in entries if entry.targets), None)
 
 
-def check_known(system: System, numbers: Numbers) -> None:
+def check_known(system: System, numbers: RunNumbers) -> None:
     """Raise `ModelError` for numbers that are known and wrong."""
     names = [field.name for field in dataclasses.fields(numbers) if field.name in HARMLESS]
     values = {name: None if getattr(numbers, name) is None else known(getattr(numbers, name)) for name in names}
@@ -180,17 +180,17 @@ def _shown(value: Any) -> str:
     return f"{float(value):g}" if np.ndim(value) == 0 else str(np.asarray(value))
 
 
-def unmet(system: System, numbers: Numbers) -> Array:
+def unmet(system: System, numbers: RunNumbers) -> Array:
     """For each of the demands, whether it is not met."""
     return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
 
 
-def sentences(system: System, numbers: Numbers) -> tuple[str, ...]:
+def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
     """What the demands say."""
     return tuple(f"{text}." for _, text, _ in demands(system, numbers))
 
 
-def harmless(numbers: Numbers, wrong: Array) -> Numbers:
+def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
     """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
     given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
     safe: dict[str, Any] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}

@@ -1,6 +1,6 @@
 """What happened in a run."""
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import equinox as eqx
 import jax
@@ -25,7 +25,7 @@ class Record(eqx.Module):
     times: Float[Array, " records"]
     numbers: Int[Array, " records"]
     before: Float[Array, "records n"]
-    count: Any
+    count: Array
     last_times: Float[Array, " last"]
     last_numbers: Int[Array, " last"]
 

@@ -21,7 +21,7 @@ from .field import Given
 from .options import harmless, unmet
 from .options import sentences as demanded
 from .result import Result
-from .settings import Numbers, Settings
+from .settings import RunNumbers, Settings
 from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
 from .stepper import ACCUMULATED
@@ -97,13 +97,13 @@ def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Giv
     return _Integrated(y0, bad_starts, raw)
 
 
-def _saved(settings: Settings, numbers: Numbers) -> int:
+def _saved(settings: Settings, numbers: RunNumbers) -> int:
     """How many numbers are kept along a run."""
     points = {"end": 1, "times": np.size(numbers.times), "steps": settings.max_steps, "dense": 10 * settings.max_steps}
     return points[settings.save] * settings.layout.size
 
 
-def _saves(settings: Settings, numbers: Numbers) -> diffrax.SaveAt:
+def _saves(settings: Settings, numbers: RunNumbers) -> diffrax.SaveAt:
     saves = {"end": diffrax.SubSaveAt(t1=True)}
     if settings.save == "steps":
         saves["path"] = diffrax.SubSaveAt(t0=True, steps=True)

@@ -22,10 +22,10 @@ class Here(NamedTuple):
     the stop condition is exactly zero.
     """
 
-    truths: Any
-    values: list[Any]
-    stored: Any
-    is_zero: Any
+    truths: Array
+    values: list[Array]
+    stored: Array
+    is_zero: Array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class RunEvents(EventNumbers):
         rates = field(t, core, given.carrying(self._ordinary(y)[n:]))
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
 
-    def margin(self, number: Any, t: Any, y: Array, due: Any, given: Given) -> Numbers:
+    def margin(self, number: Array, t: Array, y: Array, due: Array, given: Given) -> Numbers:
         """The margin of one event, or how long it is past due."""
         late = (t - due)[number]
         if not self.is_searched:
@@ -58,7 +58,7 @@ class RunEvents(EventNumbers):
 
     # What is read at a point
 
-    def margins(self, t: Numbers, y: Array, given: Given) -> Numbers:
+    def margins(self, t: Numbers, y: Array, given: Given) -> Array:
         """How far each relation in a condition is from its limit, positive where it holds."""
         events, stop = self.system.events, self.settings.stop
         wanted = {leaf for part in (events and events.margins, stop) if part for leaf in part.leaves}
@@ -77,7 +77,7 @@ class RunEvents(EventNumbers):
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
 
-    def conditions(self, holds: Any, fails: Any) -> Any:
+    def conditions(self, holds: Array, fails: Array) -> Array:
         """How far the condition of each event is above zero, at least or at most, from such bounds of `margins` and of
         their negatives; -1 for what is scheduled.
         """
@@ -108,7 +108,7 @@ class RunEvents(EventNumbers):
             margin == 0,
         )
 
-    def due(self, t: Any, y: Any, given: Given, done: Numbers | None = None) -> Any:
+    def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
         done = jnp.full(self.total, -jnp.inf) if done is None else jnp.where(jnp.isfinite(done), done, -jnp.inf)
@@ -124,7 +124,7 @@ class RunEvents(EventNumbers):
             parts.append(events.instants.following(t, known, given.direction)[None])
         return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
 
-    def past(self, t: Any, y: Array, given: Given) -> Any:
+    def past(self, t: Array, y: Array, given: Given) -> Array:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
         own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
         return jnp.concatenate(
@@ -137,14 +137,14 @@ class RunEvents(EventNumbers):
             return self._done
         return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))
 
-    def bound(self, y: Any, given: Given) -> Inputs:
+    def bound(self, y: Array, given: Given) -> Inputs:
         """The inputs with the discrete variables of a point."""
         return self.system.carried.with_discrete(given.inputs, y[self.layout.point])
 
     def _curved(self, t: Numbers, y: Array, given: Given) -> Array:
         return self.system.instants.curved(t, self.bound(y, given).params)
 
-    def _stop(self, given: Given, values: dict[int, Any]) -> Array:
+    def _stop(self, given: Given, values: dict[int, Array]) -> Array:
         stop = self.settings.stop
         assert stop is not None
         value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
@@ -168,7 +168,7 @@ class RunEvents(EventNumbers):
     ) -> dict[int, Array]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
 
-    def with_algebraic(self, t: Any, y: Any, given: Given) -> Any:
+    def with_algebraic(self, t: Array, y: Array, given: Given) -> Array:
         """The vector with the algebraic unknowns of the mass-matrix form that belong to its states."""
         system = self.system
         if system.solved is None:
@@ -177,7 +177,7 @@ class RunEvents(EventNumbers):
         values = system.solved.collected(t, self._ordinary(y), given.inputs, system.algebraic)
         return self.layout.with_part(y, slice(n, self.layout.n_states), values)
 
-    def _ordinary(self, y: Any) -> Any:
+    def _ordinary(self, y: Array) -> Array:
         """The point for the system whose algebraic unknowns are solved for, with those of the vector as guesses."""
         solved = self.system.solved
         if solved is None:

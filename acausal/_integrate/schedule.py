@@ -1,7 +1,5 @@
 """Times known ahead and their repetitions, and when two of them are one and the same."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,19 +10,19 @@ from .._numbers import Numbers
 EPSILON = float(np.finfo(float).eps)
 
 
-def tick(t: Any, t0: Any) -> Numbers:
+def tick(t: Numbers, t0: Numbers) -> Numbers:
     """Times closer than this are one and the same in a run from t0: they are sums of numbers as large as either."""
     return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
 
 
-def next_after(times: Any, every: Any, t: Numbers, after: Array) -> Array:
+def next_after(times: Array, every: Array, t: Numbers, after: Array) -> Array:
     """The first of each row of times, or of their repetitions, that comes after; t is near."""
     due = _repeated(times, every, t)
     due = jnp.where(due > after[:, None], due, jnp.inf)
     return jnp.take_along_axis(due, jnp.argmin(due, axis=1, keepdims=True), axis=1)[:, 0]
 
 
-def last_before(times: Any, every: Any, t: Numbers) -> Array:
+def last_before(times: Array, every: Array, t: Numbers) -> Array:
     """The last of each row of times, or of their repetitions, that is not after t; infinite where there is none."""
     due = _repeated(times, every, t)
     near = jnp.max(tick(times, t), axis=1, keepdims=True)
@@ -32,7 +30,7 @@ def last_before(times: Any, every: Any, t: Numbers) -> Array:
     return jnp.where(jnp.isfinite(last), last, jnp.inf)
 
 
-def _repeated(times: Any, every: Any, t: Numbers) -> Numbers:
+def _repeated(times: Array, every: Array, t: Numbers) -> Numbers:
     """Times and their repetitions about t; which of them is the next or the last one, rounding does not tell."""
     repeats = jnp.isfinite(every)
     turn = jnp.floor((t - times) / jnp.where(repeats, every, 1.0))

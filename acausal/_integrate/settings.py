@@ -76,7 +76,7 @@ class Settings:
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
-class Numbers:
+class RunNumbers:
     """The options of a run that are numbers, and the numbers in its functions."""
 
     t0: Any

@@ -36,36 +36,36 @@ class Settled(NamedTuple):
     true. `outcome` says why the run ends, 0 if it does not.
     """
 
-    t: Any
-    y: Any
-    holds: Any
+    t: Array
+    y: Array
+    holds: Array
     fresh: Array
     record: Record
-    outcome: Any
+    outcome: Array
 
 
 class _Round(NamedTuple):
     """`ys` has the vector as it would be without the events of this instant, and as it is."""
 
-    t: Any
-    ys: Any
-    due: Any  # the events whose moment it is, and that have not happened yet
-    holds: Any
+    t: Array
+    ys: Array
+    due: Array  # the events whose moment it is, and that have not happened yet
+    holds: Array
     happened: Array
-    first: Any  # the first that happened, -1 if none
-    stored: Any  # energy before
+    first: Array  # the first that happened, -1 if none
+    stored: Array  # energy before
     lost: Array
-    order: Any  # at the start of a run, the last time of each past event
-    n_own: Any  # rounds of events that were due
+    order: Array  # at the start of a run, the last time of each past event
+    n_own: Array  # rounds of events that were due
     record: Record
-    is_bad: Any
-    goes_on: Any
+    is_bad: Array
+    goes_on: Array
     count: Any
 
 
 def settle(
     events: RunEvents,
-    t: Any,
+    t: Array,
     before: Numbers,
     y: Numbers,
     begins: Array,
@@ -74,7 +74,7 @@ def settle(
     record: Record,
     given: Given,
     *,
-    order: Numbers | None = None,
+    order: Array | None = None,
 ) -> Settled:
     """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on;
     just `before` t they had not begun.

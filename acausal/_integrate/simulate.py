@@ -25,7 +25,7 @@ from .energy import powers, stored
 from .failure import is_trial, report_failure
 from .field import Given
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
-from .settings import Numbers, Settings
+from .settings import RunNumbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 from .start_search import search_start
@@ -139,7 +139,7 @@ def simulate(
     params = system.entry.parameters(leaves)
     handed = system.entry.handed(params, _read(settings))
     inputs = Inputs(handed, system.entry.starts.pack(leaves), system.entry.given(leaves))
-    numbers = Numbers(
+    numbers = RunNumbers(
         t0=t0,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),

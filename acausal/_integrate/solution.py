@@ -1,8 +1,7 @@
 """The solution of a simulation, read by the names of the model."""
 
-import functools as ft
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 import diffrax
@@ -17,7 +16,6 @@ from .._declare.by_name import parameters
 from .._declare.component import Component
 from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
-from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._files import described
@@ -29,6 +27,7 @@ from .event_log import EventLog
 from .peaks import Peak
 from .result import sentence
 from .state_vector import StateVector
+from .trajectories import both_sides, over_batch, trajectories
 from .unresolved import unresolved
 
 M = TypeVar("M", bound=Component)
@@ -91,26 +90,11 @@ class Solution(eqx.Module, Generic[M]):
         return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
 
     def _both_sides(self, rows: Array, columns: slice | None) -> Array | np.ndarray:
-        """Saved rows, and where steps are saved, those before each event; `columns` are theirs in the vector that is
-        stepped, None for the times.
-        """
-        times, record = known(self._path[0]), self._record
+        """Saved rows; in a single solution, with those before each event, see `both_sides`."""
+        times = known(self._path[0])
         if self.is_batched or times is None:
             return rows
-        reached = np.isfinite(times)
-        times, rows = times[reached], rows[reached]
-        if record is None or not record.before.shape[-1]:
-            return rows
-        moments, numbers, start = known(record.times), known(record.numbers), known(self._start[0])
-        assert moments is not None
-        assert numbers is not None
-        assert start is not None
-        # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
-        shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > start)
-        before = record.times[shown] if columns is None else record.before[shown][:, columns]
-        order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
-        xp = jnp if is_traced(before) or is_traced(rows) else np
-        return xp.concatenate([before, rows])[order]
+        return both_sides(rows, times, self._start[0], self._record, columns)
 
     @property
     def values(self) -> Any:
@@ -139,7 +123,7 @@ class Solution(eqx.Module, Generic[M]):
         def evaluate(dense: diffrax.DenseInterpolation) -> Array:
             return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
 
-        ys = _over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
+        ys = over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
         return self._view(
             jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape),
             ys[..., self._layout.point],
@@ -147,7 +131,7 @@ class Solution(eqx.Module, Generic[M]):
 
     def _view(self, ts: Numbers, ys: Numbers) -> Any:
         batch = jnp.ndim(self.t1)
-        numbers = _trajectories(self.system, batch, ts, ys, self._inputs)
+        numbers = trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
         # Indexing an array of components must find the time axis in all of its leaves.
         for i, flat_leaf in enumerate(self.system.flat.leaves):
@@ -321,20 +305,3 @@ class Solution(eqx.Module, Generic[M]):
         from .solution_plot import plot_solution
 
         return plot_solution(self, items, units, events, axes)
-
-
-def _over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., Any]:
-    """The function mapped over leading axes of all its arguments."""
-    return function if dimensions == 0 else jax.vmap(_over_batch(function, dimensions - 1))
-
-
-@ft.partial(jax.jit, static_argnums=(0, 1))
-def _trajectories(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
-    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
-        if jnp.ndim(t) > 0:
-            return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
-        leaves = system.flat.variable_leaves
-        values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
-        return values | system.carried.discrete_values(y, inputs)
-
-    return _over_batch(at, batch)(ts, ys, inputs)

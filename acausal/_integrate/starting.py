@@ -15,7 +15,7 @@ from .adjoint import BothModes
 from .field import Given
 from .result import Result, sentence
 from .run_events import RunEvents
-from .settings import Numbers, Settings
+from .settings import RunNumbers, Settings
 from .settle import CONTRADICTED, REFUSED
 from .solvers import Rodas5P
 from .stepping import begin_run
@@ -39,7 +39,7 @@ class Start(NamedTuple):
         return self.y[self.events.layout.discrete]
 
     @property
-    def outcome(self) -> Any:
+    def outcome(self) -> Array:
         """0, or why a run ends at its start."""
         return self.y[self.events.layout.outcome]
 
@@ -62,7 +62,7 @@ def start_of(
         system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started, is_search=is_search
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
-    given = Given(inputs, Numbers(t0, end, None, None, one, None, [], [], [], [], past=past))
+    given = Given(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
     y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None

@@ -59,13 +59,13 @@ class _Event(NamedTuple):
     rather end, the `cut`, infinite if it is good as it is.
     """
 
-    is_any: Any
-    t: Any
-    before: Any
-    begins: Any
-    holds: Any
+    is_any: Array
+    t: Array
+    before: Array
+    begins: Array
+    holds: Array
     point: Point  # the margins at the end
-    cut: Any
+    cut: Array
 
 
 class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
@@ -158,21 +158,21 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             return y
         return self.layout.with_part(y, self.layout.peaks, self.peaks.renewed(path, end, y, given))
 
-    def _projected(self, t: Any, y: Vector, given: Given) -> Vector:
+    def _projected(self, t: Array, y: Vector, given: Given) -> Vector:
         """The vector on the invariants."""
         if self.project is None:
             return y
         states = self.layout.states
         return self.layout.with_part(y, states, self.project(given.direction * t, y[states], given))
 
-    def _remembered(self, t: Any, y: Vector, given: Given) -> Vector:
+    def _remembered(self, t: Array, y: Vector, given: Given) -> Vector:
         """The vector with the unknowns that belong to it."""
         if self.remember is None:
             return y
         return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given))
 
     def _through_events(
-        self, path: Span, t0: Any, t1: Any, y1: Vector, state: EventMemory, given: Given
+        self, path: Span, t0: Array, t1: Array, y1: Vector, state: EventMemory, given: Given
     ) -> tuple[Vector, EventMemory]:
         """The vector at the end of a step or after the first events in it."""
         layout, events, forward = self.layout, self.events, given.direction
@@ -209,7 +209,9 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         y, memory = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given), memory
 
-    def _first_event(self, path: Span, t0: Any, t1: Any, instant: Array, state: EventMemory, given: Given) -> _Event:
+    def _first_event(
+        self, path: Span, t0: Array, t1: Array, instant: Array, state: EventMemory, given: Given
+    ) -> _Event:
         """Which events begin first in a step, and when; none where it has to be repeated up to there."""
         events, forward = self.events, given.direction
         assert events is not None
@@ -237,7 +239,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         is_whole = jnp.isinf(cut)
         return _Event(jnp.any(begins) & is_whole, t, before, begins & is_whole, found.holds, found.end, cut)
 
-    def _cut(self, found: Found, t0: Numbers, t1: Any, given: Given) -> Array:
+    def _cut(self, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:
         """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
         events, times = self.events, given.numbers.times
         assert events is not None
@@ -259,7 +261,7 @@ def _is_there(t: Numbers, instant: Array, given: Given) -> Array:
     return instant <= t + tick(t, given.numbers.t0)
 
 
-def _short_of(t1: Any, instant: Array, given: Given) -> Array:
+def _short_of(t1: Array, instant: Array, given: Given) -> Array:
     """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
     return jnp.where(_is_there(t1, instant, given), t1 - 0.5 * tick(t1, given.numbers.t0), t1)
 

@@ -23,9 +23,14 @@ class Slice(NamedTuple):
 
 def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
     """What computes output number `output`, without the equations and inputs that it does not read."""
+    return slice_outputs(closed, slice(output, output + 1))
+
+
+def slice_outputs(closed: ClosedJaxpr, outputs: slice) -> Slice:
+    """What computes some of the outputs."""
     jaxpr = closed.jaxpr
-    target = jaxpr.outvars[output]
-    needed = {target} if not isinstance(target, Literal) else set()
+    targets = jaxpr.outvars[outputs]
+    needed = {target for target in targets if not isinstance(target, Literal)}
     kept: list[JaxprEqn] = []
     for eqn in reversed(jaxpr.eqns):
         if any(var in needed for var in eqn.outvars):
@@ -33,7 +38,7 @@ def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
             needed.update(var for var in eqn.invars if not isinstance(var, Literal))
     used = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
     constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
-    sliced = assembled([jaxpr.invars[i] for i in used], [target], kept[::-1], [var for var, _ in constants])
+    sliced = assembled([jaxpr.invars[i] for i in used], targets, kept[::-1], [var for var, _ in constants])
     return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
 
 

@@ -28,7 +28,7 @@ class Entries(NamedTuple):
         return self.where(~(np.isin(self.rows, list(peeled)) | np.isin(self.variables, list(peeled.values()))))
 
 
-def connected(entries: Entries, rows: list[int]) -> list[tuple[list[int], Entries]]:
+def connected_rows(entries: Entries, rows: list[int]) -> list[tuple[list[int], Entries]]:
     """Rows that are connected through variables, each set with its entries, which are all of these rows."""
     sets, label = sharing(rows, entries.rows, entries.variables)
     order = np.argsort(label, kind="stable")

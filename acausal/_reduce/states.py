@@ -8,7 +8,7 @@ from .._declare.annotations import never
 from .._errors import StructureError
 from .incidence import Incidence
 from .index import Reduced
-from .pivots import Elimination, Entries, connected
+from .pivots import Elimination, Entries, connected_rows
 
 SAFE = 0.05  # a pivot of this relative size is taken from the better-liked candidates before any larger one elsewhere
 # Stand-ins for coefficients whose numbers are not known, by strength: what may vanish must not serve as a pivot.
@@ -54,7 +54,7 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
         entries = _entries(reduced, values)
         active = np.flatnonzero(reduced.differentiations).tolist()
         known: dict[tuple, _Choice] = {}
-        for members, own in connected(entries, active):
+        for members, own in connected_rows(entries, active):
             _select_group(chosen, members, _told_apart(own), known)
     _check_never(chosen)
     return chosen
@@ -118,7 +118,7 @@ def _stages(
         use = np.isin(entries.rows, rows) & np.isin(entries.variables, picks[-1])
         use &= reduced.orders[entries.variables] >= stage
         picks.append([])
-        for group, own in connected(entries.where(use), rows):
+        for group, own in connected_rows(entries.where(use), rows):
             found, unsolved = _pick(reduced, group, own, only_safe)
             if unsolved:
                 return [[]], members

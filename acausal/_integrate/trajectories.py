@@ -1,0 +1,62 @@
+"""Trajectories of all variables from the vectors that a run has saved."""
+
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from .._evaluate.observe import observe
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .._numbers import Numbers
+from .._tracing import is_traced, known
+from .record import Record
+
+
+def both_sides(
+    rows: Array, times: np.ndarray, start: Array, record: Record | None, columns: slice | None
+) -> Array | np.ndarray:
+    """The rows saved at times that were reached, and where steps are saved, those before each event.
+
+    `columns` are theirs in the vector that is stepped; None where the rows are the times themselves.
+    """
+    reached = np.isfinite(times)
+    times, rows = times[reached], rows[reached]
+    if record is None or not record.before.shape[-1]:
+        return rows
+    moments, numbers, first = known(record.times), known(record.numbers), known(start)
+    assert moments is not None
+    assert numbers is not None
+    assert first is not None
+    # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
+    shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > first)
+    before = record.times[shown] if columns is None else record.before[shown][:, columns]
+    order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
+    xp = jnp if is_traced(before) or is_traced(rows) else np
+    return xp.concatenate([before, rows])[order]
+
+
+def over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., Any]:
+    """The function mapped over leading axes of all its arguments."""
+    return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def trajectories(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
+    """The values of the variables of a model, by the numbers of their leaves, at times and state vectors.
+
+    `batch` leading axes of all of them are those of a batch of runs.
+    """
+
+    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
+        if jnp.ndim(t) > 0:
+            return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
+        leaves = system.flat.variable_leaves
+        values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
+        return values | system.carried.discrete_values(y, inputs)
+
+    return over_batch(at, batch)(ts, ys, inputs)
