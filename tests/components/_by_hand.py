@@ -1,5 +1,6 @@
 """A mass with dry friction between stops, mode by mode with an integrator of scipy, to compare with."""
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -32,7 +33,7 @@ class Shaken(NamedTuple):
     d: Any  # and their damping
 
     def force(self, t: float) -> float:
-        return self.push + self.amplitude * np.sin(2.0 * np.pi * self.f * t)
+        return self.push + self.amplitude * math.sin(2.0 * math.pi * self.f * t)
 
     def spring(self, s: float) -> float:
         return -self.c * (s - HIGH if s > HIGH else min(s - LOW, 0.0))
@@ -40,10 +41,10 @@ class Shaken(NamedTuple):
     def contact(self, s: float, v: float) -> float:
         """The force of compliant stops, whose damping neither pulls nor more than doubles it."""
         size = abs(self.spring(s))
-        return self.spring(s) - np.clip(self.d * v, -size, size)
+        return self.spring(s) - min(max(self.d * v, -size), size)
 
     def friction(self, speed: float) -> float:
-        return self.level + self.excess * np.exp(min(-self.fexp * speed, 1.0)) + self.viscous * speed
+        return self.level + self.excess * math.exp(min(-self.fexp * speed, 1.0)) + self.viscous * speed
 
 
 class End(NamedTuple):
@@ -60,7 +61,8 @@ class End(NamedTuple):
 
 def followed(case: Shaken, end: float, *, is_rigid: bool) -> End:
     """The motion up to the time `end`."""
-    t, s, v, slid = 0.0, 0.0, float(case.v), 0.0
+    case = Shaken(*map(float, case))  # with which Python is faster than with numbers of numpy
+    t, s, v, slid = 0.0, 0.0, case.v, 0.0
     way, happened, times = np.sign(v), "", list[float]()
     peak = case.level + case.excess
     while t < end:
@@ -121,17 +123,20 @@ def _slide(
             atol=1e-13,
         )
 
-    kinks = (
+    kinks: Any = (
         lambda t, y: y[0] - HIGH,
         lambda t, y: y[0] - LOW,
         lambda t, y: case.d * y[1] - case.spring(y[0]),
         lambda t, y: case.d * y[1] + case.spring(y[0]),
     )
+    for kink in kinks:
+        kink.terminal = 2  # not at the one at which it starts
     while True:
         out = solved(end, *([] if is_rigid else kinks))
         bent = [x for found in out.t_events[2:] for x in found if t + SOON < x < out.t[-1] - SOON]
         if bent:
             out = solved(min(bent))
         t, s, v = float(out.t[-1]), *map(float, out.y[:, -1])
-        if not bent:
-            return t, s, v, "s" if len(out.t_events[0]) else "r" if len(out.t_events[1]) else ""
+        what = "s" if len(out.t_events[0]) else "r" if len(out.t_events[1]) else ""
+        if what or t == end:
+            return t, s, v, what
