@@ -85,7 +85,7 @@ def _report(tolerance: Tolerance[Any], found: list[Spread], text: str, out: Path
     from ._output import save
     from ._report import write_report
 
-    indices = tolerance.indices(128)
+    indices = tolerance.indices(512)
     results = {"opening time": (lambda s: s.t1, "ms")}
     slopes: SensitivityTable = sensitivities(
         tolerance.model, results, run=lambda m: opening(m, rtol=rtol, t_max=1.0, save="end")

@@ -1,6 +1,7 @@
 """What a problem minimises, and the limits that its results have to keep."""
 
 import dataclasses
+import math
 import re
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
@@ -88,6 +89,11 @@ def limits_of(constraints: Mapping[str, Any] | None) -> dict[str, tuple[Callable
 
     Raises `ModelError` for what is no such pair, and `ParameterError` for a limit that is no number with a unit.
     """
+    if not isinstance(constraints, Mapping | None):
+        raise ModelError(
+            f"constraints is a dictionary of limits by name, as in {{'time': (lambda s: s.t1, '<= 80 ms')}}; "
+            f"got {constraints!r}."
+        )
     found = {}
     for name, value in (constraints or {}).items():
         if not (isinstance(value, tuple) and len(value) == 2 and callable(value[0]) and isinstance(value[1], str)):
@@ -99,6 +105,8 @@ def limits_of(constraints: Mapping[str, Any] | None) -> dict[str, tuple[Callable
         if parts is None:
             raise ParameterError(f"{name}: {text!r} is no limit, such as '<= 60 A', '>= 1.2' or '== 3 bar'.")
         number, unit = number_in(parts[2], "", name)
+        if not math.isfinite(number):
+            raise ParameterError(f"{name}: a limit is finite, got {text!r}. Leave out what has none.")
         found[name] = function, Limit(name, _sense(parts[1]), number, scale_of(unit, "", name))
     return found
 

@@ -65,7 +65,8 @@ def _done(executor: Any, task: Task, work: Mapping[int, np.ndarray], side: int) 
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             yield from _done(pool, task, work, side)
         return
-    futures = {executor.submit(task, piece, side): number for number, piece in work.items()}
+    submit = getattr(executor, "submit", lambda *work: None)
+    futures: dict[Any, int] = {submit(task, piece, side): number for number, piece in work.items()}
     if not all(isinstance(future, concurrent.futures.Future) for future in futures):
         raise ArgumentError(
             "executor must be like those of concurrent.futures, whose submit returns a Future of theirs; "

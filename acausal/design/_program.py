@@ -126,6 +126,8 @@ def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, Any]] | Non
         raise ModelError(f"run must be a function of the model, such as lambda m: simulate(m, 1.0); got {run!r}.")
     if scenarios is None:
         return function
+    if not isinstance(scenarios, Mapping) or not scenarios:
+        raise ModelError(f"scenarios is a dictionary of changes by name, one at least; got {scenarios!r}.")
     changes = dict(scenarios)
 
     def each(model: Component) -> dict[str, Any]:

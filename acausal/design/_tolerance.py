@@ -178,7 +178,7 @@ class Tolerance(Generic[M]):
         row = self._row(result)
         box = np.array([distribution.box(sigmas) for distribution in self.distributions])
         owner = self._columns[1][row]
-        return worst(self._program, row, box, gradient[row], self.names, self._scales[owner], starts, seed)
+        return worst(self._program, row, box, gradient[row], self._scales[owner], starts, seed)
 
     @ft.cached_property
     def _columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -16,7 +16,9 @@ REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the resul
 
 @dataclasses.dataclass(frozen=True)
 class Worst:
-    """Both ends of a result within the tolerances, and the parameters there, by name; `print` it for a table."""
+    """Both ends of a result within the tolerances, and the parameters there, by name, in `units`; `print` it for a
+    table.
+    """
 
     result: str
     scale: Scale
@@ -25,23 +27,29 @@ class Worst:
     at_low: Mapping[str, float]
     at_high: Mapping[str, float]
     evaluations: int
+    units: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
-        rows = [[name, f"{self.at_low[name]:.6g}", f"{self.at_high[name]:.6g}"] for name in self.at_low]
-        return aligned([[f"worst case of {self.result}", *ends], *rows])
+        units = self.units or ("",) * len(self.at_low)
+        rows = [
+            [name, f"{self.at_low[name]:.6g}", f"{self.at_high[name]:.6g}", unit]
+            for name, unit in zip(self.at_low, units, strict=True)
+        ]
+        return aligned([[f"worst case of {self.result}", *ends, ""], *rows])
 
 
 def worst(
-    program: Program, row: int, box: np.ndarray, gradient: np.ndarray, names: tuple[str, ...], scale: Scale,
-    starts: int, seed: int,
+    program: Program, row: int, box: np.ndarray, gradient: np.ndarray, scale: Scale, starts: int, seed: int,
 ) -> Worst:  # fmt: skip
     """Both ends, each the best of several searches."""
     before = program.evaluations
     ends = [_end(program, row, box, sign, gradient, starts, seed) for sign in (1.0, -1.0)]
     (low, at_low), (high, at_high) = ends
-    places = [dict(zip(names, x.tolist(), strict=True)) for x in (at_low, at_high)]
-    return Worst(program.names[row], scale, low, high, places[0], places[1], program.evaluations - before)
+    free = program.free
+    places = [dict(zip(free.names, x.tolist(), strict=True)) for x in (at_low, at_high)]
+    effort = program.evaluations - before
+    return Worst(program.names[row], scale, low, high, places[0], places[1], effort, free.units)
 
 
 def _end(

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from _rigs import Rig, rig
 
-from acausal import ModelError, ParameterError, SimulationError, quantity, simulate
+from acausal import ArgumentError, ModelError, ParameterError, SimulationError, quantity, simulate
 from acausal.design import Normal, Sample, sweep
 
 xr = pytest.importorskip("xarray")
@@ -254,6 +254,11 @@ BAD: dict[str, tuple[Any, type[Exception], str]] = {
     "no bounds": (Sample({C: (None, None)}, 8), ParameterError, "a sample needs two finite bounds"),
     "too many": ({C: range(10_000), D: range(10_000)}, ModelError, "is too large. Take a Sample of it"),
 }
+
+
+def test_an_executor_that_is_none() -> None:
+    with pytest.raises(ArgumentError, match=r"executor must be like those of concurrent\.futures.*got int"):
+        sweep(rig(), {C: [10.0, 20.0]}, {"f": frequency}, executor=3)
 
 
 @pytest.mark.parametrize("case", BAD)
