@@ -1,6 +1,7 @@
 """The sorted system as a sequence of groups: all blocks of a level that share a program are computed together."""
 
 import dataclasses
+import functools as ft
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -205,18 +206,11 @@ class Plan:
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
         groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
+        guesses = [_guesses(group, guess) for group in groups]
+        chosen = tuple(group.first_segment for group in groups)
+        return Store(time, _segments(self, chosen, y, time, params, guesses))
 
-        def segments() -> dict[int, Any]:
-            store = Store(time, {0: self._within(y)})
-            for group in groups:
-                outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, guess)
-                for i, value in enumerate(outputs):
-                    store.add(group.first_segment + i, value)
-            return store.segments
-
-        return Store(time, once(segments))
-
-    def _within(self, y: Array) -> Array:
+    def within_ranges(self, y: Array) -> Array:
         """The states, NaN where they are outside their ranges."""
         for ranges, is_own in self._bounded.items():
             y = jnp.where(is_own, within(y, ranges), y)
@@ -247,6 +241,25 @@ class Plan:
         return jnp.concatenate([store.flat(segment) for segment in segments])[index]
 
 
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _segments(
+    plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Any]]
+) -> dict[int, Any]:
+    """What some groups compute, each named by its first segment; traced once, however often a run asks for it."""
+    groups = {group.first_segment: group for group in plan.groups}
+
+    def segments() -> dict[int, Any]:
+        store = Store(time, {0: plan.within_ranges(y)})
+        for first, starts in zip(chosen, guesses, strict=True):
+            group = groups[first]
+            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, starts)
+            for i, value in enumerate(outputs):
+                store.add(group.first_segment + i, value)
+        return store.segments
+
+    return once(segments)
+
+
 def _guesses(group: Group, guess: Guess) -> list[Any]:
     """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
     if group.program.kind != "nonlinear":
@@ -255,18 +268,17 @@ def _guesses(group: Group, guess: Guess) -> list[Any]:
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
 
 
-def _run_single(group: Group, store: Store, params: ModelParameters, guess: Guess) -> list[Any]:
+def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.single(read) for read in group.reads]
-    guesses = [stacked[0] for stacked in _guesses(group, guess)]
-    return run(group.program, Known(own, values, store.time), guesses)
+    return run(group.program, Known(own, values, store.time), [stacked[0] for stacked in starts])
 
 
-def _run_mapped(group: Group, store: Store, params: ModelParameters, guess: Guess) -> list[Any]:
+def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
     def one(known: Known, guesses: list[Any]) -> list[Any]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
-    return over_members(group, store, params, one, _guesses(group, guess))
+    return over_members(group, store, params, one, starts)
 
 
 def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Any]:
