@@ -19,6 +19,7 @@ from ..actuators import ehs_maxon
 from ._row import Row
 
 ITEM = "passages"
+LAMINAR = 2300.0  # Reynolds number up to which the flow in a pipe is laminar
 DIAMETER = 4e-3  # m, as the bore of the holding valve
 ERGAL = 2810.0  # kg/m3, of 7075-T6, the housing of the thesis
 WALL = 4e-3  # m, of metal around a passage
@@ -108,7 +109,9 @@ def rows() -> list[Row]:
         state = steady(housing(flow, liquid))
         share = f"{100.0 * float(state.drop) / open_pressure:.2g} % of the pressure at 12 mm; the thesis: small"
         table.append(Row(ITEM, f"{name}, all 4 mm", "drop", "Pa", float(state.drop), None, share))
-        table.append(Row(ITEM, f"{name}, all 4 mm", "Reynolds number", "1", float(state.valve.reynolds)))
+        number = float(state.valve.reynolds)
+        remark = "" if number < LAMINAR else "past the laminar range: friction up to twice what is computed"
+        table.append(Row(ITEM, f"{name}, all 4 mm", "Reynolds number", "1", number, None, remark))
     before = float(steady(housing(flow, dot_4(CELSIUS + 273.15))).mass)
     table.append(Row(ITEM, "all 4 mm", "mass around the passages", "kg", before))
     found = lightest(flow)
