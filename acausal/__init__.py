@@ -51,6 +51,7 @@ from ._errors import SimulationError as SimulationError
 from ._errors import StructureError as StructureError
 from ._errors import UnitError as UnitError
 from ._errors import UnknownNameError as UnknownNameError
+from ._errors import UnknownPartError as UnknownPartError
 from ._evaluate.choose_states import choose_states as choose_states
 from ._evaluate.system import System as System
 from ._files import VersionWarning as VersionWarning

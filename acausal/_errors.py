@@ -33,6 +33,10 @@ class UnknownNameError(ModelError, KeyError, AttributeError):
         return str(self.args[0])
 
 
+class UnknownPartError(ModelError, IndexError):
+    """A part that an array of components does not have."""
+
+
 class UnitError(ModelError):
     """Equations or connections whose units do not agree; the message lists all that were found."""
 

@@ -1,13 +1,14 @@
 """Arrays of components: one instance with stacked leaves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._errors import ModelError
+from .._errors import ModelError, UnknownPartError
+from .._tracing import is_traced
 from .component import Component
 from .layout import as_new, rebuilt
 from .node import Leaf, Node, leaves_of
@@ -27,8 +28,21 @@ class Array(Component, Generic[C]):
     axis: int = 0
 
     def __getitem__(self, index: int | slice) -> C:
-        where = (slice(None),) * self.axis + (index,)
+        where = (slice(None),) * self.axis + (self._within(index),)
         return jax.tree_util.tree_map(lambda leaf: leaf if isinstance(leaf, float) else leaf[where], self.item)
+
+    def _within(self, index: Any) -> Any:
+        """An index of parts that there are: jax, which traces equations, takes the last one for those beyond it."""
+        if not isinstance(index, slice) and not is_traced(index):
+            try:
+                np.arange(self.n)[index]
+            except IndexError as error:
+                text = f"An array of {self.n} parts of the class {type(self.item).__name__} has none at [{index}]: "
+                raise UnknownPartError(f"{text}they are [0] to [{self.n - 1}], or [-{self.n}] to [-1].") from error
+        return index
+
+    def __iter__(self) -> Iterator[C]:
+        return (self[i] for i in range(self.n))
 
     def __len__(self) -> int:
         return self.n

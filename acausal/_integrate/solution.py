@@ -135,8 +135,9 @@ class Solution(eqx.Module, Generic[M]):
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
         # Indexing an array of components must find the time axis in all of its leaves.
         for i, flat_leaf in enumerate(self.system.flat.leaves):
-            if i not in numbers and flat_leaf.stack and not self.is_batched:
-                leaves[i] = jnp.broadcast_to(leaves[i], jnp.shape(ts) + jnp.shape(leaves[i]))
+            if i not in numbers and flat_leaf.stack:
+                along = jnp.expand_dims(leaves[i], range(batch, jnp.ndim(ts)))
+                leaves[i] = jnp.broadcast_to(along, jnp.shape(ts) + jnp.shape(leaves[i])[batch:])
         return deepened(self.system.flat.structure.unflatten(leaves), jnp.ndim(ts))
 
     @property

@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from scipy.linalg import expm
 
 from acausal import (
@@ -18,15 +19,18 @@ from acausal import (
     Events,
     Param,
     Scalar,
+    UnknownPartError,
     Var,
     Vector,
     connect,
     eq,
+    linearise,
     positive,
     repeat,
     shape,
     simulate,
     stack,
+    structure,
     when,
 )
 from components.rotational import Inertia, Spring
@@ -104,6 +108,42 @@ def test_equations_read_members_of_an_array_of_parts() -> None:
     np.testing.assert_allclose(values, _lags(1.0, 2.0, 1.0), rtol=1e-8)
     differences = (_lags(1.0, 2.0 + 1e-5, 1.0) - _lags(1.0, 2.0 - 1e-5, 1.0)) / 2e-5
     np.testing.assert_allclose(along, differences, rtol=1e-6, atol=1e-9)
+
+
+class Beyond(Component):
+    """Its equations read a part by a number; None: all, one after the other."""
+
+    number: int | None
+    first: Var[Scalar, "rad/s"] = 0.0
+    chain: Chain
+
+    def equations(self, d: Self) -> Equations:
+        masses = self.chain.masses
+        read = [m.w for m in masses] if self.number is None else [masses[self.number].w]
+        return dict(first=eq(self.first, jnp.sum(jnp.stack(read))))
+
+
+def test_a_part_that_there_is_not_is_an_error() -> None:
+    """Also where equations are traced; iteration ends there."""
+    for number in (3, -4):
+        with pytest.raises(UnknownPartError, match=rf"3 parts of the class Inertia has none at \[{number}\]"):
+            structure(Beyond(number=number, chain=chain(3, 1.0)))
+    system = linearise(Beyond(number=None, chain=chain(3, 1.0)), outputs=["first"])
+    weights = dict(zip(system.states, np.asarray(system.C[0]).tolist(), strict=True))
+    assert {name for name, weight in weights.items() if weight} == {f"chain.masses[{i}].w" for i in range(3)}
+    assert len(list(chain(3, 1.0).masses)) == 3
+
+
+def test_parts_are_indexed_in_batches_of_trajectories() -> None:
+    """With their parameters, which have no axis of time of their own."""
+
+    def run(w: Any) -> Any:
+        masses = repeat(Inertia(J=jnp.array([1.0, 2.0, 3.0]), w=w * jnp.ones(3)), 3)
+        return simulate(Chain(masses=masses, springs=repeat(Spring(c=3.0), 2)), 1.0, save=jnp.linspace(0.0, 1.0, 5))
+
+    last = jax.vmap(run)(jnp.array([1.0, 2.0])).masses[-1]
+    np.testing.assert_allclose(last.w, np.outer([1.0, 2.0], np.ones(5)), rtol=1e-9)
+    np.testing.assert_array_equal(last.J, np.full((2, 5), 3.0))
 
 
 class Accelerations(Component):
