@@ -143,7 +143,7 @@ def loose_inverse(matrix: Array) -> Array:
 
 
 def _basis(g: Callable[[Any], Any], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """Directions along which a multiplier of 1 changes its own constraint by the size of its row, and no other one."""
+    """Directions, one for each constraint, that change it by its size and no other one, and the sizes of the constraints."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
     return root[:, None] * inverse(root * slopes / rows[:, None]), rows

@@ -70,7 +70,7 @@ def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Se
 
 
 def settled(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
-    """The point nearest to `start` with g(x, args) = 0, from one that is near it and has that, by Newton's method on
+    """The point nearest to `start` with g(x, args) = 0, from a point x near it that has this, by Newton's method on
     the equations of `nearest`; the given one where that does not converge.
     """
 

@@ -69,7 +69,7 @@ class Starts:
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
     def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Numbers:
-        """The largest difference between that mean and what it was made from; zero where no value is given."""
+        """How far the start values of the aliases of a node are at most from their mean; zero where none is given."""
         sources = self._sources(inputs.given, tuple(nodes))
         if sources.places.shape[1] == 1:
             return jnp.zeros(len(sources.places))

@@ -26,9 +26,10 @@ class Forwards(diffrax.ForwardMode):
 
 
 class BothModes(diffrax.DirectAdjoint):
-    """`diffrax.DirectAdjoint` that goes back to a copy of the state after every 16 steps.
+    """`diffrax.DirectAdjoint` with more copies of the state: one before each 16 steps.
 
-    That one takes few copies and computes most steps twice more, which have to be compiled twice more, too.
+    With the few copies that it takes itself, reverse mode computes most steps two more times, and compiles them as
+    often. Here it computes each step once more.
     """
 
     @property

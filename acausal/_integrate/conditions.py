@@ -1,4 +1,4 @@
-"""What relations between numbers say of conditions and events."""
+"""Conditions of events, from the relations between numbers that they are made of."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,14 +13,18 @@ def sign_of(above: Array) -> Array:
 
 
 def signs(g: Array, above: Array) -> Array:
-    """Which relations hold; where a margin is zero, what counts is what was before."""
+    """Which relations hold, by their margins g; where a margin is zero, as it was before: `above`."""
     return (g > 0) | (above & ~(g < 0))
 
 
 class EventConditions(NamedTuple):
-    """`margins` of relations at a time; `logic`, a bound of the margins of conditions from those of relations and of
-    their negatives; which relations each condition `reads`; which are `either`: events that happen when they become
-    false, too; and which margins `moves` marks, those that change with time.
+    """The conditions of the events of a run, along a step.
+
+    - `margins(t)`: how far each relation is from its limit, positive where it holds.
+    - `logic(holds, fails)`: bounds of the margins of conditions, from such bounds for relations and for their negatives.
+    - `reads`: [events, relations], which relations decide on which condition.
+    - `either`: events that happen when their condition becomes false, too.
+    - `moves`: the margins that change with time.
     """
 
     margins: Callable[[Any], Any]

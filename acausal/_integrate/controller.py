@@ -18,9 +18,11 @@ FAR = 100.0  # the step after an event is at most this many times as long as the
 
 
 class Control(NamedTuple):
-    """What is carried from step to step: `wish`, how long the next step would be but for what happens before its end,
-    the error of the last step, in tolerances, part by part; and of all steps together the largest absolute value of
-    each part, and the sum of its errors.
+    """What is carried from step to step.
+
+    - `wish`: how long the next step would be if nothing were known to happen before its end.
+    - `error`: of each element in the last step, in tolerances.
+    - `largest` and `total`: of each element, its largest absolute value and the sum of its errors, over all steps.
     """
 
     inner: Any
@@ -39,7 +41,7 @@ class Steps(diffrax.PIDController):
     """
 
     layout: StateVector = eqx.field(kw_only=True, static=True)
-    shortest: Any = eqx.field(kw_only=True)  # step that errors may ask for
+    shortest: Any = eqx.field(kw_only=True)  # the smallest step that an error estimate may lead to
 
     def init(self, terms: Any, t0: Numbers, t1: Any, y0: Array, *others: Any, **named: Any) -> Any:
         first, state = super().init(terms, t0, t1, y0, *others, **named)
@@ -55,7 +57,7 @@ class Steps(diffrax.PIDController):
         # What is not finite is a step that failed, and must not become a step size.
         scale, states = jnp.abs(y0) * self.rtol + self.atol, self.layout.states
         has_failed = ~(jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate))))
-        if not self.layout.has_status:  # otherwise it is told before events have set states
+        if not self.layout.has_status:  # with events this is told before they set states
             has_failed |= has_leapt(y0[states], y1_candidate[states], jnp.asarray(self.atol)[states] / self.rtol)
         error = jnp.where(has_failed, jnp.inf, jnp.abs(y_error))
         y1 = jnp.where(jnp.isfinite(y1_candidate), y1_candidate, y0)
@@ -83,8 +85,10 @@ class Steps(diffrax.PIDController):
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 
     def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Array, y: Array, before: Control) -> Array:
-        """The wish, which does not grow far beyond an event in the step: where solutions in between are polynomials,
-        steps would become so much longer than the time to the next event that their rounding counts.
+        """The wish, which after an event grows to no more than `FAR` times the way to it.
+
+        Where solutions between events are polynomials, error estimates vanish. Steps would grow until they are so much
+        longer than the time to the next event that errors of rounding count.
         """
         if not self.layout.has_status:
             return wish
@@ -93,7 +97,7 @@ class Steps(diffrax.PIDController):
         return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
     def _up_to_instant(self, t0: Numbers, t1: Numbers, y: Array) -> Numbers:
-        """The end of a step, if nothing is known to happen before."""
+        """The end of a step, or the instant before it at which something is known to happen."""
         if not self.layout.has_status:
             return t1
         return jnp.minimum(t1, y[self.layout.next_instant])

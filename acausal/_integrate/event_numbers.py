@@ -141,8 +141,10 @@ class EventNumbers:
 
     @ft.cached_property
     def writes(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """What may be written to the discrete variables, in turns, the last of which counts: for each of them the event
-        that writes it, which element of all new values it becomes, and whether there is such a one in this turn.
+        """Which events write to the discrete variables, and what, in turns: where several do, the last turn counts.
+
+        A turn has for each discrete variable the number of the event that writes it, the element of all new values that
+        it gets, and whether any event writes it in this turn.
         """
         places, start = self.system.carried.discrete_places, 0
         found: dict[int, list[tuple[int, int]]] = {}
@@ -205,6 +207,6 @@ class EventNumbers:
 
     @ft.cached_property
     def circuit(self) -> Circuit:
-        """Of all events; what is scheduled reads a last relation, which never holds."""
+        """The conditions of all events; one that is scheduled reads an additional relation, which never holds."""
         never = ("holds", self.n_margins)
         return circuit([expression or never for expression in self.logic], self.n_margins + 1)

@@ -16,9 +16,12 @@ TOO_SOON = 1e-11  # share of the time span within which an event does not happen
 
 
 class Found(NamedTuple):
-    """`begins` marks the events that happen first, at the time `t`, where `is_any`; just before it, at `before`, they
-    do not. Those that `leaps` marks do not come continuously. `holds` are the conditions that hold at the `end` of what
-    was looked at; where that took too many points, nothing is known of what comes after `reached`.
+    """The first events in a step, if there `is_any`.
+
+    - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
+    - `leaps`: those of them whose margin jumps, instead of passing zero.
+    - `end`, `holds`: the margins where the search ended, and the conditions that hold there.
+    - `reached`: up to where the step was searched; less than its end where that took too many points.
     """
 
     is_any: Array
@@ -32,9 +35,11 @@ class Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """What comes before `low` is passed, `above` are the relations that hold there, and `holds` the conditions; the
-    next event is looked for up to `high`, and if there is none, up to `end`. The margins at x are wanted next: at the
-    start, then at the end, then in between.
+    """The state of the search: nothing happens before `low`.
+
+    At `low` the relations `above` and the conditions `holds` are true. The first event after it is looked for up to
+    `high`, and if there is none, up to `end`. The next point to be looked at is x: the start, then the end, then points
+    in between.
     """
 
     low: Point

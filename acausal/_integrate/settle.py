@@ -45,7 +45,7 @@ class Settled(NamedTuple):
 
 
 class _Round(NamedTuple):
-    """`ys` has the vector as it would be without the events of this instant, and as it is."""
+    """One round of `settle`; `ys` is the stepped vector twice: before the events of this instant, and after them."""
 
     t: Array
     ys: Array

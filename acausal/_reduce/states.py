@@ -137,7 +137,7 @@ def _check_never(chosen: Chosen) -> None:
 
 
 def _told_apart(entries: Entries) -> Entries:
-    """With stand-ins that differ, so that they do not cancel by accident."""
+    """Entries whose stand-ins for unknown numbers differ, so that they do not cancel by accident."""
     spread = 1.0 + 0.3 * np.modf(0.6180339887 * (1.0 + np.arange(len(entries.rows))))[0]
     return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))
 
