@@ -33,12 +33,14 @@ class Segments(Component, partial=True):
 
     Acoustic, without convection, with the density of the inertia and of the friction that at atmospheric pressure, rho:
 
-    - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i;
-    - C(p_i) dp_i/dt = q_(i-1) - q_i, with C of liquid and walls, V = A l (1 + wall p);
+    - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i, with the flow by volume q_i;
+    - C(p_i) dp_i/dt = r q_(i-1) - r q_i, with C of liquid and walls, V = A l (1 + wall p), and r of the node from which
+      the liquid comes: where a column has torn off, the void grows from node to node;
     - steady friction f_i = 32 nu rho l/(A d^2) q_i ratio(Re), Re = |q_i| d/(A nu).
 
-    The segments follow a wave whose length is above some ten of them; a front that is steeper rings (Viersma,
-    `Analysis, Synthesis and Design of Hydraulic Servosystems and Pipelines`, 1980).
+    The node from which it comes changes within a Reynolds number of 1. The segments follow a wave whose length is above
+    some ten of them; a front that is steeper rings (Viersma, `Analysis, Synthesis and Design of Hydraulic Servosystems
+    and Pipelines`, 1980).
     """
 
     if_singular: ClassVar[str] = content.EMPTY
@@ -50,7 +52,7 @@ class Segments(Component, partial=True):
     liquid: AnyLiquid
     friction: PipeFriction
     wall: Param[Scalar, "1/Pa", nonnegative]  # relative growth of the volume with the pressure
-    q: Var[Vector, "m3/s", prefer, shape("n")]  # flow from node to node
+    q: Var[Vector, "m3/s", prefer, shape("n")]  # flow from node to node, by volume
     p: Var[Vector, "Pa", prefer, shape("inner")]  # pressure at the inner nodes
     p_a: Var[Scalar, "Pa", prefer]  # pressure at the node of a
     p_b: Var[Scalar, "Pa", prefer]  # and at that of b
@@ -113,9 +115,11 @@ class Segments(Component, partial=True):
 
     def energy(self) -> Energy:
         liquid, inflows = self.liquid, jnp.concatenate([jnp.atleast_1d(flow) for flow in self._inflows()])
-        account = content.account(liquid, self._volumes(), self._pressures(), self.wall, inflows)
+        nodes = self._pressures()
+        account = content.account(liquid, self._volumes(), nodes, self.wall, inflows)
         return account._replace(
             stored=account.stored + jnp.sum(0.5 * self._inertia() * self.q**2),
+            supplied=account.supplied + jnp.sum((nodes[:-1] - nodes[1:]) * (self.q - self._carried())),
             dissipated=jnp.sum(self._resistance() * self.q),
         )
 
@@ -142,7 +146,14 @@ class Segments(Component, partial=True):
         return jnp.concatenate([jnp.atleast_1d(self.p_a), self.p, jnp.atleast_1d(self.p_b)])
 
     def _inflows(self) -> tuple[Any, Any, Any]:
-        return self.a.q - self.q[0], self.q[:-1] - self.q[1:], self.q[-1] + self.b.q
+        carried = self._carried()
+        return self.a.q - carried[0], carried[:-1] - carried[1:], carried[-1] + self.b.q
+
+    def _carried(self) -> Vector:
+        """Flows as those of ports, with the density of where they come from."""
+        density = jnp.asarray(self.liquid.relative_density(self._pressures()))
+        direction = jnp.tanh(self.q * self.diameter / (self.area * self._viscosity()))
+        return 0.5 * (density[:-1] + density[1:] + direction * (density[:-1] - density[1:])) * self.q
 
     def _volumes(self) -> Vector:
         whole = self.area * self.length / self.n
