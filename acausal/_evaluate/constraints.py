@@ -143,7 +143,7 @@ def loose_inverse(matrix: Array) -> Array:
 
 
 def _basis(g: Callable[[Any], Any], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """Directions, one for each constraint, that change it by its size and no other one, and the sizes of the constraints."""
+    """A direction for each constraint that changes it by its size, and no other one; and the sizes of constraints."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
     return root[:, None] * inverse(root * slopes / rows[:, None]), rows

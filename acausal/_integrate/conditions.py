@@ -21,7 +21,7 @@ class EventConditions(NamedTuple):
     """The conditions of the events of a run, along a step.
 
     - `margins(t)`: how far each relation is from its limit, positive where it holds.
-    - `logic(holds, fails)`: bounds of the margins of conditions, from such bounds for relations and for their negatives.
+    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
     - `reads`: [events, relations], which relations decide on which condition.
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
