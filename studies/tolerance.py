@@ -5,13 +5,14 @@ look: 10 % for friction, 5 % for a winding, 0.2 % for a bore.
 """
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from acausal.design import Normal, SensitivityTable, Spread, Tolerance, sensitivities
 
 from ._opening import opening
-from ._output import print_table, progress, require_matplotlib, write_json
+from ._output import finished, print_table, progress, require_matplotlib, resumed, write_json
 from .actuators import ema_maxon
 
 SHARES = {
@@ -45,34 +46,48 @@ def study(rtol: float = 1e-9) -> Tolerance[Any]:
     return Tolerance(model, distributions, results, run=lambda m: opening(m, rtol=rtol, t_max=1.0, save="end"))
 
 
-def spreads(tolerance: Tolerance[Any]) -> list[Spread]:
-    """The distribution of the opening time by each method."""
+Keep = Callable[[str, Callable[[], Any]], Any]
+
+
+def spreads(tolerance: Tolerance[Any], kept: Keep = lambda name, make: make()) -> list[Spread]:
+    """The distribution of the opening time by each method; `kept` tells what has been made before."""
     run = {
         "first order": tolerance.first_order,
         "second order": tolerance.second_order,
         "Monte Carlo": lambda: tolerance.monte_carlo(MEMBERS, seed=SEED),
         "Sobol sequence": lambda: tolerance.sobol_sequence(1024),
     }
-    return [run[method]()["opening time"] for method in progress(METHODS, "sampling")]
+    return [
+        kept(method.replace(" ", "_"), lambda m=method: run[m]()["opening time"])
+        for method in progress(METHODS, "sampling")
+    ]
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
-    """Compute, print, and write rows to the file `json`, pictures and a report to the folder `out`."""
+    """Compute, print, and write rows to the file `json`, pictures and a report to the folder `out`.
+
+    An interrupted study goes on from what it has left in that folder.
+    """
     if out is not None:
         require_matplotlib()
+
+    def kept(name: str, make: Callable[[], Any]) -> Any:
+        return resumed(out, f"{name}_{rtol:g}", make)
+
     tolerance = study(rtol)
-    found = spreads(tolerance)
+    found = spreads(tolerance, kept)
     rows = [_row(spread) for spread in found]
     cells = [(row.result, row.method, *(f"{1e3 * x:.5g}" for x in dataclasses.astuple(row)[2:])) for row in rows]
     print_table("Scatter of the opening time", HEADS, cells)
     inside = found[2].share(high=LATEST)
     print(f"within {1e3 * LATEST:g} ms: {inside}")
-    worst = tolerance.worst_case()
+    worst = kept("worst_case", tolerance.worst_case)
     print(worst)
     if json is not None:
         write_json(json, rows)
     if out is not None:
-        _report(tolerance, found, f"within {1e3 * LATEST:g} ms: {inside}\n\n{worst}", out, rtol)
+        _report(tolerance, found, f"within {1e3 * LATEST:g} ms: {inside}\n\n{worst}", out, kept, rtol)
+        finished(out)
     return rows
 
 
@@ -81,15 +96,16 @@ def _row(spread: Spread) -> Row:
     return Row(spread.result, spread.method, spread.mean, spread.std, low, high)
 
 
-def _report(tolerance: Tolerance[Any], found: list[Spread], text: str, out: Path, rtol: float) -> None:
+def _report(tolerance: Tolerance[Any], found: list[Spread], text: str, out: Path, kept: Keep, rtol: float) -> None:
     from ._output import save
     from ._report import write_report
 
-    indices = tolerance.indices(512)
+    indices = kept("causes", lambda: tolerance.indices(512))
     results = {"opening time": (lambda s: s.t1, "ms")}
-    slopes: SensitivityTable = sensitivities(
-        tolerance.model, results, run=lambda m: opening(m, rtol=rtol, t_max=1.0, save="end")
-    )["opening time"]
+    run = lambda m: opening(m, rtol=rtol, t_max=1.0, save="end")  # noqa: E731
+    slopes: SensitivityTable = kept(
+        "sensitivities", lambda: sensitivities(tolerance.model, results, run=run)["opening time"]
+    )
     pictures = {
         "tolerance": found[2].plot(limits=[LATEST]).figure,
         "tolerance_causes": indices.plot().figure,
