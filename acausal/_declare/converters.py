@@ -35,7 +35,9 @@ def as_parameter(value: Any, *, unit: str, where: str) -> Array:
 
 
 def _not_a_number(value: Any, where: str) -> ParameterError:
-    return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.")
+    has_digits = isinstance(value, str) and value[:1].isdigit()
+    remedy = ' A number with a unit is quantity(11.0, "cm3/rev").' if has_digits else ""
+    return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.{remedy}")
 
 
 def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:

@@ -48,6 +48,7 @@ def base(unit: str) -> Dimension:
 
 NUMBER = Dimension()
 TIME = base("s")
+LENGTH = base("m")
 
 
 def _derived() -> dict[Dimension, str]:

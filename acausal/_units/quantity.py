@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .._errors import ParameterError
-from .dimension import described
+from .dimension import LENGTH, described
 from .parsing import Unit, UnknownUnit, parsed, pint_unit, registry, unit_of
 
 
@@ -28,7 +28,8 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit, whichever it is.
 
     Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min)
-    given as an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost.
+    given as an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost. So it would where
+    a way or a volume is given for one per angle, as data sheets do that mean a turn.
     """
     if not has_unit(value):
         return value
@@ -44,7 +45,12 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     if _confuses_turns(source, target):
         raise ParameterError(
             f"{where} is in {unit}, but is given in {_text(given)}: Hz and 1/min count turns, rad/s and rpm "
-            "measure an angle; convert by hand."
+            "measure an angle. For turns per minute write rpm, for turns per second rev/s."
+        )
+    if _lacks_turns(source, target):
+        raise ParameterError(
+            f"{where} is in {unit}, but is given in {_text(given)}: of a radian or of a turn? "
+            f"Write {_text(given)}/rad or {_text(given)}/rev."
         )
     return given.to(pint_unit(unit)).magnitude
 
@@ -79,6 +85,12 @@ def _own(value: Any, where: str) -> tuple[Any, Unit]:
 
 def _confuses_turns(a: Unit, b: Unit) -> bool:
     return (a.counts and b.has_angle) or (b.counts and a.has_angle)
+
+
+def _lacks_turns(given: Unit, declared: Unit) -> bool:
+    """Whether a length, area or volume is given for one per angle."""
+    is_size = any(declared.dimension == LENGTH**power for power in (1, 2, 3))
+    return is_size and declared.has_angle and not given.has_angle
 
 
 def _text(given: Any) -> str:

@@ -41,7 +41,7 @@ class LiquidPump(Component, partial=True):
     heat, and have the viscosity of its temperature. Not modelled: compression in the pump, a drain of its own.
     """
 
-    displacement: Param[Scalar, "m3/rad", positive]  # D; 1 cm3/rev is 1e-6/(2 pi) m3/rad
+    displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")
     liquid: AnyLiquid
     losses: PumpLosses
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia

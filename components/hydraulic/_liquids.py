@@ -18,6 +18,8 @@ from .._series import expm1_over, log1p_over
 
 _TAIL = 40.0  # k, by which bubbles hold ever less pressure: less of it sinks deeper, more of it ends in an underflow
 
+_FROZEN = 1e3  # m2/s, ten million times as thick as an oil in winter
+
 
 class Source(str):
     """Where data come from: a remark, by which programs compiled for one liquid serve another one."""
@@ -157,6 +159,10 @@ class Liquid(AnyLiquid):
                 "transition_pressure must be below the difference of atmosphere and vapour_pressure",
             ),
             require(self.T_1 != self.T_2, "T_1 must differ from T_2"),
+            require(
+                self.kinematic_viscosity(0.0) < _FROZEN,
+                "temperature must be one, in K, at which the law of the viscosity gives a liquid",
+            ),
             require(self.nu_1 + self.shift > self.unit, "nu_1 must be above unit - shift"),
             require(self.nu_2 + self.shift > self.unit, "nu_2 must be above unit - shift"),
         )

@@ -16,7 +16,7 @@ class Pump(Component):
     Ideal where the losses are zero. Not modelled: ripple, dry friction, compression in the pump, drain to the case.
     """
 
-    displacement: Param[Scalar, "m3/rad", positive]  # D; 1 cm3/rev is 1e-6/(2 pi) m3/rad
+    displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # laminar leakage from delivery to suction
     friction: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient

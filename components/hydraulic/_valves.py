@@ -4,7 +4,7 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, eq, nonnegative, positive
+from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive
 
 from .. import _pieces as pieces
 from ..blocks import Input
@@ -123,6 +123,8 @@ class SpringLoadedValve(Resistance, partial=True):
 class ReliefValve(SpringLoadedValve):
     """A pressure-relief valve: opens from a to b above its cracking pressure. See `SpringLoadedValve` for the law."""
 
+    # The first guess is an open valve: the law is straight there, and does not tell the way from where it is closed.
+    dp: Var[Scalar, "Pa"] = 1e8  # pressure drop from a to b
     transition_pressure: Param[Scalar, "Pa", positive] = 1e4  # p_t
 
 

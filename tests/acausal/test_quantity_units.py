@@ -128,3 +128,18 @@ def test_a_quantity_put_into_a_model_behind_its_back() -> None:
     model = eqx.tree_at(lambda model: model.c.C, rc(), quantity(2.0, "mF"))
     with pytest.raises(ParameterError, match=r"changed to 2\.0 millifarad: use replace"):
         simulate(model, 0.1)
+
+
+@pytest.mark.parametrize("unit", ["cm3", "ml"])
+def test_a_volume_is_none_per_turn(unit: str) -> None:
+    """A data sheet's 11 cm3 are those of a turn; what has an angle, or is a number, is taken."""
+    message = rf"Pump\.displacement is in m3/rad, but is given in {unit}: .*Write {unit}/rad or {unit}/rev"
+    with pytest.raises(ParameterError, match=message):
+        Pump(displacement=quantity(11.0, unit))
+    per_turn = quantity(11.0, unit) / quantity(1.0, "rev")
+    assert float(Pump(displacement=per_turn).displacement) == pytest.approx(11e-6 / (2 * math.pi), rel=1e-12)
+
+
+def test_strings_are_no_quantities() -> None:
+    with pytest.raises(ParameterError, match=r"got '20 bar'\. A number with a unit is quantity\("):
+        ConstantPressure(pressure="20 bar")  # pyright: ignore[reportArgumentType]

@@ -13,6 +13,7 @@ from components.hydraulic import (
     GasAccumulator,
     IdealCheckValve,
     LinearLiquid,
+    ReliefValve,
     Tank,
     WilsonLosses,
     iso_vg_46,
@@ -42,6 +43,26 @@ def test_flow_into_a_node_without_volume() -> None:
         simulate(Blocked(flow=flow, valve=valve), 1.0, save="end")
     rig = Blocked(flow=flow, valve=valve, chamber=Chamber(volume=1e-4, liquid=LIQUID))
     assert float(simulate(rig, 1.0, save="end").final.valve.dp) == pytest.approx(2e4 + 1e4, rel=1e-6)
+
+
+class Relieved(Component):
+    """A flow that has no other way than over a relief valve."""
+
+    flow: ConstantFlow
+    relief: ReliefValve
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (connect(self.flow.port, self.relief.a), connect(self.relief.b, self.tank.port))
+
+
+@pytest.mark.parametrize("flow", [1e-6, 1e-2])
+def test_flow_that_a_relief_valve_has_to_let_pass(flow: float) -> None:
+    """The pressure that opens the valve is found from that which leaves it closed: cracking + flow/conductance."""
+    relief = ReliefValve(conductance=1e-9, cracking_pressure=1.5e7)
+    sol = simulate(Relieved(flow=ConstantFlow(flow=flow), relief=relief), 1.0, save="end")
+    rounded = flow / 1e-9 if flow > 1e-4 else 1e4 * float(jnp.log(jnp.expm1(flow / 1e-9 / 1e4)))
+    assert float(sol.final.relief.dp) == pytest.approx(1.5e7 + rounded, rel=1e-9)
 
 
 class Drained(Component):

@@ -168,6 +168,8 @@ BAD = (
     ({"air": 0.0}, r"air must be positive, got 0.0"),
     ({"nu_1": 0.1e-6}, r"nu_1 must be above unit - shift, got nu_1 = 1e-07 m2/s"),
     ({"vapour_pressure": 2e5}, r"vapour_pressure must be below atmosphere at the temperature"),
+    ({"temperature": 40.0}, r"temperature must be one, in K, at which .* a liquid, got 40.0 K"),
+    ({"temperature": 100.0}, r"temperature must be one, in K"),
     ({"T_2": 313.15}, r"T_1 must differ from T_2"),
 )
 
