@@ -9,7 +9,7 @@ import numpy as np
 from jax import Array
 
 from .._declare.past import Past
-from .._evaluate.constraints import CLOSE
+from .._evaluate.constraints import CLOSE, placed
 from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
@@ -142,6 +142,7 @@ def search_start(
         new_past = None
     else:
         start = start_of(system, t0, x0[states], inputs, past, is_search=True)
+        x0 = placed(x0, states, start.states)  # past events set states, too
         best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
         new_past = Past(jnp.asarray(t0, float), holds.astype(float))
     values = values.in_modes(system, discrete)

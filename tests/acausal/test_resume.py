@@ -178,6 +178,28 @@ class Struck(Component):
         return dict(hit=when((self.h < 0.0) & (self.v < 0.0), v=-E * self.v, hits=self.hits + 1.0))
 
 
+class Kicked(Component):
+    """A body that coasts and is set to a speed at 1 s."""
+
+    x: Var[Scalar, "m"] = 0.0
+    v: Var[Scalar, "m/s"] = 0.0
+    kicks: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.x, self.v), coasts=eq(d.v))
+
+    def events(self) -> Events:
+        return dict(kick=at(1.0, v=5.0, kicks=self.kicks + 1.0))
+
+
+def test_a_search_begins_with_the_states_that_past_events_have_set() -> None:
+    """As a run does; what conditions say of these states counts all the same."""
+    held = initialise(Kicked(), lambda s, d: dict(slow=eq(s.v, 2.0, check_units=False)), t0=2.0)
+    for model, v in ((Kicked(), 5.0), (initialise(Kicked(v=1.0), t0=2.0), 5.0), (held, 2.0)):
+        run = simulate(model, 3.0, t0=2.0)
+        np.testing.assert_allclose([run["v"][0], run.final.x, run.final.kicks], [v, v, 1.0], rtol=1e-6)
+
+
 def test_what_sets_states_too_happens_once() -> None:
     """A search sets the discrete variables; the run that begins there, the states."""
     start = initialise(Struck())
