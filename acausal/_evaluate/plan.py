@@ -241,11 +241,14 @@ class Plan:
         return jnp.concatenate([store.flat(segment) for segment in segments])[index]
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
+@ft.partial(jax.jit, static_argnums=(0, 1), inline=True)
 def _segments(
     plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Any]]
 ) -> dict[int, Any]:
-    """What some groups compute, each named by its first segment; traced once, however often a run asks for it."""
+    """What some groups compute, each named by its first segment; traced once, however often a run asks for it.
+
+    At each place the operations stand among the others there, so that XLA need not put together what calls separate.
+    """
     groups = {group.first_segment: group for group in plan.groups}
 
     def segments() -> dict[int, Any]:
