@@ -11,6 +11,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Bool, Float, Int
 
 from .._declare.component import Component
@@ -113,10 +114,10 @@ class _Program:
         width = len(task.columns()[0])
 
         @jax.jit
-        def all_batches(arrays: Any, x: Any, batches: Any) -> Any:
+        def all_batches(arrays: Any, x: Array, batches: Array) -> Any:
             model = eqx.combine(arrays, rest)
 
-            def step(i: Any, found: Any) -> Any:
+            def step(i: Array, found: Any) -> Any:
                 batch = jax.vmap(lambda row: _one(program, model, row))(x[i])
                 return tuple(whole.at[i].set(part) for whole, part in zip(found, batch, strict=True))
 
@@ -127,7 +128,7 @@ class _Program:
         self._function = ft.partial(all_batches, arrays)
         self._first, self._is_compiled = threading.Lock(), False
 
-    def __call__(self, x: Any, batches: int) -> Any:
+    def __call__(self, x: np.ndarray, batches: int) -> Any:
         # The first piece compiles; were others begun with it, each of their threads would.
         with self._first:
             if not self._is_compiled:
@@ -140,7 +141,7 @@ class _Program:
 _compiled = ft.lru_cache(maxsize=PROGRAMS)(_Program)
 
 
-def _one(program: Program, model: Component, row: Any) -> tuple[Any, Any]:
+def _one(program: Program, model: Component, row: Array) -> tuple[Array, Array]:
     values, results = program.results(program.free.with_values(model, row))
     code = jnp.where(jnp.all(jnp.isfinite(values)), COMPUTED, NOT_FINITE)
     for result in results:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Float
 
 from .._analyse.table import aligned
@@ -81,7 +82,7 @@ def hessians_of(program: Program, x: Float[np.ndarray, " k"]) -> Float[np.ndarra
     if not here.is_good:
         raise SimulationError(f"There are no second derivatives where there is no result: {here.why}.")
 
-    def results(x: Any) -> Any:
+    def results(x: Array) -> Array:
         return program.results(program.free.with_values(program.model, x))[0]
 
     with trials(), compiling("second derivatives of the results", program.model, results):
@@ -109,10 +110,10 @@ class _Beside(NamedTuple):
     none.
     """
 
-    slopes: list[Any]
-    bends: list[Any]
-    slope: Any
-    bend: Any
+    slopes: list[np.ndarray]
+    bends: list[np.ndarray]
+    slope: np.ndarray
+    bend: np.ndarray
     why: str
 
 
@@ -156,7 +157,7 @@ def _against(program: Program, here: Evaluation, second: np.ndarray, i: int, siz
     return told
 
 
-def _said(sides: list[Any], derivative: Any, room: Any) -> str:
+def _said(sides: list[np.ndarray | float], derivative: np.ndarray | float, room: np.ndarray | float) -> str:
     """What derivatives by differences on one or both sides say against the exact one."""
     if all(np.all(np.abs(side - derivative) <= room) for side in sides):
         return ""

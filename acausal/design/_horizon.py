@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._analyse.point import operating_point
 from .._declare.annotations import Param, Scalar, Vector, positive
@@ -52,8 +53,8 @@ class Runs(NamedTuple):
     """The runs of all pieces, and the whole duration; by what, in sizes, segments miss the beginnings of the next."""
 
     solution: Solution
-    duration: Any
-    gaps: Any
+    duration: Array
+    gaps: Array
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Shooting:
     run: Run
     nodes: Nodes | None = None
 
-    def times(self, horizon: Horizon) -> Any:
+    def times(self, horizon: Horizon) -> Array:
         """The times of the samples, from zero on."""
         shares = horizon.intervals / (1.0 if self.switching else jnp.sum(horizon.intervals) / horizon.duration)
         return jnp.concatenate([jnp.zeros(1), jnp.cumsum(shares)])
@@ -160,7 +161,7 @@ def without_starts(model: Any, states: Free) -> Any:
     )
 
 
-def nodes_of(model: Any, run: Run, times: Any, given: Mapping[str, Any]) -> Nodes:
+def nodes_of(model: Any, run: Run, times: np.ndarray, given: Mapping[str, Any]) -> Nodes:
     """The states at the inner ones of some times: those of a run, or, by interpolation, what is given for some."""
     system = system_of(model)
     if system.initial_equations is not None:

@@ -43,7 +43,7 @@ class Problem(eqx.Module):
         """Of the scaled parameters; infinite where there are none."""
         return jnp.asarray(self.free.scaled(self.free.low)), jnp.asarray(self.free.scaled(self.free.high))
 
-    def shared_model(self, x: Any) -> Component:
+    def shared_model(self, x: Array | np.ndarray) -> Component:
         """The model with the values of what is free in all experiments."""
         return Free(self.free.variables[: self.shared]).with_values(self.model, x[: self.shared])
 
@@ -59,7 +59,7 @@ class Problem(eqx.Module):
     def residuals_and_jacobian(self, z: Float[Array, " n"]) -> tuple[Float[Array, " m"], Float[Array, "m n"]]:
         """Residuals and their derivatives by forward mode, all along with one run of each experiment."""
 
-        def twice(z: Any) -> tuple[Any, Any]:
+        def twice(z: Array) -> tuple[Array, Array]:
             residuals = self.residuals(z)
             return residuals, residuals
 
@@ -68,7 +68,7 @@ class Problem(eqx.Module):
         return jnp.where(sound, residuals, REFUSED), jnp.where(sound, jacobian, 0.0)
 
 
-def _each(group: Prepared, model: Component, x: Any) -> dict[str, Any]:
+def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
     if group.measured[group.names[0]].shape[0] == 1:
         # A batch of one costs more to compile than what it holds.
         single = jax.tree_util.tree_map(lambda leaf: leaf[0], group)
@@ -115,7 +115,7 @@ class _Search(optx.ClassicalTrustRegion):
     matter.
     """
 
-    def step(self, first_step: Any, y: Any, y_eval: Any, f_info: Any, f_eval_info: Any, state: Any) -> Any:
+    def step(self, first_step: Array, y: Array, y_eval: Array, f_info: Any, f_eval_info: Any, state: Any) -> Any:
         size, accept, result, state = super().step(first_step, y, y_eval, f_info, f_eval_info, state)
         curvature = jnp.max(jnp.sum(f_eval_info.jac.as_matrix() ** 2, axis=0), initial=0.0)
         first = 1.0 / (DAMPING * jnp.where(curvature > 0.0, curvature, 1.0))
@@ -130,14 +130,14 @@ class _Solver(optx.LevenbergMarquardt):
         super().__init__(rtol=tolerance, atol=tolerance)
         self.search = _Search()
 
-    def terminate(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
+    def terminate(self, fn: Any, y: Array, args: Any, options: Any, state: Any, tags: Any) -> Any:
         done, result = super().terminate(fn, y, args, options, state, tags)
         small = jnp.all(jnp.abs(state.y_eval - y) <= self.atol + self.rtol * jnp.abs(y))
         return done | (small & ~state.first_step), result
 
 
 @eqx.filter_jit
-def _solve(problem: Problem, z: Array, held: Bool[Array, " n"], low: Array, high: Array, tol: Any, most: Any) -> Any:
+def _solve(problem: Problem, z: Array, held: Bool[Array, " n"], low: Array, high: Array, tol: float, most: int) -> Any:
     """One search; parameters that are `held`, or that a step would take past a bound, stay where they are."""
 
     @jax.custom_jvp
@@ -183,7 +183,7 @@ def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: f
     return found
 
 
-def _pushed(z: Any, slope: Any, low: Any, high: Any) -> np.ndarray:
+def _pushed(z: np.ndarray, slope: np.ndarray, low: Array, high: Array) -> np.ndarray:
     """Which parameters the residuals push against their bounds."""
     return np.asarray(((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))
 

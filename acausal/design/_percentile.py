@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.component import Component
 from .._declare.node import leaves_of
@@ -46,12 +47,12 @@ def percentile_of(
     offsets = np.where(is_share, 0.0, members - x0)
     function = run if run is not None else lambda model: model
 
-    def percentile(design: Any) -> Any:
+    def percentile(design: Any) -> Array:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(design)}
         places = [variable.places[0] for variable in free.variables]
         base = jnp.stack([leaves[path] if at is None else leaves[path][at] for path, at in places])
 
-        def one(pair: Any) -> Any:
+        def one(pair: Any) -> Array:
             return result(function(free.with_values(design, base * pair[0] + pair[1])))
 
         values = jax.lax.map(one, (jnp.asarray(factors), jnp.asarray(offsets)), batch_size=LOCKSTEP)

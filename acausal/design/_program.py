@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.by_name import replace
 from .._declare.component import Component
@@ -62,7 +63,7 @@ class Program:
         self._seen: dict[bytes, Evaluation] = {}
         self._compiled = eqx.filter_jit(self._with_jacobian)
 
-    def __call__(self, x: Any) -> Evaluation:
+    def __call__(self, x: np.ndarray) -> Evaluation:
         """The evaluation at some values; what was asked for before is not computed again."""
         x = np.array(x, float)
         key = x.tobytes()
@@ -90,7 +91,7 @@ class Program:
         return float(np.median([abs(found.values[row]) for found in self._seen.values() if found.is_good] or [0.0]))
 
     def _with_jacobian(self, model: Component, x: Any) -> tuple[Any, Any, Any]:
-        def twice(x: Any) -> tuple[Any, Any]:
+        def twice(x: Array) -> tuple[Any, Any]:
             values, results = self.results(self.free.with_values(model, x))
             return values, (values, results)
 
@@ -113,7 +114,7 @@ class Program:
     def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Any:
         """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
 
-        def combined(model: Component) -> Any:
+        def combined(model: Component) -> Array:
             return weights @ self.results(self.free.with_values(model, x))[0]
 
         with trials(), compiling("the sensitivities", self.model, combined):
@@ -183,7 +184,7 @@ def _returned(name: str, function: Function, runs: Any) -> list[tuple[str, Any]]
     return found
 
 
-def _failure(names: tuple[str, ...], values: Any, jacobian: Any, results: list[Any]) -> str:
+def _failure(names: tuple[str, ...], values: Array, jacobian: Array, results: list[Any]) -> str:
     """Why an evaluation is of no use; empty where it is."""
     for result in results:
         if not bool(is_success(result)):

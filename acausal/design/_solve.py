@@ -20,7 +20,7 @@ FAILED = 1e10  # the objective, in units of its size, of what cannot be computed
 class _Updated(optimize.BFGS):
     """A Hessian that is learnt from steps on which the gradient changes."""
 
-    def update(self, delta_x: Any, delta_grad: Any) -> None:
+    def update(self, delta_x: np.ndarray, delta_grad: np.ndarray) -> None:
         if np.any(delta_grad):
             super().update(delta_x, delta_grad)
 
@@ -33,7 +33,7 @@ class Guarded:
         assert point is not None
         self._at, self._good = at, point
 
-    def _point(self, z: Any) -> Point:
+    def _point(self, z: np.ndarray) -> Point:
         point = self._at(np.asarray(z, float))
         if point is None:
             return self._good._replace(f=FAILED)
@@ -45,16 +45,16 @@ class Guarded:
         """The last place where all could be computed."""
         return self._good.z
 
-    def objective(self, z: Any) -> float:
+    def objective(self, z: np.ndarray) -> float:
         return self._point(z).f
 
-    def gradient(self, z: Any) -> np.ndarray:
+    def gradient(self, z: np.ndarray) -> np.ndarray:
         return self._point(z).gradient
 
-    def constraints(self, z: Any) -> np.ndarray:
+    def constraints(self, z: np.ndarray) -> np.ndarray:
         return self._point(z).c
 
-    def jacobian(self, z: Any) -> np.ndarray:
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
         return self._point(z).jacobian
 
 
