@@ -50,7 +50,7 @@ def plot_load(rows: Sequence[Row]) -> "Figure":
     left.legend(frameon=False, loc="lower right")
     _bars(right, _of(rows, OPENING), 1e3, "opening time [ms]")
     right.axvline(TARGET, color="0.6", ls=":", lw=1.0, label="thesis, target of 200 ms")
-    right.legend(frameon=False)
+    right.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
