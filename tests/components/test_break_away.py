@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _rig import Rig
 from numpy.typing import NDArray
 
@@ -54,6 +55,7 @@ def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 40000) -> NDArr
     return load
 
 
+@pytest.mark.usefixtures("compiled_well")
 def test_break_away_under_a_swinging_torque() -> None:
     draw = np.random.default_rng(0)
     cases = (
