@@ -3,12 +3,11 @@
 import functools as ft
 import inspect
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from .._errors import ArgumentError, suggestion
 
 
-def check_arguments(cls: type, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+def check_arguments(cls: type, args: Sequence[object], kwargs: Mapping[str, object]) -> None:
     """Raise `ArgumentError` for what a constructor does not take, or lacks."""
     takes = _parameters(cls)
     if takes is None:

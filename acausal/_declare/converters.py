@@ -34,7 +34,7 @@ def as_parameter(value: Any, *, unit: str, where: str) -> Array:
     return array.astype(float)
 
 
-def _not_a_number(value: Any, where: str) -> ParameterError:
+def _not_a_number(value: object, where: str) -> ParameterError:
     has_digits = isinstance(value, str) and value[:1].isdigit()
     remedy = ' A number with a unit is quantity(11.0, "cm3/rev").' if has_digits else ""
     return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.{remedy}")

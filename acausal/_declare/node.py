@@ -199,7 +199,7 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
             )
 
 
-def _check_static(where: str, value: Any) -> None:
+def _check_static(where: str, value: object) -> None:
     for path, item in parts_of(value, where):
         if isinstance(item, jax.Array | np.ndarray | Node):
             raise ModelError(
@@ -208,7 +208,7 @@ def _check_static(where: str, value: Any) -> None:
             )
 
 
-def _check_parts(where: str, value: Any) -> None:
+def _check_parts(where: str, value: object) -> None:
     for path, part in parts_of(value, where):
         if not isinstance(part, Node):
             raise ArgumentError(f"{path} must be a component, a port or a record, got {part!r}.")

@@ -45,7 +45,7 @@ def _values(node: Node) -> list[tuple[str, str]]:
     return said + [(name, with_unit(value, unit)) for name, unit, value in given if value is not None]
 
 
-def _is_said(name: str, value: Any) -> bool:
+def _is_said(name: str, value: object) -> bool:
     return not name.startswith("_") and value is not None and not (name == "nominal" and not value)
 
 

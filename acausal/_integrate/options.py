@@ -50,14 +50,14 @@ def instant(value: Any, name: str) -> Any:
     return value
 
 
-def flag(value: Any, name: str) -> bool:
+def flag(value: object, name: str) -> bool:
     """An option that is True or False."""
     if not isinstance(value, bool | np.bool_):
         raise ModelError(f"{name} must be True or False, known before the run, got {value!r}.")
     return bool(value)
 
 
-def names_of(value: Any, name: str) -> tuple[str, ...]:
+def names_of(value: object, name: str) -> tuple[str, ...]:
     """An option that is a name or several names."""
     found: tuple[Any, ...] = (
         (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
@@ -92,7 +92,7 @@ def times_of(save: Any) -> Array | None:
     return times
 
 
-def kind_of(value: Any, name: str, kind: type[T], example: str) -> T:
+def kind_of(value: object, name: str, kind: type[T], example: str) -> T:
     """An option that is an object of some class."""
     if not isinstance(value, kind):
         raise ModelError(f"{name}={value!r} is not known: give {example}.")
