@@ -46,8 +46,9 @@ class _Internal(types.ModuleType):
 
 @ft.cache
 def with_short_start(loop: Callable[..., Any]) -> Callable[..., Any]:
-    """The loop of diffrax, where the end of a run less some rounding is one operation."""
-    assert isinstance(loop, types.FunctionType)
+    """The loop of diffrax, where the end of a run less some rounding is one operation. What is no function is left."""
+    if not isinstance(loop, types.FunctionType):
+        return loop
     own = loop.__globals__ | {"eqxi": _Internal("internal")}
     short = types.FunctionType(loop.__code__, own, loop.__name__, loop.__defaults__, loop.__closure__)
     short.__kwdefaults__ = loop.__kwdefaults__

@@ -13,20 +13,18 @@ from acausal._jax_settings import programs
 
 # Tests look into what is traced and change it.
 programs.folder = None
-# Most tests compile much and compute little: a program is made in half the time, and runs twice as long.
-jax.config.update("jax_disable_most_optimizations", True)
 # Compiling leaves millions of objects that stay, and the collector would walk them all again and again.
 gc.set_threshold(100_000, 50, 1000)
 
 LARGE = 1_500_000_000  # bytes that a worker may hold on to after a file of tests
 
 
-@pytest.fixture
-def compiled_well() -> Iterator[None]:
-    """For tests that compute more than they compile."""
-    jax.config.update("jax_disable_most_optimizations", False)
-    yield
-    jax.config.update("jax_disable_most_optimizations", True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Most tests compile much and compute little: a program is made in half the time, and runs twice as long. The slow
+    ones, and those marked `computing`, are compiled as for users.
+    """
+    is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
+    jax.config.update("jax_disable_most_optimizations", is_quick)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -140,7 +140,7 @@ def test_algebraic_component_is_met_and_has_no_spurious_error(method):
     np.testing.assert_allclose(error, 0, atol=1e-13)
 
 
-@pytest.mark.usefixtures("compiled_well")
+@pytest.mark.computing
 def test_forms_of_the_mass_matrix_agree():
     def f(t, y, _):
         return NON_AUTONOMOUS.f(t, y, _)

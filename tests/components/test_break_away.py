@@ -55,7 +55,7 @@ def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 40000) -> NDArr
     return load
 
 
-@pytest.mark.usefixtures("compiled_well")
+@pytest.mark.computing
 def test_break_away_under_a_swinging_torque() -> None:
     draw = np.random.default_rng(0)
     cases = (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from acausal import Connections, connect, simulate
 from components import blocks, translational
 
-pytestmark = pytest.mark.usefixtures("compiled_well")
+pytestmark = pytest.mark.computing
 N, END, TIGHT = 48, 2.0, 1e-10
 
 
