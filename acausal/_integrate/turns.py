@@ -13,7 +13,7 @@ from .interval import Point, advance, over, seen
 
 NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
 TURN = 0.25 * math.pi  # by no more than which the fastest angle turns on a part, so that its square turns once
-LEAST = 1e-5  # share of a step that a part is long at least
+LEAST = 1e-5  # share of a step that a part is long at least; what turns faster still is looked at here and there
 CLOSE = 1e-5  # share of a part: so close to a turn, one step of Newton's method leads to it but for rounding
 FIRST = 5  # looks at a turn, after which it is no smooth one, or not a simple one
 MOST = 60  # looks at a turn
@@ -69,13 +69,13 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
         """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
-        is_far = (turned > TURN * (1.0 + 1e-6)) & (wide > LEAST * width)
+        is_far = (turned > TURN * (1.0 + 1e-6)) & (wide > 2.0 * LEAST * width)
         fall = node.rate - new.rate
         turns = (node.rate > 0.0) & (new.rate <= 0.0) & ~is_far
         meet = node.g + node.rate * (new.g - node.g - new.rate * wide) / jnp.where(turns, fall, 1.0)
         opens = turns & (meet > walk.best)
         secant = _within(node.t + wide * node.rate / jnp.where(turns, fall, 1.0), node, new, wide)
-        back = node.t + jnp.minimum(0.5, over(TURN * jnp.ones(n), turned)) * wide
+        back = node.t + jnp.maximum(jnp.minimum(0.5, over(TURN * jnp.ones(n), turned)) * wide, LEAST * width)
         return walk._replace(
             node=_pick(is_far, node, new),
             low=node,
@@ -90,7 +90,8 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
 
     def onward(node: Point) -> Array:
         speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
-        return jnp.minimum(node.t + jnp.minimum(width / NODES, over(TURN * jnp.ones(n), speed)), end)
+        part = jnp.maximum(over(TURN * jnp.ones(n), speed), LEAST * width)
+        return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
 
     def narrowed(walk: _Walk, new: Point) -> _Walk:
         """After a look between `low` and `high`."""
