@@ -72,8 +72,8 @@ def broken(node: Any) -> Iterator[str]:
             checks.append(_declared(name, declaration, start))
     # What is differentiated is a trial, of which a run tells the result, although its number is known.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
-        # Also while a function is traced, known numbers can be compared.
-        with jax.ensure_compile_time_eval():
+        # Also while a function is traced, known numbers can be compared; and a law may divide by one that is refused.
+        with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
             checks += copied(node, known).requirements()
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
