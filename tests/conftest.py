@@ -20,8 +20,8 @@ LARGE = 1_500_000_000  # bytes that a worker may hold on to after a file of test
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Most tests compile much and compute little: a program is made in half the time, and runs twice as long. The slow
-    ones, and those marked `computing`, are compiled as for users.
+    """Most tests compile much and compute little: a program is made sooner, and runs for longer. Slow ones, and those
+    marked `computing`, are compiled as for users.
     """
     is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
     jax.config.update("jax_disable_most_optimizations", is_quick)
