@@ -54,10 +54,6 @@ from ._errors import UnknownNameError as UnknownNameError
 from ._errors import UnknownPartError as UnknownPartError
 from ._evaluate.choose_states import choose_states as choose_states
 from ._evaluate.system import System as System
-from ._files import VersionWarning as VersionWarning
-from ._files import about as about
-from ._files import load as load
-from ._files import save as save
 from ._integrate.energy import EnergyAccount as EnergyAccount
 from ._integrate.event_log import EventLog as EventLog
 from ._integrate.initialise import initialise as initialise
@@ -76,6 +72,10 @@ from ._jax_settings import (
     silence_slow_compilation,
 )
 from ._progress import announce_compilation
+from ._save_load import VersionWarning as VersionWarning
+from ._save_load import about as about
+from ._save_load import load as load
+from ._save_load import save as save
 from ._show.bond_graph import BondGraph as BondGraph
 from ._show.bond_graph import bond_graph as bond_graph
 from ._show.check import Check as Check

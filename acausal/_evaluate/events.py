@@ -18,7 +18,7 @@ from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel, indexed
-from .._reduce.instants import Instants, Role, instants
+from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.logic import Expression
 from .._reduce.margins import relations
@@ -195,14 +195,14 @@ def _instants(
 ) -> tuple[Instants | None, tuple[int, ...]]:
     """When the conditions change that depend on time alone, and which leaves tell."""
 
-    def role(index: int) -> Role:
+    def knowledge(index: int) -> Knowledge:
         if index in time_leaves:
             return "time"
-        return "known" if flat.leaves[index].declaration.role in ("param", "discrete") else "other"
+        return "known" if flat.leaves[index].declaration.role in ("param", "discrete") else "unknown"
 
-    roles: list[Role] = [role(index) for index in range(len(flat.leaves))]
-    found = instants(closed, roles, [leaf.stack + leaf.sizes for leaf in flat.leaves])
-    return found, tuple(i for i, name in enumerate(roles) if name == "known") if found else ()
+    inputs: list[Knowledge] = [knowledge(index) for index in range(len(flat.leaves))]
+    found = instants(closed, inputs, [leaf.stack + leaf.sizes for leaf in flat.leaves])
+    return found, tuple(i for i, item in enumerate(inputs) if item == "known") if found else ()
 
 
 def time_leaves(flat: FlatModel, merged: Merged) -> frozenset[int]:

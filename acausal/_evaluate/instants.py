@@ -12,11 +12,11 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flat_model import FlatModel
-from .._reduce.instants import Instants, Role, instants
+from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.template import Input
 from .packing import ModelParameters
 
-_OTHER = -9  # stands for a node whose value is not known ahead
+_UNKNOWN = -9  # stands for a node whose value is not known ahead
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -94,29 +94,30 @@ def _rows_of(family: Family, kinds: dict[int, int]) -> Iterator[_Rows]:
     inputs = family.template.inputs
     if family.instances is None or not len(family.members):
         return
-    placed = np.where((family.nodes == TIME) & (family.signs != 1), _OTHER, family.nodes)
-    roles = np.array([[_role(item, node) for item, node in zip(inputs, row, strict=True)] for row in placed])
-    for pattern in np.unique(roles, axis=0):
+    placed = np.where((family.nodes == TIME) & (family.signs != 1), _UNKNOWN, family.nodes)
+    patterns = np.array([[_word(item, node) for item, node in zip(inputs, row, strict=True)] for row in placed])
+    for pattern in np.unique(patterns, axis=0):
         if "time" not in pattern:
             continue
         shapes = [aval.shape for aval in family.template.jaxpr.in_avals]
-        found = instants(family.template.jaxpr, [_bare(role) for role in pattern], shapes)
+        found = instants(family.template.jaxpr, [_knowledge(word) for word in pattern], shapes)
         if found is None:
             continue
-        known = [i for i, role in enumerate(pattern) if _bare(role) == "known"]
+        known = [i for i, word in enumerate(pattern) if _knowledge(word) == "known"]
         kind = kinds[id(family.instances)]
         reads = tuple((kind, inputs[i].slot) if pattern[i] == "known" else None for i in known)
-        members = family.members[np.all(roles == pattern, axis=1)]
+        members = family.members[np.all(patterns == pattern, axis=1)]
         yield _Rows(found, reads, members, tuple(shapes[i] for i in known))
 
 
-def _role(item: Input, node: int) -> str:
+def _word(item: Input, node: int) -> str:
+    """What is known of an input ahead; "zero" is a variable that vanishes."""
     if item.source in ("param", "discrete"):
         return "known"
     if item.source == "time" or (node == TIME and item.order == 0):
         return "time"
-    return "zero" if node == ZERO else "other"
+    return "zero" if node == ZERO else "unknown"
 
 
-def _bare(role: str) -> Role:
-    return "known" if role in ("known", "zero") else "time" if role == "time" else "other"
+def _knowledge(word: str) -> Knowledge:
+    return "known" if word in ("known", "zero") else "time" if word == "time" else "unknown"

@@ -18,8 +18,8 @@ from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._files import described
 from .._numbers import Numbers, Scalar
+from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored

@@ -18,7 +18,7 @@ from .._numbers import Numbers, Scalar
 from .degrees import degree_of
 from .jaxpr import bind, called, differentiable_call, interpreted, is_floating
 
-Role = Literal["time", "known", "other"]
+Knowledge = Literal["time", "known", "unknown"]  # of an input, as in partial evaluation
 
 
 class _Value(NamedTuple):
@@ -102,7 +102,7 @@ def _flat(values: Sequence[Array]) -> Array:
     return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(value) for value in values)])
 
 
-def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) -> Instants | None:
+def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[Any]) -> Instants | None:
     """Where the outputs of a jaxpr change their law, as far as time and known inputs tell; None where they never do.
 
     `Instants.closed` takes a scalar time, then the known inputs, which have the given `shapes`.
@@ -111,20 +111,20 @@ def instants(closed: ClosedJaxpr, roles: Sequence[Role], shapes: Sequence[Any]) 
 
     def traced(t: Numbers, *known: Any) -> list[Array]:
         remaining, found = iter(known), _Found()
-        items = [_input(role, var.aval, t, remaining) for role, var in zip(roles, closed.jaxpr.invars, strict=True)]
+        items = [_input(item, var.aval, t, remaining) for item, var in zip(inputs, closed.jaxpr.invars, strict=True)]
         _walk(closed, items, found)
         counts.append((len(found.affine), len(found.stairs)))
         return [jnp.asarray(item, float) for item in (*found.affine, *found.stairs, *found.curved)]
 
-    given = [shape for role, shape in zip(roles, shapes, strict=True) if role == "known"]
+    given = [shape for item, shape in zip(inputs, shapes, strict=True) if item == "known"]
     made = jax.make_jaxpr(traced)(*(jax.ShapeDtypeStruct(shape, float) for shape in ((), *given)))
     return Instants(made, *counts[-1]) if made.jaxpr.outvars else None
 
 
-def _input(role: Role, aval: Any, t: Numbers, known: Any) -> _Value | None:
-    if role == "other":
+def _input(item: Knowledge, aval: Any, t: Numbers, known: Any) -> _Value | None:
+    if item == "unknown":
         return None
-    return _Value(jnp.broadcast_to(t, aval.shape), 1) if role == "time" else _Value(next(known), 0)
+    return _Value(jnp.broadcast_to(t, aval.shape), 1) if item == "time" else _Value(next(known), 0)
 
 
 def _walk(closed: ClosedJaxpr, items: Sequence[_Value | None], found: _Found) -> list[_Value | None]:

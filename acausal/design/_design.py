@@ -10,7 +10,7 @@ import numpy as np
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError
-from .._files import load, save
+from .._save_load import load, save
 from ._bounds import Scale
 from ._certificate import Curvature
 from ._free import Free

@@ -14,7 +14,7 @@ from _models import rc
 
 import acausal
 from acausal import ModelError, about, load, save, simulate
-from acausal._files import ABOUT
+from acausal._save_load import ABOUT
 
 
 def test_solution(tmp_path: Path) -> None:
