@@ -73,6 +73,18 @@ def listed(names: Sequence[str], most: int = 12) -> str:
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """A sentence that offers names like a misspelt one; empty where there are none."""
-    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.4)
-    return f" Did you mean {' or '.join(close)}?" if close else ""
+    """A sentence that offers names like a misspelt one; empty where there are none.
+
+    One that differs in case and underscores alone is offered alone; what the name begins or ends with comes first, as
+    `w` for `w_start` and `a` for `flange_a`.
+    """
+    known = list(known)
+    same = [other for other in known if _plain(other) == _plain(name)]
+    within = [other for other in known if name.startswith(f"{other}_") or name.endswith(f"_{other}")]
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
+    offered = same or list(dict.fromkeys([*sorted(within, key=len, reverse=True), *close]))[:3]
+    return f" Did you mean {' or '.join(offered)}?" if offered else ""
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", "").lower()

@@ -82,10 +82,13 @@ def _parts(item: Any, of: Any) -> Iterator[str]:
             yield f"{field.name}: {found[0].__name__}" + (" (optional)" if types.NoneType in kinds else "")
 
 
-def _meaning(item: type, name: str) -> str:
-    """The comment behind the line that declares a parameter, in the class or one of its bases."""
+def _meaning(item: Any, name: str) -> str:
+    """The comment behind the line that declares a parameter, in the class or one of its bases, and its names in MSL."""
     pattern = re.compile(_LINE.format(name=re.escape(name)), re.MULTILINE)
+    elsewhere = getattr(item, "elsewhere", {}).items()
+    others = [other for other, here in elsewhere if name in re.findall(r"\w+", here.split(",")[0])]
+    known = f" (MSL {', '.join(others)})" if others else ""
     for cls in item.__mro__[:-1]:
         if cls.__module__.startswith("components") and (found := pattern.search(inspect.getsource(cls))):
-            return found["meaning"]
-    return ""
+            return found["meaning"] + known
+    return known.strip()

@@ -16,16 +16,23 @@ def check_arguments(cls: type, args: Sequence[object], kwargs: Mapping[str, obje
         raise ArgumentError(f"{cls.__name__} takes its arguments by name only: {_listed(takes)}.")
     for name in kwargs:
         if name not in takes:
-            raise ArgumentError(
-                f"{cls.__name__} takes no argument {name!r}.{suggestion(name, takes)} It takes {_listed(takes)}."
-            )
+            answer = known_here(cls, name) or suggestion(name, takes)
+            raise ArgumentError(f"{cls.__name__} takes no argument {name!r}.{answer} It takes {_listed(takes)}.")
     missing = [name for name, is_needed in takes.items() if is_needed and name not in kwargs]
     if missing:
         raise ArgumentError(f"{cls.__name__} lacks {', '.join(missing)}. It takes {_listed(takes)}.")
 
 
+def known_here(cls: type, name: str) -> str:
+    """A sentence that says what a class has for a name that other libraries use; empty where it states nothing."""
+    here = getattr(cls, "elsewhere", {}).get(name)
+    return f" Here it is {here}." if here else ""
+
+
 def _listed(takes: Mapping[str, bool]) -> str:
-    return ", ".join(name if is_needed else f"[{name}]" for name, is_needed in takes.items()) or "none"
+    """What is needed first, then what can be left out, last what components of all classes take."""
+    ordered = sorted(takes, key=lambda name: (not takes[name], name == "nominal"))
+    return ", ".join(name if takes[name] else f"[{name}]" for name in ordered) or "none"
 
 
 @ft.cache

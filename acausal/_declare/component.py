@@ -134,10 +134,12 @@ class Component(Node, partial=True):
 
     `nominal` gives sizes of variables where those of their units do not fit, as in `Capacitor(C=1e-9, nominal=dict(
     v=1e-5))`: see `sized`. `if_singular` says what it means, and what to do, where the component's equations become
-    singular in a run.
+    singular in a run. `elsewhere` tells what names of other libraries are here, as in `{"freqHz": "frequency"}`, for
+    the answer to those who use them.
     """
 
     if_singular: ClassVar[str] = ""
+    elsewhere: ClassVar[Mapping[str, str]] = {}
     nominal: Mapping[str, Any] = eqx.field(static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False)
     _past: Past | None = eqx.field(init=False, default=None, repr=False, metadata={"is_past": True})
 

@@ -12,9 +12,9 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, suggestion
+from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, listed, suggestion
 from .annotations import Declaration, declared
-from .arguments import check_arguments
+from .arguments import check_arguments, known_here
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
 from .requirements import Requirements, broken
@@ -193,10 +193,9 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         def __getattr__(self, name: str) -> Any:
             if name.startswith("__"):
                 raise AttributeError(name)
-            raise UnknownNameError(
-                f"{type(self).__name__} has no port, part, parameter or variable {name!r}."
-                f"{suggestion(name, [field.name for field in dataclasses.fields(self)])}"
-            )
+            names = [name for name, _ in dynamic_fields(type(self))]
+            answer = known_here(type(self), name) or suggestion(name, names) or f" It has {listed(names)}."
+            raise UnknownNameError(f"{type(self).__name__} has no port, part, parameter or variable {name!r}.{answer}")
 
 
 def _check_static(where: str, value: object) -> None:

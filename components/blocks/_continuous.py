@@ -4,7 +4,8 @@ Each is a state whose start value is an argument, as in `Integrator(x=2.0)`. A j
 the state jump, not the state; the integrator meets it as an error estimate that is suddenly large.
 """
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
@@ -13,6 +14,8 @@ from ._interfaces import SISO
 
 class Integrator(SISO):
     """dy/dt = k u, from y = x at the start."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x"}
 
     k: Param[Scalar, ""] = 1.0  # gain
     x: Var[Scalar, "", prefer] = 0.0  # y; its start value
@@ -39,6 +42,8 @@ class Derivative(SISO):
 class FirstOrder(SISO):
     """T dy/dt + y = k u, from y = x at the start."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x"}
+
     T: Param[Scalar, "s", positive]  # time constant
     k: Param[Scalar, ""] = 1.0  # gain
     x: Var[Scalar, "", prefer] = 0.0  # y; its start value
@@ -49,6 +54,8 @@ class FirstOrder(SISO):
 
 class SecondOrder(SISO):
     """d2y/dt2 + 2 D w dy/dt + w^2 y = k w^2 u, from y = x and dy/dt = v at the start."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x", "yd_start": "v"}
 
     w: Param[Scalar, "rad/s", positive]  # natural angular frequency
     D: Param[Scalar, "1", nonnegative]  # damping ratio

@@ -1,6 +1,7 @@
 """Proportional, integral and derivative control (as in MSL `Modelica.Blocks.Continuous`)."""
 
-from typing import Any, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 from acausal import (
     Component,
@@ -39,6 +40,8 @@ class PI(SISO):
 
 class PID(SISO):
     """y = k (1 + 1 / (Ti s) + Td s / (1 + Td s / Nd)) u. It has no limits: see `LimPID`."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"xi_start": "x", "xd_start": "x_d"}
 
     k: Param[Scalar, ""]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
@@ -107,6 +110,12 @@ class LimPID(LimitedController):
     y = k [wp u_s - u_m + x + Td s / (1 + Td s / Nd) (wd u_s - u_m)], limited. With wd = 0, the default, a jump of the
     set point gives no peak.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "controllerType": "another class, LimPI, for control without Td",
+        "xi_start": "x",
+        "xd_start": "x_d",
+    }
 
     Td: Param[Scalar, "s", positive]  # derivative time
     wd: Param[Scalar, "1", nonnegative] = 0.0  # weight of the set point in the derivative part

@@ -3,8 +3,8 @@
 Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
 """
 
-from collections.abc import Callable
-from typing import Self
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -71,8 +71,10 @@ class Sine(SignalSource):
     With another phase than zero it has a jump at the start (MSL `Sine`).
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"f": "frequency", "freqHz": "frequency"}
+
     amplitude: Param[Scalar, ""]  # amplitude
-    frequency: Param[Scalar, "Hz"]  # f
+    frequency: Param[Scalar, "Hz"]  # cycles in a second
     phase: Param[Scalar, "rad"] = 0.0  # phase at the start
     offset: Param[Scalar, ""] = 0.0  # mean value
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts

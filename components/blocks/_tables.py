@@ -1,6 +1,7 @@
 """Characteristics given by samples (as in MSL `Modelica.Blocks.Tables`)."""
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import ClassVar, Literal, Self
 
 from acausal import (
     Discrete,
@@ -40,6 +41,8 @@ class Table1D(SISO):
     a sample is an event.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"table": "points and values"}
+
     points: Param[Vector, ""]  # increasing values of u
     values: Param[Vector, ""]  # y at these points
     piece: Discrete[Scalar, "1"] = 0.0  # number of points below u
@@ -65,6 +68,8 @@ class Table2D(SI2SO):
     so that the surface can overshoot steep steps of the samples; else bilinear. Beyond the samples, the outermost
     values are held, or go on linearly. That an input passes a sample is an event.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"table": "points1 and points2 with values"}
 
     points1: Param[Vector, ""]  # increasing values of u1
     points2: Param[Vector, ""]  # increasing values of u2

@@ -1,6 +1,7 @@
 """Measured or prescribed signals."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -24,6 +25,8 @@ class TimeSeries(SignalSource):
     With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
     straight lines. Steps end at the samples, so that none of them is passed over.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"table": "times and values"}
 
     times: Param[Vector, "s"]  # increasing
     values: Param[Vector, ""]  # y at these times

@@ -3,7 +3,8 @@
 Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
 """
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -28,6 +29,8 @@ from ._interfaces import SignalSource
 
 class Periodic(SignalSource, partial=True):
     """y = offset before `start_time`, then offset + amplitude times a shape of values 0 to 1 that repeats."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"nperiod": "left out, for it repeats without end"}
 
     amplitude: Param[Scalar, ""]  # height of the shape
     period: Param[Scalar, "s", positive]  # time after which it repeats
@@ -96,8 +99,10 @@ class ExpSine(SignalSource):
     With a phase of zero it has a kink at the start, with another a jump.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"f": "frequency", "freqHz": "frequency"}
+
     amplitude: Param[Scalar, ""]  # amplitude at the start
-    frequency: Param[Scalar, "Hz"]  # f
+    frequency: Param[Scalar, "Hz"]  # cycles in a second
     damping: Param[Scalar, "1/s", nonnegative]  # decay rate
     phase: Param[Scalar, "rad"] = 0.0  # phase at the start
     offset: Param[Scalar, ""] = 0.0  # mean value
@@ -117,6 +122,12 @@ class Exponentials(SignalSource):
     From `start_time` on, y = offset + height (1 - exp(-t' / rise_tau)); after a further `rise_time`, that part decays
     as exp(-t'' / fall_tau).
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "outMax": "height",
+        "riseTimeConst": "rise_tau",
+        "fallTimeConst": "fall_tau",
+    }
 
     height: Param[Scalar, ""]  # height that the rise tends to
     rise_time: Param[Scalar, "s", nonnegative]  # duration of the rise

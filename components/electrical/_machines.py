@@ -1,6 +1,7 @@
 """Electromechanical conversion and the direct-current motor."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq
 
@@ -17,6 +18,8 @@ class EMF(Component):
     The stator is the ground, unless `support=Flange()` makes it a flange of its own: w is then relative to it, and it
     takes the reaction torque.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"flange": "shaft"}
 
     k: Param[Scalar, "N.m/A"]  # torque constant, equal to the back-emf constant in V.s/rad
     w: Var[Scalar, "rad/s"] = 0.0  # speed of the shaft

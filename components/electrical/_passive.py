@@ -1,6 +1,7 @@
 """Ground and linear passive elements."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
@@ -18,6 +19,12 @@ class Ground(Component):
 
 class Resistor(TwoPin):
     """Ohm's law, v = R i. Not modelled: temperature dependence. For R < 0, see `NegativeResistor`."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "alpha": "a parameter of HeatingResistor",
+        "T_ref": "a parameter of HeatingResistor",
+        "useHeatPort": "another class, HeatingResistor",
+    }
 
     R: Param[Scalar, "ohm", nonnegative.otherwise("use NegativeResistor")]  # resistance
 
@@ -46,7 +53,7 @@ class NegativeResistor(TwoPin):
 class Conductor(TwoPin):
     """Ohm's law, i = G v, which may be open: G = 0. Not modelled: temperature dependence."""
 
-    G: Param[Scalar, "S", nonnegative]  # conductance
+    G: Param[Scalar, "S", nonnegative.otherwise("use NegativeResistor")]  # conductance
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(ohm=eq(self.i, self.G * self.v))

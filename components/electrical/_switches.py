@@ -1,6 +1,7 @@
 """Ideal diode and switches (as in MSL `Modelica.Electrical.Analog.Ideal`), whose changes are events."""
 
-from typing import Any, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 from jax import Array
@@ -57,6 +58,8 @@ class ControlledSwitch(TwoPin, partial=True):
     Closed, v = Ron i; open, i = Goff v. To interrupt the current of an inductor takes a path for it, such as a diode.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"control": "u"}
+
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while closed
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while open
     threshold: Param[Scalar, ""] = 0.5  # value of u at which it changes over
@@ -99,6 +102,8 @@ class IdealOpeningSwitch(ControlledSwitch):
 
 class IdealCommutingSwitch(Component):
     """Joins p to n2 while the signal u is above `threshold`, else to n1 (MSL `IdealCommutingSwitch`)."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"control": "u"}
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance of the closed contact
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance of the open one

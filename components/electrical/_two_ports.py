@@ -1,6 +1,7 @@
 """Ideal and coupled two-ports, controlled sources, and the averaged converter."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import (
     Connections,
@@ -63,6 +64,8 @@ class IdealTransformer(TwoPort):
 
 class Gyrator(TwoPort):
     """i1 = G v2 and i2 = -G v1, lossless (MSL `Gyrator` with G1 = G2)."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"G1": "G, in both directions", "G2": "G, in both directions"}
 
     G: Param[Scalar, "S", nonzero]  # gyration conductance
 
@@ -142,6 +145,8 @@ class VCV(Controlled):
 class VCC(Controlled):
     """Voltage-controlled current source, i2 = G v1, i1 = 0."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"transConductance": "G"}
+
     G: Param[Scalar, "S"]  # transconductance
 
     def equations(self, d: Self) -> Equations:
@@ -150,6 +155,8 @@ class VCC(Controlled):
 
 class CCV(Controlled):
     """Current-controlled voltage source, v2 = R i1, v1 = 0."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"transResistance": "R"}
 
     R: Param[Scalar, "ohm"]  # transresistance
 

@@ -1,6 +1,7 @@
 """Dry friction that truly sticks (as in MSL): bearing, brake, clutch, freewheel. See `components/_stick_slip.py`."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -118,6 +119,8 @@ class BearingFriction(ShaftFriction):
     Straight lines between the samples; beyond the last one the last line goes on.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"tau_pos": "speeds and torques"}
+
     speeds: Param[Vector, "rad/s"]  # increasing, from 0
     torques: Param[Vector, "N.m"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
@@ -180,6 +183,8 @@ class CouplingFriction(DryFriction, partial=True):
 
 class Pressed(DryFriction, partial=True):
     """Plates pressed together by u fn_max slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens them."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"mue_pos": "mu, the same at all speeds", "f_normalized": "u"}
 
     mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
     fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1

@@ -1,6 +1,7 @@
 """A gear with losses that sticks and locks itself."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -55,6 +56,8 @@ class LossyGear(Component):
     What sticks, slides and changes sides are events; for the modes and for `creep` see `DryFriction`. Where several
     motions are possible or none, as may be with eta2 < 0 and small inertias, the run ends with endless events.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"lossTable": "losses"}
 
     ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b
     losses: Param[Vector, ""]  # rows [w, eta1, eta2, bearing1, bearing2] in rad/s, 1, 1, N.m, N.m

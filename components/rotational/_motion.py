@@ -4,7 +4,8 @@ A motion has to be smooth enough to have the accelerations that inertias need. T
 filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before an angle.
 """
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, prefer
 
@@ -26,6 +27,8 @@ class SignalAngle(ToGround):
 
 class ConstantSpeed(Component):
     """Turns the flange with a constant speed."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"w_fixed": "speed"}
 
     speed: Param[Scalar, "rad/s"]  # speed of the flange
     flange: Flange = Flange()

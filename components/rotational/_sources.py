@@ -1,6 +1,7 @@
 """Ideal drives by torque; the reaction acts on the ground, unless there is a second flange."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonzero
 
@@ -11,6 +12,8 @@ from ._interfaces import Compliant, ToGround
 
 class ConstantTorque(ToGround):
     """Drives the flange with a constant torque: tau_flange = -torque."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"tau_constant": "torque"}
 
     torque: Param[Scalar, "N.m"]  # torque on what is connected
 
@@ -52,6 +55,8 @@ class SignalTorque2(Compliant):
 class LinearSpeedDependentTorque(ToGround):
     """Drives the flange with torque w / w_nominal; a load for torque < 0."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"tau_nominal": "torque"}
+
     torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
     w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
 
@@ -71,6 +76,8 @@ class QuadraticSpeedDependentTorque(ToGround):
     The torque keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
     it too: torque w |w| / w_nominal^2.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"tau_nominal": "torque", "TorqueDirection": "one_sign"}
 
     torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
     w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed

@@ -1,6 +1,7 @@
 """From rotation to translation by a wheel or a rack and pinion."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Equations, Param, Scalar, eq, nonzero
 
@@ -13,6 +14,8 @@ class IdealGearR2T(Component):
 
     A rack and pinion, or a spindle.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"flangeR": "shaft", "flangeT": "rod"}
 
     ratio: Param[Scalar, "rad/m", nonzero]  # angle of the shaft per travel of the rod
     shaft: Flange = Flange()
@@ -27,6 +30,8 @@ class IdealGearR2T(Component):
 
 class IdealRollingWheel(Component):
     """s = radius phi and tau + radius f = 0: a wheel that rolls without slip and mass (MSL `IdealRollingWheel`)."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"flangeR": "shaft", "flangeT": "rod"}
 
     radius: Param[Scalar, "m", nonzero]  # of the wheel
     shaft: Flange = Flange()

@@ -1,6 +1,7 @@
 """Storage, conduction and a fixed temperature."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
@@ -9,6 +10,8 @@ from ._interfaces import HeatPort
 
 class FixedTemperature(Component):
     """Surroundings at constant temperature, which give and take any heat."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"T": "temperature"}
 
     temperature: Param[Scalar, "K", positive]  # of the surroundings
     port: HeatPort = HeatPort()

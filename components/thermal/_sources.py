@@ -1,6 +1,7 @@
 """Sources of heat, and a temperature that is given."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Component, Energy, Equations, Param, Scalar, eq
 
@@ -10,6 +11,8 @@ from ._interfaces import HeatPort
 
 class ConstantHeatFlow(Component):
     """Delivers a constant heat flow: Q_flow of the port is -heat_flow."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"Q_flow": "heat_flow"}
 
     heat_flow: Param[Scalar, "W"]  # heat flow delivered
     port: HeatPort = HeatPort()

@@ -1,6 +1,7 @@
 """Dry friction that truly sticks (as in MSL): guides, brake, a mass with friction. See `components/_stick_slip.py`."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from jax import Array
 
@@ -104,6 +105,8 @@ class SupportFriction(DryFriction):
     Straight lines between the samples; beyond the last one the last line goes on.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"f_pos": "speeds and forces"}
+
     speeds: Param[Vector, "m/s"]  # increasing, from 0
     forces: Param[Vector, "N"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
@@ -171,6 +174,8 @@ class Brake(DryFriction):
 
     As MSL `Brake`, on the ground or a `support=Flange()` of its own.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"mue_pos": "mu, the same at all speeds", "f_normalized": "u"}
 
     mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
     fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1

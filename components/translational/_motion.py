@@ -4,7 +4,8 @@ A motion has to be smooth enough to have the accelerations that masses need. To 
 filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before a position.
 """
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Energy, Equations, Param, Scalar, Var, eq, prefer
 
@@ -30,6 +31,8 @@ class SignalPosition(Motion):
 
 class ConstantSpeed(Motion):
     """Moves the flange with a constant speed."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"v_fixed": "speed"}
 
     speed: Param[Scalar, "m/s"]  # speed of the flange
 

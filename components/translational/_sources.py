@@ -1,6 +1,7 @@
 """Ideal drives by force; the reaction acts on the ground, unless there is a second flange."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonzero
 
@@ -11,6 +12,8 @@ from ._interfaces import Compliant, ToGround
 
 class ConstantForce(ToGround):
     """Pushes the flange with a constant force: f_flange = -force."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"f_constant": "force"}
 
     force: Param[Scalar, "N"]  # force on what is connected
 
@@ -52,6 +55,8 @@ class SignalForce2(Compliant):
 class LinearSpeedDependentForce(ToGround):
     """Pushes the flange with force v / v_nominal; a load for force < 0."""
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"f_nominal": "force"}
+
     force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
     v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
 
@@ -71,6 +76,8 @@ class QuadraticSpeedDependentForce(ToGround):
     The force keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
     it too: force v |v| / v_nominal^2.
     """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"f_nominal": "force", "ForceDirection": "one_sign"}
 
     force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
     v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed

@@ -43,6 +43,10 @@ def test_entries_read_as_they_should() -> None:
     assert "\n    L                         H, optional                             inductance" in electric
     assert "\n    ports                     p: Pin, n: Pin, shaft: Flange, support: Flange (optional)" in electric
     assert "\n    parts                     profile: CamProfile" in listing(rotational)
+    assert (
+        "\n    frequency                 Hz                                      cycles in a second (MSL f, freqHz)\n"
+        in listing(blocks)
+    )
 
 
 @pytest.mark.parametrize("domain", MODELICA)
