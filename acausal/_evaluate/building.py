@@ -16,6 +16,7 @@ from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.flatten import flatten
+from .._reduce.incidence import Pair
 from .._reduce.index import Reduced
 from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
@@ -23,7 +24,7 @@ from .._reduce.stated import templates
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
 from .._unit_check.check import check_units
-from .plan import Pair, Plan
+from .plan import Plan
 from .program import programme
 from .system import System
 

@@ -10,8 +10,10 @@ import numpy as np
 from jax import Array
 
 from .._reduce.flat_model import FlatModel
+from .._reduce.incidence import Pair
+from .groups import Guess
 from .packing import ModelParameters, slot_values
-from .plan import Guess, Pair, Plan
+from .plan import Plan
 from .starts import Inputs
 
 

@@ -14,12 +14,14 @@ from jaxtyping import Array, Float
 
 from .._numbers import Numbers
 from .._reduce.graph import sharing
+from .._reduce.incidence import Pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals, row_scale
+from .groups import Group, Store, over_members
 from .implicit import Function, Inverse, nearest, settled
 from .packing import ModelParameters
-from .plan import Group, Pair, Plan, Store, over_members
+from .plan import Plan
 from .program import residual_programme
 
 SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error

@@ -5,8 +5,8 @@ from jax import Array
 
 from .._numbers import Numbers
 from .._reduce.aliases import ZERO
+from .._reduce.incidence import Pair
 from .._reduce.tear import Torn
-from .plan import Pair
 from .starts import Inputs
 from .system import System
 

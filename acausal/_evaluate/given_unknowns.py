@@ -9,8 +9,8 @@ import numpy as np
 from jax import Array
 
 from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .constraints import TOLERANCE, find, loose_inverse, projected
-from .plan import Pair
 from .starts import Inputs
 from .system import System
 

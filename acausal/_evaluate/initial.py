@@ -8,9 +8,9 @@ import numpy as np
 from jax import Array
 
 from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .constraints import TOLERANCE
 from .given_unknowns import GivenUnknowns, given_unknowns
-from .plan import Pair
 from .starts import Inputs
 from .system import System
 

@@ -5,7 +5,7 @@ from jax import Array
 
 from .._numbers import Numbers
 from .constraints import placed
-from .plan import group_residuals
+from .groups import group_residuals
 from .program import residual_programme
 from .starts import Inputs
 from .system import System

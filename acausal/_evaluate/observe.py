@@ -10,8 +10,9 @@ from jax import Array
 
 from .._errors import ModelError
 from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .affine import computed, times
-from .plan import Pair, Store
+from .groups import Store
 from .starts import Inputs
 from .system import System
 

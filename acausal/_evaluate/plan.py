@@ -1,9 +1,8 @@
 """The sorted system as a sequence of groups: all blocks of a level that share a program are computed together."""
 
-import dataclasses
 import functools as ft
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -12,17 +11,14 @@ import numpy as np
 from jax import Array
 
 from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, within
-from .affine import Minus, computed
-from .blocks import Known, residuals, run
+from .groups import UNROLLED, Group, Guess, Read, Store, guesses_of, outputs
 from .once import once
 from .packing import ModelParameters
 from .program import Program, Use
 
-Pair = tuple[int, int]  # a variable and the order of its derivative
-Guess = Callable[[Sequence[Pair]], Any]
 MANY_RUNS = 64  # values in more pieces than this are gathered by index
-UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
 
 
 class Place(NamedTuple):
@@ -30,67 +26,6 @@ class Place(NamedTuple):
 
     segment: int
     start: int
-
-
-class Read(NamedTuple):
-    """A gather from segments: `elements[i, j]` is element j of member i in their concatenation."""
-
-    segments: tuple[int, ...]
-    elements: np.ndarray
-    shape: tuple[int, ...]
-
-
-@dataclasses.dataclass
-class Group:
-    """Blocks with one program. `reads` and `members` have an entry for each value and parameter of the program."""
-
-    program: Program
-    uses: list[Use]
-    reads: list[Read]
-    members: list[np.ndarray]
-    first_segment: int
-    depends: frozenset[int]  # segments it reads
-
-    @property
-    def is_mapped(self) -> bool:
-        return len(self.uses) > UNROLLED
-
-
-class Store:
-    """Segments computed so far; segment 0 is the state vector."""
-
-    def __init__(self, time: Numbers, segments: dict[int, Any]) -> None:
-        self.time, self.segments = time, segments
-
-    def add(self, segment: int, value: Any) -> None:
-        """Keep a segment; it may be a `Minus` array."""
-        self.segments[segment] = value
-
-    def flat(self, segment: int) -> Array:
-        """A segment as a flat array."""
-        return jnp.ravel(computed(self.segments[segment]))
-
-    def is_finite(self) -> Array:
-        """Whether all that was computed so far is finite."""
-        return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self.segments])))
-
-    def gather(self, read: Read) -> Array:
-        """The values of all members, stacked in front."""
-        parts = [self.flat(segment) for segment in read.segments]
-        source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
-        index = np.ravel(read.elements)
-        if len(index) and np.all(np.diff(index) == 1):
-            picked = jax.lax.slice(source, (int(index[0]),), (int(index[-1]) + 1,))
-        else:
-            picked = source[index]
-        return picked.reshape(len(read.elements), *read.shape)
-
-    def single(self, read: Read) -> Any:
-        segment = self.segments[read.segments[0]]
-        bare = segment.array if isinstance(segment, Minus) else segment
-        if np.shape(bare) == read.shape and np.size(read.elements) == np.size(bare):
-            return segment
-        return self.gather(read)[0]
 
 
 class Plan:
@@ -206,7 +141,7 @@ class Plan:
         `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
         """
         groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
-        guesses = [_guesses(group, guess) for group in groups]
+        guesses = [guesses_of(group, guess) for group in groups]
         chosen = tuple(group.first_segment for group in groups)
         return Store(time, _segments(self, chosen, y, time, params, guesses))
 
@@ -255,46 +190,8 @@ def _segments(
         store = Store(time, {0: plan.within_ranges(y)})
         for first, starts in zip(chosen, guesses, strict=True):
             group = groups[first]
-            outputs = (_run_mapped if group.is_mapped else _run_single)(group, store, params, starts)
-            for i, value in enumerate(outputs):
+            for i, value in enumerate(outputs(group, store, params, starts)):
                 store.add(group.first_segment + i, value)
         return store.segments
 
     return once(segments)
-
-
-def _guesses(group: Group, guess: Guess) -> list[Any]:
-    """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
-    if group.program.kind != "nonlinear":
-        return []
-    first = len(group.program.steps)
-    return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
-
-
-def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
-    own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
-    values = [store.single(read) for read in group.reads]
-    return run(group.program, Known(own, values, store.time), [stacked[0] for stacked in starts])
-
-
-def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
-    def one(known: Known, guesses: list[Any]) -> list[Any]:
-        return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
-
-    return over_members(group, store, params, one, starts)
-
-
-def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Any]:
-    """The residuals of a group without unknowns, stacked over its members."""
-    return over_members(group, store, params, lambda known, _: residuals(group.program, known), [])
-
-
-def over_members(group: Group, store: Store, params: ModelParameters, function: Any, extra: list[Any]) -> list[Any]:
-    """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
-    own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
-    values = [store.gather(read) for read in group.reads]
-
-    def one(params: list[Array], values: list[Array], extra: list[Any]) -> list[Any]:
-        return function(Known(params, values, store.time), extra)
-
-    return jax.vmap(one, axis_size=len(group.uses))(own, values, extra)

@@ -4,6 +4,7 @@ import dataclasses
 from typing import Literal, NamedTuple
 
 from .._reduce.aliases import ZERO
+from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
@@ -59,9 +60,9 @@ class Use(NamedTuple):
     """One block that a program computes: pairs it reads, (kind, slot, member) of its parameters, pairs it gives."""
 
     program: Program
-    values: tuple[tuple[int, int], ...]
+    values: tuple[Pair, ...]
     members: tuple[int, ...]
-    gives: tuple[tuple[int, int], ...]
+    gives: tuple[Pair, ...]
 
 
 def residual_programme(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
@@ -81,7 +82,7 @@ class _Writer:
         self.kind_index = kind_index
         self.gives = tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)
         self.unknown = {pair: i for i, pair in enumerate(self.gives)}
-        self.values: dict[tuple[int, int], int] = {}
+        self.values: dict[Pair, int] = {}
         self.params: dict[tuple[int, int, int], int] = {}
 
     def write(self) -> Use:

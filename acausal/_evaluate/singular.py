@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._reduce.incidence import Pair
 from .blocks import Known, tear_matrix
-from .plan import Pair, Store, over_members
+from .groups import Store, over_members
 from .program import Program
 from .starts import Inputs
 from .system import System

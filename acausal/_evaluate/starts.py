@@ -14,9 +14,10 @@ from jaxtyping import Array, Float
 from .._numbers import Numbers
 from .._reduce.aliases import Merged
 from .._reduce.flat_model import FlatLeaf, FlatModel
-from .._reduce.incidence import Incidence
+from .._reduce.incidence import Incidence, Pair
+from .groups import Guess
 from .packing import ModelParameters
-from .plan import Guess, Pair, Plan
+from .plan import Plan
 
 
 @jax.tree_util.register_dataclass

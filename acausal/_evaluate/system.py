@@ -14,6 +14,7 @@ from .._declare.component import Component
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flat_model import FlatModel
+from .._reduce.incidence import Pair
 from .._reduce.index import Reduced
 from .._reduce.ranges import Ranges, is_within, ranges_of_pair
 from .._reduce.sort import Sorted
@@ -22,10 +23,12 @@ from .._reduce.tear import Torn
 from .carried import Carried
 from .constraints import Constraints, constraints_of
 from .entry import Entry
-from .events import EventSet, events_of, time_leaves
+from .event_set import EventSet
+from .events import events_of, time_leaves
+from .groups import Group, Store, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
-from .plan import Group, Pair, Plan, Store, group_residuals
+from .plan import Plan
 from .program import residual_programme
 from .requirements import ModelRequirements
 from .starts import Inputs, PairStarts, Starts

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._evaluate.events import EventEntry, Kind
+from .._evaluate.event_set import EventEntry, EventKind
 from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
@@ -53,7 +53,7 @@ class EventNumbers:
         others = [instants] * self.n_instants + [curved] * self.n_curved
         return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
 
-    def _of_model(self, *kinds: Kind) -> np.ndarray:
+    def _of_model(self, *kinds: EventKind) -> np.ndarray:
         """Which of the events of the model are of one of some kinds."""
         events = self.system.events
         return np.zeros(0, bool) if events is None else np.any([events.mask(kind) for kind in kinds], axis=0)

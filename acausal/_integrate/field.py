@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from .._evaluate.groups import Store
 from .._evaluate.observe import leaf_value, pairs_of
-from .._evaluate.plan import Store
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .settings import RunNumbers, Settings

@@ -16,10 +16,10 @@ from .._evaluate.given_unknowns import given_unknowns, lack_of_given
 from .._evaluate.initial import given_pairs, pair_names
 from .._evaluate.observe import observe_with_rates
 from .._evaluate.packing import ModelParameters
-from .._evaluate.plan import Pair
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .options import names_of
 from .trim import Trim
 from .user_function import DERIVATIVES, VARIABLES, UserFunction, as_function, trace

@@ -17,6 +17,7 @@ from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
 from .adjoint import BothModes, Forwards
 from .derivative import differentiable
+from .event_state import ACCUMULATED
 from .field import Given
 from .options import harmless, unmet
 from .options import sentences as demanded
@@ -24,7 +25,6 @@ from .result import Result
 from .settings import RunNumbers, Settings
 from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
-from .stepper import ACCUMULATED
 from .stepping import begin_run, controller_of, solver_of, term_of
 from .unresolved import are_unresolved
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .._evaluate.plan import Store
+from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
 from .._indices import behind_filler
 from .._numbers import Numbers

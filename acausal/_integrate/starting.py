@@ -8,7 +8,7 @@ import numpy as np
 from jax import Array
 
 from .._declare.past import Past
-from .._evaluate.events import EventSet
+from .._evaluate.event_set import EventSet
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .adjoint import BothModes

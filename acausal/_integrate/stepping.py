@@ -14,6 +14,7 @@ from .._evaluate.invariants import onto_invariants
 from .._numbers import Numbers
 from .._reduce.instants import first
 from .controller import Steps, core_norm
+from .event_state import EventState
 from .field import Given, vector_field
 from .interval import seen
 from .peaks import Peaks
@@ -22,7 +23,7 @@ from .run_events import RunEvents
 from .schedule import tick
 from .settings import Settings
 from .settle import settle
-from .stepper import EventMemory, Stepper
+from .stepper import Stepper
 
 
 def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
@@ -38,7 +39,7 @@ def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
     return rates
 
 
-def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory | None) -> Any:
+def solver_of(settings: Settings, events: RunEvents | None, begin: EventState | None) -> Any:
     """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
     if system.mass is not None:
@@ -65,7 +66,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventMemory |
 
 def begin_run(
     settings: Settings, given: Given, y0: Array, *, is_reversible: bool = True
-) -> tuple[Array, RunEvents | None, EventMemory | None]:
+) -> tuple[Array, RunEvents | None, EventState | None]:
     """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
     carried from step to step.
     """
@@ -93,7 +94,7 @@ def begin_run(
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     unknown = jax.eval_shape(ft.partial(seen, lambda t: events.margins(t, y, given)), jnp.asarray(t0, float))
-    memory = EventMemory(
+    memory = EventState(
         settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.record,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip

@@ -10,6 +10,8 @@ from .aliases import ZERO, Family, Merged
 from .flat_model import FlatModel
 from .nominal import nominal_sizes
 
+Pair = tuple[int, int]  # a variable and the order of its derivative
+
 
 @dataclasses.dataclass(eq=False)
 class Incidence:

@@ -9,7 +9,7 @@ from jax import Array
 
 from .._declare.annotations import Sign
 from .._numbers import Numbers
-from .incidence import Incidence
+from .incidence import Incidence, Pair
 
 
 class Range(NamedTuple):
@@ -38,7 +38,7 @@ def ranges_of(table: Incidence) -> dict[int, dict[Range, int]]:
     return found
 
 
-def ranges_of_pair(table: Incidence, pair: tuple[int, int]) -> Ranges:
+def ranges_of_pair(table: Incidence, pair: Pair) -> Ranges:
     """The ranges of a variable; a derivative has none."""
     variable, order = pair
     return () if order else tuple(ranges_of(table).get(variable, ()))
@@ -57,7 +57,7 @@ def within(value: Numbers, ranges: Ranges) -> Array:
     return jnp.where(is_within(value, ranges), value, jnp.nan)
 
 
-def requirements(table: Incidence, pairs: list[tuple[int, int]]) -> list[str]:
+def requirements(table: Incidence, pairs: list[Pair]) -> list[str]:
     """What is declared of the ranges of variables, as sentences for a message."""
     nodes = {node: sign for v, k in pairs if k == 0 for (sign, _), node in ranges_of(table).get(v, {}).items()}
     units = {node: table.flat.leaves[table.flat.leaf_of_node[node]].declaration.unit for node in nodes}

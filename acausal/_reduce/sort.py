@@ -9,7 +9,7 @@ import numpy as np
 from .._errors import StructureError
 from .aliases import Family
 from .graph import inverted, match, strong_components
-from .incidence import Incidence, tabulate
+from .incidence import Incidence, Pair, tabulate
 from .states import Chosen
 
 
@@ -31,13 +31,13 @@ class Sorted:
     """
 
     table: Incidence
-    states: list[tuple[int, int]]
-    unknowns: list[tuple[int, int]]
+    states: list[Pair]
+    unknowns: list[Pair]
     column: np.ndarray
     blocks: list[Block]
     constraints: list[int]  # equations that were differentiated further: they restrict the states' start values
     invariants: frozenset[int]  # those of them that determine no unknown, but restrict the states
-    constrained: list[tuple[int, int]]  # the pairs below the highest derivatives, among which they hold
+    constrained: list[Pair]  # those below the highest derivatives, among which they hold
 
     @ft.cached_property
     def entries_of_row(self) -> list[np.ndarray]:
@@ -70,7 +70,7 @@ def sort(chosen: Chosen) -> Sorted:
     return Sorted(table, states, unknowns, column, blocks, constraints, frozenset(invariants), below)
 
 
-def _unknowns(chosen: Chosen) -> list[tuple[int, int]]:
+def _unknowns(chosen: Chosen) -> list[Pair]:
     orders = chosen.reduced.orders.tolist()
     last = (chosen.reduced.orders - chosen.dummies).tolist()
     return [(v, k) for v, (first, top) in enumerate(zip(last, orders, strict=True)) for k in range(first, top + 1)]
@@ -106,7 +106,7 @@ def _differentiated(family: Family, times: int) -> Family:
     if times == 0:
         return family
     template = family.template.differentiated(times)
-    position: dict[tuple[int, int], int] = {}
+    position: dict[Pair, int] = {}
     for i, item in enumerate(family.template.inputs):
         position.setdefault((item.slot, item.element), i)
     columns = [position[item.slot, item.element] for item in template.inputs]

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._declare.annotations import never
 from .._errors import StructureError
-from .incidence import Incidence
+from .incidence import Incidence, Pair
 from .index import Reduced
 from .pivots import Elimination, Entries, connected_rows
 
@@ -27,7 +27,7 @@ class Chosen:
     dummies: np.ndarray
     moving: np.ndarray
 
-    def states(self) -> list[tuple[int, int]]:
+    def states(self) -> list[Pair]:
         """(variable, order) of each state, variables in order of declaration."""
         orders, dummies = self.reduced.orders, self.dummies
         last = orders - dummies
@@ -142,7 +142,7 @@ def _told_apart(entries: Entries) -> Entries:
     return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))
 
 
-def nominal_of(table: Incidence, pair: tuple[int, int]) -> float:
+def nominal_of(table: Incidence, pair: Pair) -> float:
     """The nominal size of a variable, or of a derivative of it: each as large over a typical time of a millisecond."""
     variable, order = pair
     if order == 0:

@@ -6,7 +6,7 @@ from ._alternatives import Structure as Structure
 from ._batches import Outcomes as Outcomes
 from ._bounds import Scale as Scale
 from ._certificate import Curvature as Curvature
-from ._choose import Choice as Choice
+from ._choice import Choice as Choice
 from ._choose import choose as choose
 from ._control import control as control
 from ._course import Course as Course
@@ -28,7 +28,7 @@ from ._fit import Fit as Fit
 from ._free import Free as Free
 from ._free import Place as Place
 from ._free import Variable as Variable
-from ._free import free_parameters as free_parameters
+from ._free_parameters import free_parameters as free_parameters
 from ._hessian import Hessian as Hessian
 from ._hessian import hessian as hessian
 from ._identify import identify as identify

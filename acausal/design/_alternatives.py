@@ -13,7 +13,8 @@ from jaxtyping import Float, Int
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError
 from ._bounds import number_in
-from ._free import Free, free_parameters
+from ._free import Free
+from ._free_parameters import free_parameters
 from ._sweep import MOST, listed
 
 Figures = Mapping[str, Mapping[str, Any]]  # by table and by name

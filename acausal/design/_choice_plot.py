@@ -7,7 +7,7 @@ import numpy as np
 from .._extras import Axes, given_or_new
 
 if TYPE_CHECKING:
-    from ._choose import Choice
+    from ._choice import Choice
 
 
 def plot_choice(choice: "Choice", ax: Axes | None, beside: dict[str, np.ndarray]) -> Any:

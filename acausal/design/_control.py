@@ -17,7 +17,7 @@ from .._integrate.options import count, flag
 from .._integrate.simulate import simulate
 from ._bounds import number_in
 from ._course import GAPS, LEAST_WHOLE, PLANT, WHOLE, Course, course_of
-from ._free import free_parameters
+from ._free_parameters import free_parameters
 from ._horizon import Horizon, Runs, Shooting, nodes_of
 from ._limits import Objective, limits_of, objectives_of
 from ._optimise import optimise

@@ -16,7 +16,7 @@ from .._integrate.failure import trials
 from .._progress import compiling
 from ._bounds import Scale
 from ._differences import from_sides
-from ._free import single_parameters
+from ._free_parameters import single_parameters
 from ._limits import objectives_of
 from ._program import Evaluation, Program
 

@@ -24,7 +24,8 @@ from .._declare.node import leaves_of
 from .._errors import ModelError, suggestion
 from .._evaluate.building import system_of
 from .._integrate.solution import Solution
-from ._free import Free, free_parameters
+from ._free import Free
+from ._free_parameters import free_parameters
 
 Run = Callable[..., Solution]  # of a model and the times at which it begins and ends
 SHOWN = 400  # times at which trajectories are kept

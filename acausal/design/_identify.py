@@ -13,10 +13,12 @@ from .._errors import ModelError, ParameterError, SimulationError, suggestion
 from .._integrate.options import count
 from .._progress import compiling
 from ._distributions import Normal
-from ._experiment import Experiment, Labels, Prepared, prepared, with_own
+from ._experiment import Experiment, Prepared
 from ._fit import RANK, Channel, Fit
-from ._free import Free, free_parameters
+from ._free import Free
+from ._free_parameters import free_parameters
 from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, minimise, stacked, starts_between
+from ._prepare import Labels, prepared, with_own
 
 M = TypeVar("M", bound=Component)
 ROUNDS = 30  # of estimating the noise

@@ -10,7 +10,8 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import ModelError
 from ._design import Design
-from ._free import Free, free_parameters
+from ._free import Free
+from ._free_parameters import free_parameters
 from ._limits import Limit, Objective, limits_of
 from ._program import Program
 from ._search import nearest_good

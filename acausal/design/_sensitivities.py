@@ -11,7 +11,7 @@ from .._declare.component import Component
 from .._errors import SimulationError, UnknownNameError, suggestion
 from .._extras import Axes, given_or_new
 from ._bounds import Scale
-from ._free import free_parameters
+from ._free_parameters import free_parameters
 from ._limits import objectives_of
 from ._program import Program
 

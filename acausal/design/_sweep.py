@@ -19,7 +19,8 @@ from ._bar import bar
 from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Task, code_names
 from ._bounds import number_in
 from ._distributions import Distribution
-from ._free import Free, single_parameters
+from ._free import Free
+from ._free_parameters import single_parameters
 from ._limits import objectives_of
 from ._pieces import evaluated
 from ._scores import member_count, sobol_scores

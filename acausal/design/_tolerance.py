@@ -11,7 +11,8 @@ from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ._batches import Outcomes, Task
 from ._distributions import Distribution
-from ._free import Free, single_parameters
+from ._free import Free
+from ._free_parameters import single_parameters
 from ._hessian import hessians_of
 from ._indices import Indices, indices_of
 from ._limits import objectives_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Equations, Param, Scalar, Var, eq, replace, structure
-from acausal._evaluate import plan
+from acausal._evaluate import groups
 
 
 class Cooling(Component):
@@ -26,8 +26,8 @@ def test_another_place_traces_no_equation(monkeypatch: pytest.MonkeyPatch) -> No
     model = Cooling()
     system = structure(model).system
     traced: list[Any] = []
-    run = plan.run
-    monkeypatch.setattr(plan, "run", lambda *args: traced.append(args[0]) or run(*args))
+    run = groups.run
+    monkeypatch.setattr(groups, "run", lambda *args: traced.append(args[0]) or run(*args))
 
     def at_two_places(k: Any, y: Any) -> Any:
         rates = [system.vector_field(0.0, x, system.pack(replace(model, {"k": j}))) for j, x in ((k, y), (2.0 * k, -y))]

@@ -1,0 +1,108 @@
+"""The events of a model as functions of its leaves: when they happen, and what they change."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import jax
+import numpy as np
+
+from .._jax_private import ClosedJaxpr, jaxpr_as_fun
+from .._reduce.flat_model import indexed
+from .._reduce.instants import Instants
+from .._reduce.logic import Expression
+
+EventKind = Literal["when", "at", "kink", "refuse"]
+
+
+@dataclasses.dataclass(frozen=True)
+class EventEntry:
+    """One event of a component, or of all members of an array of them: `targets` are the leaves that it changes."""
+
+    path: str
+    name: str
+    kind: EventKind
+    stack: tuple[int, ...]
+    targets: tuple[int, ...]
+    reason: str = ""  # why it is refused
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.stack)
+
+    def label(self, index: int) -> str:
+        """The path of one member's event."""
+        path = indexed(self.path, self.stack[: self.path.count("[]")], index)
+        return f"{path}.{self.name}" if path else self.name
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Function:
+    """A function of some leaves of a model, given by number."""
+
+    closed: ClosedJaxpr
+    leaves: tuple[int, ...]
+
+    def __call__(self, values: Sequence[jax.Array]) -> list[jax.Array]:
+        return list(jaxpr_as_fun(self.closed)(*values))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EventSet:
+    """The events of a model, one entry after the other, each with its members.
+
+    - `truths`: whether conditions hold, those of the entries that are not scheduled; `margins` of the relations that
+      they are made of, numbers that are positive where these hold, and `logic`, of each event how it is, None for
+      those that are scheduled.
+    - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
+    - `actions`: the new values, one array for each target of each entry.
+    - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
+    """
+
+    entries: tuple[EventEntry, ...]
+    truths: Function
+    margins: Function
+    logic: tuple[Expression | None, ...]
+    times: Function
+    actions: Function
+    instants: Instants | None
+    read_by_instants: tuple[int, ...]
+
+    @property
+    def total(self) -> int:
+        return sum(entry.count for entry in self.entries)
+
+    @ft.cached_property
+    def labels(self) -> list[str]:
+        return [entry.label(index) for entry in self.entries for index in range(entry.count)]
+
+    def mask(self, kind: EventKind) -> np.ndarray:
+        """Which of the events are of one kind."""
+        return np.repeat([entry.kind == kind for entry in self.entries], [entry.count for entry in self.entries])
+
+    @ft.cached_property
+    def is_internal(self) -> np.ndarray:
+        """Which of them concern their component alone, since their names begin with an underscore."""
+        return np.repeat([e.name.startswith("_") for e in self.entries], [e.count for e in self.entries])
+
+    @ft.cached_property
+    def acts(self) -> np.ndarray:
+        """Which of the events change something."""
+        return np.repeat([bool(entry.targets) for entry in self.entries], [entry.count for entry in self.entries])
+
+    @ft.cached_property
+    def reasons(self) -> dict[str, str]:
+        """Why those that are refused are, by their label."""
+        return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
+
+    @property
+    def n_relations(self) -> int:
+        return sum(math.prod(aval.shape) for aval in self.margins.closed.out_avals)
+
+    @ft.cached_property
+    def leaves(self) -> frozenset[int]:
+        """All leaves that are read."""
+        functions = (self.truths, self.margins, self.times, self.actions)
+        return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))

@@ -1,0 +1,47 @@
+"""What is kept of events from step to step, and whether they accumulate."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from .._numbers import Numbers
+from .field import Given
+from .interval import Point
+from .look import TOO_SOON
+from .record import Record
+from .run_events import RunEvents
+
+CROWD = 16  # events accumulate where more than so many, and two of each, are close together
+INTERVAL = 1e-9  # share of the time span within which events are close together
+ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
+
+
+class EventState(NamedTuple):
+    """Of the conditions, which hold and which have just become true, and their margins, if nothing has `jumped` since;
+    when scheduled events are due; what happened so far, and how many in a row were close to the time `mark`.
+    """
+
+    holds: Any
+    fresh: Array
+    point: Point
+    due: Any
+    record: Record
+    mark: Any
+    crowd: Any
+    jumped: Any
+
+
+def crowded(
+    events: RunEvents, state: EventState, since: Array, t: Numbers, begins: Numbers, given: Given
+) -> tuple[Array, Array, Array]:
+    """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
+    close together, or one happens again at once. `since` is the time since the start of the step.
+    """
+    span, happens = jnp.abs(given.numbers.t1 - given.numbers.t0), jnp.any(begins & ~events.scheduled)
+    is_close = jnp.abs(t - state.mark) < INTERVAL * span
+    crowd = jnp.where(happens, jnp.where(is_close, state.crowd + 1, 0), state.crowd)
+    mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), state.mark)
+    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < TOO_SOON * span)
+    return mark, crowd, jnp.where(again | (crowd > CROWD + 2 * events.total), ACCUMULATED, 0.0)
