@@ -8,6 +8,7 @@ import pickle
 import platform
 import warnings
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,16 @@ import numpy as np
 
 from ._declare.by_name import Parameters, parameters
 from ._declare.component import Component
-from ._errors import ModelError
+from ._errors import ModelError, listed
 
 ABOUT, DATA = "about.json", "data.pickle"
+# What `zipfile` raises where it meets something else than it expects.
+SPOILT = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError)
 PACKAGES = ("acausal", "jax", "equinox", "diffrax", "numpy")
 
 
 class VersionWarning(UserWarning):
-    """A file was written with other versions than those that read it."""
+    """A file was written with other versions than those that read it, or by a model with other equations."""
 
 
 def save(file: str | os.PathLike[str], item: Any) -> None:
@@ -37,7 +40,7 @@ def save(file: str | os.PathLike[str], item: Any) -> None:
     """
     try:
         data = pickle.dumps(item)
-    except (pickle.PicklingError, AttributeError, TypeError, jax.errors.JAXTypeError) as error:
+    except (pickle.PicklingError, AttributeError, TypeError, RecursionError, jax.errors.JAXTypeError) as error:
         raise ModelError(f"{type(item).__name__} cannot be stored: {error}") from error
     described = {"kind": type(item).__name__, **_described(item), "versions": _versions()}
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -48,21 +51,47 @@ def save(file: str | os.PathLike[str], item: Any) -> None:
 def load(file: str | os.PathLike[str]) -> Any:
     """What `save` has written. Its classes must be there to import. Load only files that you trust: they can run code.
 
-    Warns with `VersionWarning` where versions differ from those that it was written with.
+    Warns with `VersionWarning` where versions differ from those that it was written with, and where the equations of a
+    solution do: what it says of all but its states follows from them.
 
-    Raises `ModelError` where the file is none of `save`, or cannot be read with the versions that are installed.
+    Raises `ModelError` where the file is none of `save`, is damaged, or cannot be read with the versions and classes
+    that are there.
     """
-    written = about(file)["versions"]
-    other = {name: f"{was}, not {_versions()[name]}" for name, was in written.items() if was != _versions().get(name)}
-    said = f"{file} was written with {', '.join(f'{name} {text}' for name, text in other.items())}."
+    written = about(file)
+    was, now = written["versions"], _versions()
+    other = [f"{name} {version}, not {now.get(name)}" for name, version in was.items() if version != now.get(name)]
+    said = f"{file} was written with {', '.join(other)}."
     if other:
         warnings.warn(said, VersionWarning, stacklevel=2)
-    with zipfile.ZipFile(file) as archive:
-        try:
-            return pickle.loads(archive.read(DATA))
-        except (AttributeError, ImportError, TypeError, ValueError, pickle.UnpicklingError) as error:
-            hint = f" {said}" if other else " Its classes must be where they were: import or define them first."
-            raise ModelError(f"{file} cannot be loaded: {error}.{hint}") from error
+    data = _entry(file, DATA)
+    try:
+        item = pickle.loads(data)
+    except ModelError as error:
+        raise ModelError(f"{file} cannot be loaded: {error} {said if other else _CHANGED}") from error
+    except (AttributeError, ImportError, TypeError, ValueError, EOFError, pickle.UnpicklingError) as error:
+        raise ModelError(f"{file} cannot be loaded: {error}. {said if other else _GONE}") from error
+    described = _plain(_described(item))
+    _check_units(file, written, described)
+    if not other and written.get("equations") != described.get("equations"):
+        said = f"{file} was written when the classes of {written['model']} stated other equations."
+        warnings.warn(
+            f"{said} All but its states follows from those that they state now.", VersionWarning, stacklevel=2
+        )
+    return item
+
+
+_CHANGED = 'Remedy: load it with the classes that it was saved with; about(file)["parameters"] are its parameters.'
+_GONE = "Its classes must be where they were: import or define them first."
+
+
+def _check_units(file: Any, written: dict[str, Any], described: dict[str, Any]) -> None:
+    """Raise where parameters that are read have other units than those that were written."""
+    then, now = (
+        {path: parameter["unit"] for path, parameter in said.get("parameters", {}).items()}
+        for said in (written, described)
+    )
+    if changed := [f"{path} in {unit}, not {now.get(path)}" for path, unit in then.items() if unit != now.get(path)]:
+        raise ModelError(f"{file} cannot be loaded: it was written with other units, {listed(changed)}.")
 
 
 def about(file: str | os.PathLike[str]) -> dict[str, Any]:
@@ -70,13 +99,24 @@ def about(file: str | os.PathLike[str]) -> dict[str, Any]:
 
     Raises `ModelError` for a file of another kind, and for one that is not there.
     """
-    if not Path(file).exists():
+    if not Path(file).is_file():
         raise ModelError(f"There is no file {file}.")
     try:
+        found = json.loads(_entry(file, ABOUT))
+    except ValueError:
+        found = None
+    if not isinstance(found, dict) or not isinstance(found.get("versions"), dict):
+        raise ModelError(f"{file} was not written by save(...).")
+    return found
+
+
+def _entry(file: str | os.PathLike[str], name: str) -> bytes:
+    """An entry of a file of `save`."""
+    try:
         with zipfile.ZipFile(file) as archive:
-            return json.loads(archive.read(ABOUT))
-    except (zipfile.BadZipFile, KeyError, json.JSONDecodeError) as error:
-        raise ModelError(f"{file} was not written by save(...).") from error
+            return archive.read(name)
+    except (*SPOILT, KeyError, OSError) as error:
+        raise ModelError(f"{file} was not written by save(...), or is damaged: {error}.") from error
 
 
 def _versions() -> dict[str, str]:

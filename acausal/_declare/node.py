@@ -188,6 +188,20 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         """Whether the class states requirements of its own."""
         return cls.requirements is not Node.requirements
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Read from a pickle; raises `ModelError` where its class has other fields than when it was written."""
+        declared_now = {field.name for field in dataclasses.fields(self)}
+        if others := declared_now ^ state.keys():
+            lists = [sorted(others - declared_now), sorted(others & declared_now)]
+            said = [
+                f"{verb} {', '.join(names)}" for verb, names in zip(("holds", "lacks"), lists, strict=True) if names
+            ]
+            raise ModelError(
+                f"{type(self).__name__} has other fields than when it was stored: what is stored {' and '.join(said)}."
+            )
+        for name, value in state.items():
+            object.__setattr__(self, name, value)
+
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:

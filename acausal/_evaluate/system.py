@@ -32,6 +32,7 @@ from .plan import Plan
 from .program import residual_programme
 from .requirements import ModelRequirements
 from .starts import Inputs, PairStarts, Starts
+from .stored import declared_by, read
 
 
 @dataclasses.dataclass(eq=False, repr=False)
@@ -67,9 +68,9 @@ class System:
         size = f"{len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups"
         return f"<System of {self.name}: {size}>"
 
-    def __reduce__(self) -> tuple[Callable[..., "System"], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         # Traced equations cannot be stored; what is stored is what they are made from.
-        return self.made
+        return read, (self.made, declared_by(self.flat))
 
     def __deepcopy__(self, memo: Any) -> "System":
         return self

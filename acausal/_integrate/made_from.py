@@ -118,6 +118,14 @@ def contents(system: System) -> list[Any]:
     ]
 
 
+def equations_of(system: System) -> str | None:
+    """A digest of what a system is made from; None where that cannot be told."""
+    try:
+        return fingerprint(contents(system))
+    except NoFingerprintError:
+        return None
+
+
 def _choice(system: System) -> list[Any]:
     """By what its states were chosen, and in which form it is."""
     made, numbers = system.made

@@ -24,6 +24,7 @@ from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
 from .event_log import EventLog
+from .made_from import equations_of
 from .peaks import Peak
 from .result import sentence
 from .state_vector import StateVector
@@ -271,6 +272,7 @@ class Solution(eqx.Module, Generic[M]):
         """For the file that it is saved to."""
         return {
             "model": self.system.name,
+            "equations": equations_of(self.system),
             "parameters": described(parameters(self.final)),
             "options": {name: value for name, value in self.options.items() if value is not None},
             "t1": self.t1,

@@ -1,7 +1,11 @@
 """Results in one file: what is read again, and what is said where it cannot be."""
 
+import contextlib
+import io
 import json
 import pickle
+import sys
+import types
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,8 +17,8 @@ import pytest
 from _models import rc
 
 import acausal
-from acausal import ModelError, about, load, save, simulate
-from acausal._save_load import ABOUT
+from acausal import ModelError, about, load, parameters, save, simulate
+from acausal._save_load import ABOUT, DATA
 
 
 def test_solution(tmp_path: Path) -> None:
@@ -80,6 +84,98 @@ def test_missing_classes_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.delattr(f"{__name__}.Gone")
     with pytest.raises(ModelError, match=r"cannot be loaded: .*Gone.* Its classes must be where they were"):
         load(file)
+
+
+BALL = """
+from acausal import Component, Param, Scalar, Var, eq
+
+
+class Ball(Component):
+    c: Param[Scalar, "1/s"] = 0.5
+    g: Param[Scalar, "m/s2"] = 9.81
+    h: Var[Scalar, "m"] = 1.0
+    v: Var[Scalar, "m/s"] = 0.0
+
+    def equations(self, d):
+        return dict(speed=eq(d.h, self.v), fall=eq(d.v, -self.g - self.c * self.v))
+"""
+C, G = 'c: Param[Scalar, "1/s"] = 0.5', 'g: Param[Scalar, "m/s2"] = 9.81'
+H, V = 'h: Var[Scalar, "m"] = 1.0', 'v: Var[Scalar, "m/s"] = 0.0'
+
+# What becomes of the class, and what is said of a run and of a model of it; None where it can be read.
+CHANGED: dict[str, tuple[dict[str, str], str | None, str | None]] = {
+    "nothing": ({}, None, None),
+    "a parameter renamed": ({"c: P": "b: P", "self.c": "self.b"}, "holds c and lacks b", "holds c and lacks b"),
+    "one more parameter": ({"g: P": 'a: Param[Scalar, "1"] = 2.0\n    g: P'}, "lacks a", "lacks a"),
+    "one less": ({C: "", "self.c *": "0.5 *"}, "holds c", "holds c"),
+    "parameters in another order": ({f"{C}\n    {G}": f"{G}\n    {C}"}, "order them otherwise", None),
+    "variables in another order": ({f"{H}\n    {V}": f"{V}\n    {H}"}, "order them otherwise", None),
+    "another unit": ({'"1/s"] = 0.5': '""] = 0.5'}, "other units: c", "other units, c in 1/s, not"),
+}
+
+
+def ball(monkeypatch: pytest.MonkeyPatch, changes: dict[str, str]) -> Any:
+    """A module with the class, as it is edited between two processes."""
+    source = BALL
+    for old, new in changes.items():
+        source = source.replace(old, new)
+    module = types.ModuleType("ball_of_files")
+    exec(source, vars(module))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    return module.Ball
+
+
+@pytest.fixture(scope="module")
+def fallen(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("balls")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        model = ball(monkeypatch, {})(g=5.0)
+        save(folder / "run", simulate(model, 0.1, save="end"))
+        save(folder / "model", model)
+    return {"run": folder / "run", "model": folder / "model"}
+
+
+@pytest.mark.parametrize("change", CHANGED)
+def test_classes_that_declare_something_else(
+    change: str, fallen: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes, *expected = CHANGED[change]
+    ball(monkeypatch, changes)
+    for file, said in zip((fallen["run"], fallen["model"]), expected, strict=True):
+        if said is None:
+            found = load(file)
+            assert parameters(getattr(found, "final", found)) == {"c": 0.5, "g": 5.0}
+        else:
+            with pytest.raises(ModelError, match=rf"{file.name} cannot be loaded: .*{said}"):
+                load(file)
+
+
+def test_other_equations_are_said(fallen: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    ball(monkeypatch, {"-self.g - ": "-2.0 * self.g - "})
+    with pytest.warns(acausal.VersionWarning, match="when the classes of Ball stated other equations"):
+        load(fallen["run"])
+
+
+def test_damaged_files(fallen: dict[str, Path], tmp_path: Path) -> None:
+    """Cut off or spoilt anywhere, without one of its entries, or with half of one."""
+    whole, file = fallen["model"].read_bytes(), tmp_path / "spoilt"
+    with zipfile.ZipFile(fallen["model"]) as archive:
+        held = {name: archive.read(name) for name in archive.namelist()}
+    spoilt = [whole[:cut] for cut in range(0, len(whole), 3)]
+    spoilt += [whole[:i] + bytes([whole[i] ^ 255]) + whole[i + 1 :] for i in range(0, len(whole), 3)]
+    entries = [{ABOUT: held[ABOUT]}, {DATA: held[DATA]}, held | {ABOUT: b"{}"}, held | {ABOUT: b"[1]"}]
+    for content in [*entries, held | {DATA: b""}, held | {DATA: held[DATA][:99]}]:
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as archive:
+            for name, text in content.items():
+                archive.writestr(name, text)
+        spoilt.append(stream.getvalue())
+    for content in spoilt:
+        file.write_bytes(content)
+        with contextlib.suppress(ModelError):
+            assert parameters(load(file))["g"] == 5.0  # where what is spoilt is not looked at
+    with pytest.raises(ModelError, match="no file"):
+        load(tmp_path)
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
