@@ -21,6 +21,7 @@ from ._declare.annotations import nonzero as nonzero
 from ._declare.annotations import positive as positive
 from ._declare.annotations import prefer as prefer
 from ._declare.annotations import shape as shape
+from ._declare.annotations import unbounded as unbounded
 from ._declare.array import Array as Array
 from ._declare.array import repeat as repeat
 from ._declare.array import stack as stack

@@ -5,6 +5,7 @@ To a type checker it is `Annotated[Scalar, ...]`, so a component's constructor a
 """
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from jax import Array
@@ -45,6 +46,14 @@ nonzero = Sign("nonzero")
 
 
 @dataclasses.dataclass(frozen=True)
+class Unbounded:
+    """That a parameter may be infinite."""
+
+
+unbounded = Unbounded()
+
+
+@dataclasses.dataclass(frozen=True)
 class Select:
     """How gladly a variable is taken as a state: higher is preferred."""
 
@@ -76,16 +85,16 @@ def shape(*sizes: int | str) -> Shape:
     return Shape(sizes)
 
 
-Option = Sign | Select | Nominal | Shape
+Option = Sign | Unbounded | Select | Nominal | Shape
 
 
 @dataclasses.dataclass(frozen=True)
 class Declaration:
     """What a class says of one leaf.
 
-    `sign` is the range that its values must lie in. `select`, `nominal` and `start`, the value to start from where a
-    model gives none, apply to variables. `sizes` is empty for a scalar, and None for a parameter that takes the shape
-    of the value it is given.
+    `sign` is the range that its values must lie in; they must be finite unless it `is_unbounded`. `select`, `nominal`
+    and `start`, the value to start from where a model gives none, apply to variables. `sizes` is empty for a scalar,
+    and None for a parameter that takes the shape of the value it is given.
     """
 
     role: Role
@@ -95,6 +104,26 @@ class Declaration:
     nominal: float | None = None
     sizes: tuple[int | str, ...] | None = ()
     start: float = 0.0
+    is_unbounded: bool = False
+
+    def admits(self, value: Any) -> Any:
+        """Whether each element of `value` is one that it can have; NaN is none."""
+        if self.sign is None:
+            return value == value if self._may_be_infinite else abs(value) < math.inf
+        inside = self.sign.admits(value)
+        return inside if self._may_be_infinite else inside & (abs(value) < math.inf)
+
+    @property
+    def range(self) -> str:
+        """What `admits` demands, as it follows "must be"."""
+        if self.sign is None:
+            return "a number" if self._may_be_infinite else "a finite number"
+        said = self.sign.name if self._may_be_infinite else f"{self.sign.name} and finite"
+        return f"{said} (otherwise {self.sign.outside})" if self.sign.outside else said
+
+    @property
+    def _may_be_infinite(self) -> bool:
+        return self.is_unbounded or self.role == "discrete"
 
     @property
     def is_variable(self) -> bool:
@@ -110,6 +139,8 @@ def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: 
         match option:
             case Sign():
                 fields["sign"] = option
+            case Unbounded():
+                fields["is_unbounded"] = True
             case Select():
                 fields["select"] = option.rank
             case Nominal():
@@ -118,8 +149,8 @@ def _declaration(role: Role, unit: object, options: tuple[object, ...], scalar: 
                 fields["sizes"] = option.sizes
             case _:
                 raise ArgumentError(
-                    f"Unknown option {option!r} in an annotation. Use positive, nonnegative, nonzero, prefer, avoid, "
-                    "never, Nominal(...) or shape(...)."
+                    f"Unknown option {option!r} in an annotation. Use positive, nonnegative, nonzero, unbounded, "
+                    "prefer, avoid, never, Nominal(...) or shape(...)."
                 )
     return Declaration(role, unit, **fields)
 

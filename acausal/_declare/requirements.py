@@ -52,11 +52,16 @@ def stated(node: Any) -> Iterator[Requirement]:
 
 
 def _declared(name: str, declaration: Declaration, value: Any) -> Requirement:
-    if declaration.sign is None:
-        return Requirement(value == value, f"{name} must be a number")
-    sign = declaration.sign
-    outside = f" (otherwise {sign.outside})" if sign.outside else ""
-    return Requirement(sign.admits(value), f"{name} must be {sign.name}{outside}")
+    return Requirement(declaration.admits(value), f"{name} must be {declaration.range}")
+
+
+def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
+    """The requirements of a class, or that arrays have other shapes where these cannot be computed."""
+    try:
+        return node.requirements()
+    except (TypeError, ValueError, IndexError) as error:
+        arrays = ", ".join(name for name, declaration in fields.items() if declaration.sizes is None)
+        return (Requirement(False, f"{arrays} must have the shapes that are documented ({error})"),)
 
 
 def broken(node: Any) -> Iterator[str]:
@@ -66,15 +71,12 @@ def broken(node: Any) -> Iterator[str]:
     checks = [_declared(name, fields[name], value) for name, value in known.items()]
     for name, declaration in started_of(type(node)).items():
         if values[name] is not None and not is_traced(values[name]):
-            start = np.asarray(values[name])
-            if declaration.is_variable:
-                checks.append(Requirement(abs(start) < np.inf, f"{name} must be a finite number"))
-            checks.append(_declared(name, declaration, start))
+            checks.append(_declared(name, declaration, np.asarray(values[name])))
     # What is differentiated is a trial, of which a run tells the result, although its number is known.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
         # Also while a function is traced, known numbers can be compared; and a law may divide by one that is refused.
         with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
-            checks += copied(node, known).requirements()
+            checks += _required(copied(node, known), fields)
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
             about = fields | started_of(type(node))

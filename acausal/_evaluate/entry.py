@@ -79,7 +79,7 @@ class Entry:
         self.enforced(self.parameters(leaves))
         for index in sorted(self.given(leaves)):
             leaf, start = self.flat.leaves[index], known(jnp.asarray(leaves[index], float))
-            if start is not None and not np.all(_is_admitted(leaf, start)):
+            if start is not None and not np.all(leaf.declaration.admits(start)):
                 raise ParameterError(_bad_start(leaf, start))
 
     def bad_values(self, inputs: Inputs) -> Array:
@@ -87,7 +87,7 @@ class Entry:
         checks = [self.requirements.broken(inputs.params)]
         for index in sorted(inputs.given):
             start = self.starts.of_leaf(inputs, index)
-            checks.append(~jnp.all(_is_admitted(self.flat.leaves[index], start))[None])
+            checks.append(~jnp.all(self.flat.leaves[index].declaration.admits(start))[None])
         return jnp.concatenate(checks)
 
     def needed(self, given: frozenset[int]) -> list[str]:
@@ -108,15 +108,8 @@ def _strong(value: Numbers) -> Numbers:
     return np.asarray(value) if isinstance(value, float) else value
 
 
-def _is_admitted(leaf: FlatLeaf, start: Numbers) -> Numbers:
-    """Whether each element of a start value is one that the variable can have."""
-    sign, is_finite = leaf.declaration.sign, abs(start) < np.inf
-    return is_finite if sign is None else is_finite & sign.admits(start)
-
-
 def _needed(leaf: FlatLeaf) -> str:
-    sign = leaf.declaration.sign
-    return f"{leaf.path} must be {sign.name if sign else 'a finite number'}"
+    return f"{leaf.path} must be {leaf.declaration.range}"
 
 
 def _bad_start(leaf: FlatLeaf, start: np.ndarray) -> str:

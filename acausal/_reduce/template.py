@@ -142,7 +142,7 @@ def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template
 
     def residual(*values: Any) -> Numbers:
         terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]
-        return sum(terms[1:], terms[0])
+        return sum(terms[1:], terms[0]) if terms else jnp.zeros(shape)
 
     closed = jax.make_jaxpr(residual)(*structs([shape] * len(factors)))
     inputs = tuple(Input(slot, 0, "var") for slot in range(len(factors)))

@@ -18,6 +18,7 @@ from acausal import (
     positive,
     prefer,
     require,
+    unbounded,
 )
 
 from .. import _pieces as pieces
@@ -69,8 +70,8 @@ class LimitedController(Component, partial=True):
 
     k: Param[Scalar, "", nonzero]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
-    y_max: Param[Scalar, ""]  # upper limit of y
-    y_min: Param[Scalar, ""]  # lower limit of y
+    y_max: Param[Scalar, "", unbounded]  # upper limit of y
+    y_min: Param[Scalar, "", unbounded]  # lower limit of y
     wp: Param[Scalar, "1", nonnegative] = 1.0  # weight of the set point in the proportional part
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
     x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain

@@ -20,6 +20,7 @@ from acausal import (
     positive,
     prefer,
     require,
+    unbounded,
     when,
 )
 
@@ -31,8 +32,8 @@ from ._interfaces import SISO, Input, Output
 class Range(SISO, partial=True):
     """A block with two bounds of its input."""
 
-    u_max: Param[Scalar, ""]  # upper bound
-    u_min: Param[Scalar, ""]  # lower bound
+    u_max: Param[Scalar, "", unbounded]  # upper bound
+    u_min: Param[Scalar, "", unbounded]  # lower bound
     piece: Discrete[Scalar, "1"] = 1.0  # 0 below the bounds, 1 within, 2 above
 
     def requirements(self) -> Requirements:
@@ -67,8 +68,8 @@ class SlewRateLimiter(SISO):
     makes the equations stiffer. y starts at x.
     """
 
-    rising: Param[Scalar, "", positive]  # steepest rise
-    falling: Param[Scalar, "", positive]  # steepest fall, a positive number
+    rising: Param[Scalar, "", positive, unbounded]  # steepest rise
+    falling: Param[Scalar, "", positive, unbounded]  # steepest fall, a positive number
     Td: Param[Scalar, "s", positive] = 1e-3  # time constant
     x: Var[Scalar, "", prefer] = 0.0  # y; its start value
     piece: Discrete[Scalar, "1"] = 1.0  # 0 while it falls as fast as it can, 2 while it rises so

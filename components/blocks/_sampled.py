@@ -18,6 +18,7 @@ from acausal import (
     nonzero,
     positive,
     require,
+    unbounded,
 )
 
 from .._limit import limited
@@ -54,8 +55,8 @@ class SampledPI(Sampled):
 
     k: Param[Scalar, "1", nonzero]  # gain
     T: Param[Scalar, "s", positive]  # integral time
-    y_min: Param[Scalar, "1"] = -jnp.inf  # lower limit of y
-    y_max: Param[Scalar, "1"] = jnp.inf  # upper limit of y
+    y_min: Param[Scalar, "1", unbounded] = -jnp.inf  # lower limit of y
+    y_max: Param[Scalar, "1", unbounded] = jnp.inf  # upper limit of y
     x: Discrete[Scalar, "1"] = 0.0  # integral part, before the gain
     held: Discrete[Scalar, "1"] = 0.0  # y
     u_s: Input = Input()  # set point

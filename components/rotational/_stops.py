@@ -18,6 +18,7 @@ from acausal import (
     nonnegative,
     prefer,
     require,
+    unbounded,
 )
 
 from .. import _impact
@@ -37,8 +38,8 @@ class HardStop(Component):
     stops do, give one of them a `creep` of 1e-10 / (kg.m2).
     """
 
-    phi_min: Param[Scalar, "rad"] = -jnp.inf  # angle of the lower stop
-    phi_max: Param[Scalar, "rad"] = jnp.inf  # angle of the upper stop
+    phi_min: Param[Scalar, "rad", unbounded] = -jnp.inf  # angle of the lower stop
+    phi_max: Param[Scalar, "rad", unbounded] = jnp.inf  # angle of the upper stop
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
     rest: Param[Scalar, "rad/s", nonnegative] = 1e-3  # rebound speed up to which it rests
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = 0.0  # acceleration per torque while it rests

@@ -19,6 +19,7 @@ from acausal import (
     positive,
     prefer,
     require,
+    unbounded,
 )
 
 from .. import _impact
@@ -40,8 +41,8 @@ class HardStop(Component):
     stops do, give one of them a `creep` of 1e-10 / kg.
     """
 
-    s_min: Param[Scalar, "m"] = -jnp.inf  # position of the lower stop
-    s_max: Param[Scalar, "m"] = jnp.inf  # position of the upper stop
+    s_min: Param[Scalar, "m", unbounded] = -jnp.inf  # position of the lower stop
+    s_max: Param[Scalar, "m", unbounded] = jnp.inf  # position of the upper stop
     restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
     rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests
     creep: Param[Scalar, "1/kg", nonnegative] = 0.0  # acceleration per force while it rests
@@ -90,8 +91,8 @@ class MassWithStopAndFriction(Component):
     """
 
     m: Param[Scalar, "kg", positive]  # mass
-    s_min: Param[Scalar, "m"]  # position of the lower stop
-    s_max: Param[Scalar, "m"]  # position of the upper stop, beyond s_min + L
+    s_min: Param[Scalar, "m", unbounded]  # position of the lower stop
+    s_max: Param[Scalar, "m", unbounded]  # position of the upper stop, beyond s_min + L
     L: Param[Scalar, "m", nonnegative] = 0.0  # length from a to b
     F_prop: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
     F_Coulomb: Param[Scalar, "N", nonnegative] = 0.0  # constant part of the friction

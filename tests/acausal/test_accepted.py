@@ -152,7 +152,7 @@ def test_inherited_fields_name_the_class_that_is_used() -> None:
 
 
 def test_absolute_zero_is_no_temperature() -> None:
-    with pytest.raises(ParameterError, match=r"HeatCapacitor\.T must be positive, got 0\.0 K"):
+    with pytest.raises(ParameterError, match=r"HeatCapacitor\.T must be positive and finite, got 0\.0 K"):
         HeatCapacitor(C=1.0, T=0.0)
     with pytest.raises(ParameterError, match=r"FixedTemperature\.temperature must be positive"):
         FixedTemperature(temperature=0.0)

@@ -30,7 +30,7 @@ def test_unknown_name_is_answered_with_like_ones() -> None:
 
 def test_a_gear_has_no_ratio_of_zero() -> None:
     assert IdealGear(ratio=-2.0).ratio == -2.0
-    with pytest.raises(ParameterError, match=r"IdealGear\.ratio must be nonzero, got 0"):
+    with pytest.raises(ParameterError, match=r"IdealGear\.ratio must be nonzero and finite, got 0"):
         IdealGear(ratio=0.0)
 
 

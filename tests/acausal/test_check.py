@@ -23,8 +23,8 @@ def test_parameters_out_of_range() -> None:
     found = check(eqx.tree_at(lambda m: (m.r.R, m.c.C), rc(), (jnp.asarray(-1.0), jnp.asarray(0.0))))
     assert not found
     assert found.problems == (
-        "r.R must be nonnegative (otherwise use NegativeResistor), got -1.0 ohm.",
-        "c.C must be positive, got 0.0 F.",
+        "r.R must be nonnegative and finite (otherwise use NegativeResistor), got -1.0 ohm.",
+        "c.C must be positive and finite, got 0.0 F.",
     )
     assert str(found).splitlines()[0] == "2 problems found."
     assert found.summary == "The structure was not analysed: mend these first."
@@ -51,7 +51,7 @@ def test_connections_and_parameters_at_once() -> None:
     pair = Mismatch(r=Resistor(R=1.0), other=Resistor(R=1.0), rotor=Inertia(J=1.0))
     connection, parameter = check(Both(pair=pair, circuit=circuit)).problems
     assert connection.startswith("pair: pair.r.n is a Pin and pair.rotor.a a Flange")
-    assert parameter == "circuit.r.R must be nonnegative (otherwise use NegativeResistor), got -1.0 ohm."
+    assert parameter == "circuit.r.R must be nonnegative and finite (otherwise use NegativeResistor), got -1.0 ohm."
 
 
 class WrongTwice(Component):

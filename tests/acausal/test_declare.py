@@ -235,9 +235,9 @@ def test_static_field_that_holds_an_array_or_a_part(value: Any) -> None:
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: Mass(m=-1.0), r"Mass\.m must be positive, got -1\.0 kg"),
-        (lambda: Mass(m=0.0), r"Mass\.m must be positive, got 0\.0 kg"),
-        (lambda: Mass(m=float("nan")), r"Mass\.m must be positive, got nan"),
+        (lambda: Mass(m=-1.0), r"Mass\.m must be positive and finite, got -1\.0 kg"),
+        (lambda: Mass(m=0.0), r"Mass\.m must be positive and finite, got 0\.0 kg"),
+        (lambda: Mass(m=float("nan")), r"Mass\.m must be positive and finite, got nan"),
         (lambda: Resistor(R=-2.0), r"Resistor\.R must be nonnegative .*NegativeResistor.*, got -2\.0 ohm"),
         (lambda: Tank(k=1.0, weights=jnp.array([1.0, -1.0])), r"Tank\.weights must be nonnegative"),
         (lambda: Postponed(k=-1.0), r"Postponed\.k must be positive"),

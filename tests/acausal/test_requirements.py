@@ -87,7 +87,7 @@ def many() -> Many:
 
 
 CASES: dict[str, tuple[Callable[[Any], Any], Any, str]] = {
-    "a range": (lambda m: m.single[7].T, -1.0, "single[7].T must be positive, got -1.0 s."),
+    "a range": (lambda m: m.single[7].T, -1.0, "single[7].T must be positive and finite, got -1.0 s."),
     "a relation in a record": (
         lambda m: m.single[3].band.low,
         2.0,
@@ -103,7 +103,11 @@ CASES: dict[str, tuple[Callable[[Any], Any], Any, str]] = {
         0.5,
         "resistor.R times capacitor.C must be at least 1e-3, got resistor.R = 0.5 ohm, capacitor.C = 0.001 F.",
     ),
-    "no number": (lambda m: m.row.item.band.low, np.array([0.0, 0.0, np.nan]), "row[2].band.low must be a number"),
+    "no number": (
+        lambda m: m.row.item.band.low,
+        np.array([0.0, 0.0, np.nan]),
+        "row[2].band.low must be a finite number",
+    ),
 }
 ENTRIES: dict[str, Callable[[Any], Any]] = {
     "simulate": lambda m: simulate(m, 0.1, save="end"),

@@ -233,7 +233,7 @@ def test_what_is_left_open_stays_near_the_values_of_the_model() -> None:
 
 
 def test_value_outside_its_range() -> None:
-    with pytest.raises(SimulationError, match=r"not admissible: a must be positive, got -2\.0"):
+    with pytest.raises(SimulationError, match=r"not admissible: a must be positive and finite, got -2\.0"):
         initialise(Leak(), ends_at(1.0), steady=True, solve_for=["a"])
     spoilt = initialise(Leak(), ends_at(1.0), steady=True, solve_for=["a"], throw=False)
     assert jnp.isnan(spoilt.a)

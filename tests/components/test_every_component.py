@@ -56,10 +56,33 @@ def _arguments(node: Any) -> dict[str, Any]:
 
 
 @every_component
-def test_nan_is_refused(component: Component) -> None:
-    for path, value in parameters(component).items():
-        found = check(replace(component, {path: jnp.full(jnp.shape(value), jnp.nan)}))
-        assert any(path in problem and "nan" in problem for problem in found.problems)
+@pytest.mark.parametrize("bad", [jnp.nan, jnp.inf, -jnp.inf])
+def test_what_is_not_finite_is_refused(component: Component, bad: float) -> None:
+    """But infinity where a class says that it means something, as that there is no limit."""
+    declared = {leaf.path: leaf.declaration for leaf in leaves_of(component)}
+    changed = {path: jnp.full(jnp.shape(value), bad) for path, value in parameters(component).items()}
+    found = check(replace(component, changed)).problems
+    for path in changed:
+        declaration = declared[path]
+        is_admitted = bad == jnp.inf and declaration.is_unbounded
+        is_admitted |= bad == -jnp.inf and declaration.is_unbounded and declaration.sign is None
+        assert is_admitted != any(f"{path} must be {declaration.range}, got" in problem for problem in found)
+
+
+@every_component
+def test_arrays_in_place_of_one_number_are_refused(component: Component) -> None:
+    paths = [leaf.path for leaf in leaves_of(component) if leaf.declaration.role == "param" and leaf.sizes == ()]
+    found = check(replace(component, dict.fromkeys(paths, np.ones(3)))).problems
+    for path in paths:
+        assert any(f"{path} has shape (3,), but is declared with shape ()" in problem for problem in found)
+
+
+@every_component
+def test_arrays_of_other_shapes_are_refused(component: Component) -> None:
+    for leaf in leaves_of(component):
+        if leaf.declaration.role == "param" and leaf.sizes is None:
+            for other in (1.0, np.ones((2, 1, 3))):
+                assert check(replace(component, {leaf.path: other})).problems
 
 
 @every_component
@@ -105,7 +128,8 @@ def test_requirements_are_the_same_for_numbers_and_compiled(component: Component
 
     for _ in range(20):
         values = {
-            path: value * draw.choice([-1.0, 0.0, 0.2, 1.0, 3.0, jnp.nan], p=[0.1, 0.1, 0.1, 0.5, 0.1, 0.1])
+            path: value
+            * draw.choice([-1.0, 0.0, 0.2, 1.0, 3.0, jnp.nan, jnp.inf], p=[0.1, 0.1, 0.1, 0.4, 0.1, 0.1, 0.1])
             for path, value in parameters(component).items()
         }
         changed = replace(component, values)

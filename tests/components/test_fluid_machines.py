@@ -84,7 +84,7 @@ def test_single_acting_cylinder() -> None:
     check_law(cylinder, {"flange.s": s, "v": 0.1, "port.q": 0.0, "p": 1e6}, {"der(p)": -0.1 * rate}, rtol=1e-9)
     given = {"flange.s": s, "v": 0.1, "port.q": 0.1 * area, "p": 1e6}
     check_law(cylinder, given, {"der(p)": 0.0, "flange.f": -1e6 * area}, rtol=1e-9, atol=1e-3)
-    with pytest.raises(ParameterError, match=r"^SingleActingCylinder\.dead must be positive, got 0\.0 m3"):
+    with pytest.raises(ParameterError, match=r"^SingleActingCylinder\.dead must be positive and finite, got 0\.0 m3"):
         SingleActingCylinder(bore=0.04, liquid=OIL, dead=0.0)
 
 

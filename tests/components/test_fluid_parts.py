@@ -87,7 +87,7 @@ def test_drilled_passage() -> None:
     check_law(passage, {"q": q}, {"dp": law}, rtol=1e-12)
     assert float(replace(passage, {"q": 1e-6}).reynolds) == pytest.approx(v[2] * 4e-3 / 3.2e-5)
     check_component(passage)
-    with pytest.raises(ParameterError, match=r"^DrilledPassage\.length must be positive, got 0\.0 m"):
+    with pytest.raises(ParameterError, match=r"^DrilledPassage\.length must be positive and finite, got 0\.0 m"):
         DrilledPassage(diameter=4e-3, length=0.0, corners=2.0, liquid=OIL)
 
 
@@ -286,7 +286,7 @@ GOOD = dict(bore=0.04, stroke=0.3, liquid=OIL, dead_a=1e-5, dead_b=1e-5)
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (dict(dead_a=0.0), "dead_a must be positive, got 0.0 m3"),
+        (dict(dead_a=0.0), "dead_a must be positive and finite, got 0.0 m3"),
         (dict(bore=0.0), "bore must be positive"),
         (dict(rod=0.04), "rod must be thinner than bore, got rod = 0.04 m, bore = 0.04 m"),
     ],
@@ -298,7 +298,7 @@ def test_bad_cylinders(change: dict[str, float], text: str) -> None:
 
 
 def test_bad_restrictions_and_accumulators() -> None:
-    with pytest.raises(ParameterError, match=r"^LiquidOrifice\.area must be positive, got 0\.0 m2"):
+    with pytest.raises(ParameterError, match=r"^LiquidOrifice\.area must be positive and finite, got 0\.0 m2"):
         LiquidOrifice(area=0.0, liquid=OIL)
     with pytest.raises(ParameterError, match=r"^AnnularGap\.eccentricity must be at most 1"):
         AnnularGap(diameter=0.1, clearance=1e-5, length=0.1, liquid=OIL, eccentricity=1.1)

@@ -162,10 +162,10 @@ def test_a_remark_on_the_source_does_not_change_the_structure() -> None:
 
 
 BAD = (
-    ({"bulk_modulus": -1.0}, r"bulk_modulus must be positive, got -1.0 Pa"),
-    ({"density": 0.0}, r"density must be positive, got 0.0 kg/m3"),
+    ({"bulk_modulus": -1.0}, r"bulk_modulus must be positive and finite, got -1.0 Pa"),
+    ({"density": 0.0}, r"density must be positive and finite, got 0.0 kg/m3"),
     ({"air": 1.0}, r"air must be below 1, got 1.0"),
-    ({"air": 0.0}, r"air must be positive, got 0.0"),
+    ({"air": 0.0}, r"air must be positive and finite, got 0.0"),
     ({"nu_1": 0.1e-6}, r"nu_1 must be above unit - shift, got nu_1 = 1e-07 m2/s"),
     ({"vapour_pressure": 2e5}, r"vapour_pressure must be below atmosphere at the temperature"),
     ({"temperature": 40.0}, r"temperature must be one, in K, at which .* a liquid, got 40.0 K"),
@@ -191,5 +191,5 @@ def test_unphysical_liquids_are_refused_under_jit() -> None:
 
     assert bool(is_refused(jnp.asarray(-1.0)))
     assert not bool(is_refused(jnp.asarray(1e9)))
-    with pytest.raises(ParameterError, match=r"chamber\.liquid\.bulk_modulus must be positive, got -1\.0 Pa"):
+    with pytest.raises(ParameterError, match=r"chamber\.liquid\.bulk_modulus must be positive .*, got -1\.0 Pa"):
         simulate(replace(rig, {"chamber.liquid.bulk_modulus": -1.0}), 1e-3)

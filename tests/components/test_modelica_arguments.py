@@ -150,7 +150,7 @@ def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
 
 
 def test_a_resistor_names_what_has_a_negative_resistance() -> None:
-    message = r"^Resistor\.R must be nonnegative \(otherwise use NegativeResistor\), got -3\.0 ohm\.$"
+    message = r"^Resistor\.R must be nonnegative and finite \(otherwise use NegativeResistor\), got -3\.0 ohm\.$"
     with pytest.raises(ParameterError, match=message):
         electrical.Resistor(R=-3.0)
     assert electrical.NegativeResistor(R=3.0).R == 3.0

@@ -246,7 +246,7 @@ def test_gradients(build: Callable[..., Pipe | UnsteadyFrictionPipe]) -> None:
 
 BAD = (
     (dict(n=1), r"n must be a whole number of segments, at least 2, got 1"),
-    (dict(diameter=0.0), r"diameter must be positive, got 0.0 m"),
+    (dict(diameter=0.0), r"diameter must be positive and finite, got 0.0 m"),
     (dict(p=[0.0, 1.0]), r"p must be one number or 4 of them, got an array of shape \(2,\)"),
     (dict(wall=-1e-9), r"wall must be nonnegative"),
 )

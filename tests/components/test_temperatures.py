@@ -209,11 +209,11 @@ def test_a_run_ends_where_a_state_leaves_its_range() -> None:
 
 
 def test_start_values_outside_their_range_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"HeatCapacitor.T must be positive, got -5.0 K"):
+    with pytest.raises(ParameterError, match=r"HeatCapacitor.T must be positive and finite, got -5.0 K"):
         HeatCapacitor(C=1.0, T=-5.0)
     fine = Drained(body=HeatCapacitor(C=1.0, T=300.0), drain=ConstantHeatFlow(heat_flow=-100.0))
     model = eqx.tree_at(lambda m: m.body.T, fine, -5.0)
-    with pytest.raises(ParameterError, match=r"body.T must be positive, but starts from -5.0 K"):
+    with pytest.raises(ParameterError, match=r"body.T must be positive and finite, but starts from -5.0 K"):
         simulate(model, 1.0)
     assert "body.T must be positive" in str(check(model))
 

@@ -72,7 +72,7 @@ def test_a_circuit_differentiated_by_its_temperature(temperature: float) -> None
 
 
 def test_temperatures_that_are_none() -> None:
-    with pytest.raises(ParameterError, match=r"^Liquid\.temperature must be positive, got -30\.0 K"):
+    with pytest.raises(ParameterError, match=r"^Liquid\.temperature must be positive and finite, got -30\.0 K"):
         dot_4(-30.0)
 
 
