@@ -147,7 +147,9 @@ class Tables:
 
 
 def stored() -> Tables:
-    """The tables as they were when the documentation was written: `python -m studies prototypes --json` gives them."""
+    """The tables as they were when the documentation was written, all of one run of
+    `python -m studies prototypes --json studies/prototypes/rows.json`.
+    """
     kinds = dict(rows=Row, meetings=Meeting, outcomes=Outcome, proposals=Proposal, separations=Separation)
     tables: dict[str, list[Any]] = read_json(STORED, **kinds)
     # JSON has no infinity: what does not come to an end, and is told apart for certain.

@@ -12,8 +12,10 @@ from _designs import DESIGNS
 from _thesis_reference import HOLDING
 
 from studies.__main__ import main
+from studies.prototypes import stored
 from studies.prototypes._cases import CASES, held, model_of
 from studies.prototypes._proposals import NOISES, Prediction, predictions, separations
+from studies.prototypes._tables import STORED
 
 # Parameters with which hand-written equations, integrated to 1e-12, give what was measured.
 RE50 = {"motor.resistor.R": 0.1453, "motor.bearing.C": 8.715e-3}  # its two opening times alone
@@ -65,6 +67,51 @@ def test_current_that_holds() -> None:
         assert held(DESIGNS[design]()) == pytest.approx(current, rel=1e-10)
     sticky = model_of(next(case for case in CASES if "friction.Tc" in case.free))
     assert held(sticky) - held(sticky, direction=-1.0) == pytest.approx(2.0 * 0.1 / 0.0385, rel=1e-9)
+
+
+def test_stored_fits_are_those_of_the_stored_comparisons() -> None:
+    """The sum of squares of a case is that of its measurements, unless more was known of its parameters beforehand."""
+    found = stored()
+    compared = 0
+    for outcome in found.outcomes:
+        case = (outcome.prototype, outcome.case)
+        meetings = [row for row in found.meetings if (row.prototype, row.case) == case]
+        parameters = [row for row in found.rows if (row.prototype, row.case) == case]
+        squares = sum(((row.fitted - row.measured) / row.sigma) ** 2 for row in meetings)
+        assert squares < outcome.chi2 * (1.0 + 1e-9)
+        if outcome.dof == len(meetings) - len(parameters):
+            assert outcome.chi2 == pytest.approx(squares, rel=1e-9)
+            compared += 1
+    assert compared >= 4
+
+
+def test_stored_predictions_are_those_of_the_stored_estimates() -> None:
+    """What needs no run, by its formulas."""
+    found, volts, k = stored(), 13.5, 0.0385
+    for what in ("another torque constant", "dry friction", "losses in the gear"):
+        values = {row.parameter: row.estimate for row in found.rows if row.case == f"all data, {what}"}
+        said = {row.measurement: row.predicted for row in found.proposals if row.explanation == what}
+        emf, dry = values.get("motor.emf.k", k), values.get("friction.Tc, friction.Ts", 0.0)
+        r, c = values["motor.resistor.R"], values["motor.bearing.C"]
+        speed = (volts * emf / r - dry) / (emf**2 / r + c)
+        assert said["voltage of the motor turned at 1000 rpm"] == pytest.approx(emf * 1000.0 * math.pi / 30.0)
+        assert said["current of the motor and gear without cam at 13.5 V"] == pytest.approx((volts - emf * speed) / r)
+        assert said["current at which motor and gear without cam begin to turn"] == pytest.approx(dry / emf)
+
+
+def test_stored_distances_are_those_of_the_stored_predictions() -> None:
+    """Of single numbers: their difference over the root of the sum of all squares that blur it."""
+    found = stored()
+    said = {(row.measurement, row.explanation): row for row in found.proposals}
+    compared = 0
+    for row in found.separations:
+        a, b = (said.get((row.measurement, name)) for name in row.explanations.split(" / "))
+        if a is None or b is None or math.isinf(row.distance):
+            continue
+        blur = math.sqrt(a.noise**2 + a.spread**2 + b.spread**2)
+        assert row.distance == pytest.approx(abs(a.predicted - b.predicted) / blur, rel=1e-9)
+        compared += 1
+    assert compared > 20
 
 
 @pytest.fixture(scope="module")
@@ -119,3 +166,12 @@ def test_what_tells_the_explanations_apart(tables: dict[str, list[dict[str, Any]
         best[pair] = max(best.get(pair, 0.0), math.inf if row["distance"] is None else row["distance"])
     assert len(best) == 3 + 6
     assert min(best.values()) > 3.0
+
+
+@pytest.mark.slow
+def test_stored_tables_are_those_of_the_command(tables: dict[str, list[dict[str, Any]]]) -> None:
+    old = json.loads(STORED.read_text())
+    assert list(tables) == list(old)
+    for name, rows in tables.items():
+        for row, expected in zip(rows, old[name], strict=True):
+            assert row == pytest.approx(expected, rel=1e-4, abs=1e-9), name
