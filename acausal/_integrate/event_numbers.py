@@ -109,7 +109,7 @@ class EventNumbers:
     @ft.cached_property
     def waits(self) -> np.ndarray:
         """Those that a search for a start leaves to its modes and to the run that begins there."""
-        return self.responds & self._sets_states & self.settings.is_search
+        return self.responds & self.settings.is_search
 
     @ft.cached_property
     def remains(self) -> np.ndarray:

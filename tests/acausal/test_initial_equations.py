@@ -37,7 +37,7 @@ from acausal import (
     when,
 )
 from acausal._evaluate.building import mass_matrix_form, system_of
-from components.blocks import SISO, Gain
+from components.blocks import SISO, Constant, Gain, Integrator, TwoPointController
 from components.rotational import IdealGear, Inertia, SignalTorque, SpeedSensor
 
 
@@ -263,6 +263,38 @@ def test_modes_and_past_events() -> None:
     np.testing.assert_allclose([late["x"][0], late["q"][0], late["n"][0], late["y"][0]], [4.0, 3.0, 1.0, 2.0])
     np.testing.assert_allclose(late["x"], 4.0, rtol=1e-12)
     np.testing.assert_allclose(linearise(Charged(), t=2.0).rates, [0.0, 0.0], atol=1e-12)
+
+
+class Filled(Component):
+    """A vessel that starts at a set point, with a pump that runs from when it falls below a band until it is above."""
+
+    level: Param[Scalar, ""] = 4.0
+    wanted: Constant
+    pump: TwoPointController
+    vessel: Integrator
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.wanted.y, self.pump.u_s),
+            connect(self.pump.y, self.vessel.u),
+            connect(self.vessel.y, self.pump.u_m),
+        )
+
+    def initial_equations(self, d: Self) -> Equations:
+        return dict(filled=eq(self.vessel.y.value, self.level))
+
+
+@pytest.mark.parametrize(
+    ("level", "is_on", "then"), [(4.0, 0.0, 0.0), (4.0, 1.0, 1.0), (3.0, 0.0, 1.0), (5.0, 1.0, 0.0)]
+)
+def test_a_guess_switches_nothing(level: float, is_on: float, then: float) -> None:
+    """Within the band a controller stays as it was. The search begins at an empty vessel, far below the band."""
+    model = Filled(
+        level=level, wanted=Constant(k=4.0), pump=TwoPointController(bandwidth=1.0, is_on=is_on), vessel=Integrator()
+    )
+    assert float(initialise(model).pump.is_on) == then
+    run = simulate(model, 0.1)
+    np.testing.assert_allclose([run["pump.is_on"][0], run["vessel.y.value"][0]], [then, level], rtol=1e-12)
 
 
 class Geared(Component):
