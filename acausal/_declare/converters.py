@@ -56,7 +56,8 @@ class Converter:
     unit: str
     where: str
 
-    # Equinox asks every converter for it; to derive it from the code would take a third as long as making the class.
+    # Equinox reads the signature of each converter. To find it from the code would take a third of the time of making
+    # a class.
     __signature__ = inspect.Signature([inspect.Parameter("value", inspect.Parameter.POSITIONAL_ONLY)])
 
     def __call__(self, value: Any) -> Any:

@@ -62,11 +62,13 @@ class NodeMeta(type(eqx.Module)):
 
     _partial: bool
 
-    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        if cls._partial:
-            raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
-        check_arguments(cls, args, kwargs)
-        return super().__call__(*args, **kwargs)
+    if not TYPE_CHECKING:  # type checkers take the arguments and the result from the class
+
+        def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+            if cls._partial:
+                raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
+            check_arguments(cls, args, kwargs)
+            return super().__call__(*args, **kwargs)
 
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], *, partial: bool = False):
         if namespace.get("__module__") != __name__:
@@ -143,7 +145,8 @@ def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
     if declaration.role != "param" and declaration.sizes is None:
         raise ModelError(f"{where} is an array variable: declare its shape, as in Var[Vector, 'K', shape('n')].")
     if declaration.role != "param":
-        # What the class says is where to start from; only what a model says is given, and None as long as it is not.
+        # The default in the class is a first guess, kept in the declaration. The field is None until a model gives a
+        # start value, so that given values and guesses are told apart.
         start = 0.0 if default is dataclasses.MISSING else default
         if not isinstance(start, int | float):
             raise ModelError(f"{where} must start from a plain number, got {start!r}.")

@@ -72,9 +72,10 @@ def broken(node: Any) -> Iterator[str]:
     for name, declaration in started_of(type(node)).items():
         if values[name] is not None and not is_traced(values[name]):
             checks.append(_declared(name, declaration, np.asarray(values[name])))
-    # What is differentiated is a trial, of which a run tells the result, although its number is known.
+    # With traced parameters the run checks this and tells it as its result: a value tried under grad must not raise.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
-        # Also while a function is traced, known numbers can be compared; and a law may divide by one that is refused.
+        # Numbers that are known are compared at once, even while some other function is traced. A requirement may
+        # divide by a number that is refused.
         with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
             checks += _required(copied(node, known), fields)
     for holds, text in checks:

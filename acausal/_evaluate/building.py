@@ -110,7 +110,7 @@ def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:
     first, sizes = instances.first_leaf[0], instances.kind.sizes
     try:
         stated = templates(instances.kind)
-    except ModelError:  # which is said where the equations are put together
+    except ModelError:  # raised again where the equations are put together
         return False
     inputs = {item for template in stated for item in template.inputs if item.source == "var"}
     return any(sizes[item.slot] != flat.leaves[first + item.slot].sizes for item in inputs)

@@ -85,9 +85,10 @@ def settled(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) ->
 
     _, size, end = jax.lax.while_loop(goes_on, step, (0, jnp.asarray(jnp.inf), x))
     before, after = (jnp.linalg.norm(point - start) for point in (x, end))
-    # It may go as far as meeting the conditions takes, but not to another root.
+    # Newton's method may have found another root: the end must be no farther from `start` than x was, but for the way
+    # that meeting the conditions takes, about the first step.
     needed = 2.0 * jnp.linalg.norm(inverse(jax.jacfwd(g)(x, args)) @ g(x, args))
-    # A step that shrinks no further than rounding lets it has converged, too.
+    # The last step may stay above STILL by rounding: below FARTHER it counts as converged, too.
     is_good = (size < FARTHER) & (after <= before + needed + FARTHER * (1.0 + before))
     return jnp.where(is_good, end, x)
 

@@ -43,7 +43,8 @@ def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -
     def project(x: Array, _: None) -> tuple[Array, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
-    # From the result of the first, given values put back, the second projection moves them no further.
+    # The constraints are curved, so that the first projection moves given values a little. They are put back, and the
+    # second projection, which starts close to a solution, leaves them in place.
     x = jax.lax.scan(project, x0, None, length=2)[0]
     moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
     return x, jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))

@@ -75,7 +75,8 @@ def _followed(events: RunEvents, t: Numbers, y: Array, aimed: Any, touched: Any,
         start = jnp.where(touched, aimed, x)
         return constraints.projected(start, weight, t, inputs.params, far=True), None
 
-    # From the result of the first, new values put back, the second projection moves them no further.
+    # The constraints are curved, so that the first projection moves the new values a little. They are put back, and the
+    # second projection, which starts close to a solution, leaves them in place.
     start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
     x = jax.lax.scan(project, start, None, length=2)[0]
     missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))

@@ -45,7 +45,8 @@ def unit_of_expression(function: Callable[..., Any], flat: FlatModel) -> str:
     (result,) = interpreter.run(quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared])
     if interpreter.problems or result.dimension is None:
         return ""
-    # Of rad/s and 1/s, that of the variables; where there are both, or neither, the name of the dimension.
+    # A dimension may have several units, such as rad/s and 1/s: the result has that of the variables it is computed
+    # from. Where these have several of this dimension, or none, it has the name of the dimension.
     same = {one.unit for one in declared if one.unit and parsed(one.unit).dimension == result.dimension}
     named = "1" if result.dimension == NUMBER else DERIVED.get(result.dimension, str(result.dimension))
     return same.pop() if len(same) == 1 else named

@@ -82,14 +82,15 @@ def judged(
 ) -> Verdict:
     """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`."""
     width, sign = high.t - low.t, -sign_of(above)
-    # Positive beyond the next change, and the rates towards it.
+    # q are the margins, with signs such that a relation changes where q becomes positive; p are their rates.
     q0, q1, p0, p1 = sign * low.g, sign * high.g, sign * low.rate, sign * high.rate
     after = signs(high.g, above)
     changes = after != above
     points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
     bend = jnp.where(points, p0 - p1, 1.0)
     bumps = points & (q0 + p0 * (q1 - q0 - p1 * width) / bend > 0)
-    # Where stairs have a step in between, margins may leap, and either side may bring them to zero on its own.
+    # Where a stair, such as floor, steps within the interval, margins may jump there, and may pass zero before or after
+    # that: each end is looked at by its own tangent.
     leaps = (low.steps != high.steps) & (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
     turned, is_short = advance(low, high), width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))

@@ -37,8 +37,8 @@ class _Point(NamedTuple):
     y: Array
     holds: Array
     truths: Array
-    values: Any  # that events would set
-    lack: Array  # of what is searched for
+    values: Any  # what events would set
+    lack: Array  # by how much each condition of the search is missed
 
 
 class _Round(NamedTuple):
@@ -48,14 +48,17 @@ class _Round(NamedTuple):
     holds: Array
     kept: _Point
     fired: Numbers
-    late: Array  # what happened one by one
+    late: Array  # which events happened after the first rounds, one by one
     count: Any
-    tried: Array  # how many single events since one was kept, after nothing happened any more
+    tried: Array  # number of the single event that is tried; 0 as long as events happen by themselves
 
 
 class Solver(NamedTuple):
-    """`root(discrete)` is the point that belongs to modes, and what it lacks, constants; `followed(x, discrete)` is the
-    point as the function of all numbers that it is; `at` says which states and numbers of the run that is.
+    """What finds the point that belongs to modes.
+
+    - `root(discrete)`: the point, and by how much it misses the conditions; without derivatives.
+    - `followed(x, discrete)`: the same point, differentiable with respect to the numbers of the run.
+    - `at(x, given)`: the states at a point, and the numbers of the run with the parameters found there.
     """
 
     root: Callable[[Any], tuple[Any, Any]]
@@ -124,7 +127,8 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     if is_smooth:
         return _modes(events, end, end.kept.y[layout.discrete])
     before, after = start.discrete, end.kept.y[layout.discrete]
-    # What a past event has set may depend on parameters; what changed since are modes, which do not.
+    # A discrete variable that a past event has set may depend on parameters, and keeps its derivatives. One that has
+    # changed since is a mode, a constant.
     return _modes(events, end, jnp.where(after == before, before, after))
 
 
@@ -154,7 +158,7 @@ def sets_values(system: System) -> bool:
         return jax.jvp(lambda *values: actions(values), values, tangents)[1]
 
     closed = jax.make_jaxpr(along)(shapes, shapes)
-    # Tangents that vanish identically are zeros that read nothing.
+    # An output without derivatives has a tangent that reads no tangent of an input.
     moves = [max(slice_output(closed, i).used, default=-1) >= len(avals) for i in range(len(closed.jaxpr.outvars))]
     places = system.carried.discrete_places
     counts = [entry.kind != "at" and leaf in places for entry in entries for leaf in entry.targets]

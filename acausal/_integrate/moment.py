@@ -54,7 +54,7 @@ def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> 
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
     f, df = pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
-    # The vectors a little later have changed by this much; the time that has elapsed is zero, but has a derivative.
+    # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
     dys = dys + (moment - t) * df
 
     def margin(t: Numbers, y: Array, due: Array, given: Any) -> Array:

@@ -74,7 +74,7 @@ class Peaks:
         found, rates, moved = jax.vmap(lambda t: self._along(t, path, given))(x)
         low, high = ((_own(found[part]), _own(rates[part]), moved[part]) for part in (slice(n), slice(n, 2 * n)))
         inside = _extremum(turn, low, high)
-        # Up to an event, which moves, the functions change at their rates.
+        # The end of a step at an event moves with the parameters, and the value there at the rate of the function.
         before = Peak(found[-1] + hold(rates[-1]) * (end - moved[-1]), jnp.full(n, end))
         after = Peak(self.values(forward * end, y, given), jnp.full(n, end))
         for one, counts in ((inside, turn.exists), (before, True), (after, True)):

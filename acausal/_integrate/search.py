@@ -131,7 +131,7 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
         first, lacking = _least(measured, origin, others)[0], 0.0
 
     def stage(z: Array, s: Array) -> tuple[Array, Array]:
-        # What is the same may be infinite, as the place of a stop that there is none of.
+        # Equal numbers are left as they are: both may be infinite, as the place of a stop that a model leaves out.
         between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
         return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
 

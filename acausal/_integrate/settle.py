@@ -105,8 +105,8 @@ def settle(
         is_first = ~is_own & (r.count == r.n_own)
         if is_start:
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
-            # What is true and has happened in the search for the start does not happen again, but is listed; what it
-            # sets besides discrete variables, the search has left to happen here.
+            # An event that the search for the start has carried out is listed, but does not happen again. That search
+            # sets discrete variables only: other variables that the event sets are set here.
             done = here.truths & events.done(given)
             had, remains = done & (r.count == 0), done & events.remains & is_first
             is_told = events.settings.is_started and given.numbers.past is None
@@ -122,10 +122,12 @@ def settle(
         holds = jnp.where(events.either, jnp.where(is_own, held ^ own, here.truths), holds)
         base = ys[0]
         if is_start:
-            # What was due at one instant starts from the values before it; at the next one, from those after it.
+            # Past events of one instant start from the values before all of them; those of the next instant, from the
+            # values that these have left.
             now = r.order[which] + tick(r.order[which], t)
             is_now = due_later & (r.order <= now)
-            # What has been done is due again only if its time has changed, whatever the rounding.
+            # An event is due again only if this round has changed its time. Both times are computed here, in the same
+            # way, so that they do not differ by rounding.
             was, new = jax.vmap(lambda y: events.past(t, y, given))(jax.lax.stop_gradient(jnp.stack([ys[1], y])))
             times = jnp.where((new != was) & ~is_now, jax.lax.stop_gradient(new), r.order)
             due_later = is_own & jnp.isfinite(times) & (is_now | (times > now))

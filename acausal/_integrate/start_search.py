@@ -23,7 +23,7 @@ from .search import NearestPoint, Search, is_met
 from .starting import start_of
 
 OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
-# From where parameters are searched for, as shares of their first guesses, until one leads to a start.
+# Parameters are searched for from their first guesses times 1, 2, 1/2, 4, 1/4, ..., until one leads to a start.
 GUESSES = (1.0, *(2.0**k for n in range(1, 11) for k in (n, -n)))
 
 

@@ -81,15 +81,16 @@ def _compiled(file: Path, settings: Settings, structure: Any, kinds: Any) -> Pro
         solutions[:] = [solution]
         return found
 
-    run.__name__ = file.stem.replace("-", "_")  # so that jax takes it for no program of earlier versions
+    run.__name__ = file.stem.replace("-", "_")  # in jax's own cache, too, each version has a name
     lowered = jax.jit(run).lower(*(jax.ShapeDtypeStruct(*kind) for kind in kinds))
     with _loads() as loaded:
         call = lowered.compile()
     n = lowered.out_tree.num_leaves
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
-    # What jax has read from its own cache cannot be stored again, and only of LAPACK is known how it gets ready.
+    # A program that jax has read from its own cache cannot be serialised. One that calls other libraries than LAPACK is
+    # not stored: only LAPACK is known to be ready where it is loaded again.
     if not loaded and all(name.startswith("lapack_") for name in library) and is_as_imported():
-        with contextlib.suppress(Exception):  # whatever it is, the program is there
+        with contextlib.suppress(Exception):  # the program runs all the same
             _store(file, _without_settings(solutions[0].unflatten(range(n)), settings), call, bool(library))
     return lambda leaves: solutions[0].unflatten(call(*leaves))
 
@@ -126,12 +127,12 @@ def _loaded(file: Path, settings: Settings, n: int) -> Program | None:
         return None
     try:
         payload, n_outputs, solution, needs_lapack = pickle.loads(zlib.decompress(content))
-        if needs_lapack:  # which jax loads when it lowers a program with it
+        if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
             jax.jit(jax.lax.linalg.lu).lower(jax.ShapeDtypeStruct((1, 1), float))
         takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
         call = serialize_executable.deserialize_and_load(payload, takes, gives)
         whole = jax.tree.structure(_Reader(io.BytesIO(solution), settings).load())
-    except Exception:  # whatever is wrong with it, it can be made anew
+    except Exception:  # a file that cannot be read is made anew
         return None
     return lambda leaves: whole.unflatten(call(*leaves))
 

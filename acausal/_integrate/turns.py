@@ -12,11 +12,11 @@ from .._numbers import Numbers
 from .interval import Point, advance, over, seen
 
 NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
-TURN = 0.25 * math.pi  # by no more than which the fastest angle turns on a part, so that its square turns once
-LEAST = 1e-5  # share of a step that a part is long at least; what turns faster still is looked at here and there
-CLOSE = 1e-5  # share of a part: so close to a turn, one step of Newton's method leads to it but for rounding
-FIRST = 5  # looks at a turn, after which it is no smooth one, or not a simple one
-MOST = 60  # looks at a turn
+TURN = 0.25 * math.pi  # most by which the fastest angle turns on a part, so that the square of a sine turns once there
+LEAST = 1e-5  # shortest part, as a share of a step; what turns faster still is only sampled
+CLOSE = 1e-5  # share of a part to which a turn is narrowed down: from there, one step of Newton's method finds it
+FIRST = 5  # looks by Newton's method; a turn that takes more is not smooth, or not simple
+MOST = 60  # looks at one turn
 
 
 class Turn(NamedTuple):

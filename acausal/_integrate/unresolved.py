@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 SMALL = 0.01  # for a state that stays below this share of its nominal size, the tolerated error is large
 NOISE = 1e-10  # a state that stays below this share of its nominal size is zero but for rounding
-DOUBT = 0.01  # share of its largest value that the errors of all steps together may have
-STEPS = 100  # or this many times the relative tolerance, where that is larger
+DOUBT = 0.01  # the errors of all steps together may be this share of a state's largest value
+STEPS = 100  # or this many times rtol, where that is larger
 
 
 class UnresolvedWarning(UserWarning):

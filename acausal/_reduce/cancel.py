@@ -128,7 +128,7 @@ def _combined(reduced: Reduced, block: _Block) -> Iterator[tuple[int, dict[int, 
         )
     uses = Counter(row for parts in found for row in parts)
     for parts in found:
-        # In place of an equation that no other combination holds, so that together they say as much as before.
+        # The combination replaces an equation that is in no other one, so that what was stated still follows.
         yield next(row for row in parts if uses[row] == 1), parts
 
 

@@ -35,7 +35,7 @@ def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
     """
     if not _eliminated([dict(row) for row in rows], exact):
         return []
-    # A column that a row has to itself shows what has been added up in it.
+    # Row i gets a 1 in a column of its own, width + i, which shows afterwards how often it was added to others.
     width = 1 + max((column for row in rows for column in row), default=0)
     tracked = [{**row, width + i: 1} for i, row in enumerate(rows)]
     vanished = _eliminated(tracked, exact, width)

@@ -109,7 +109,8 @@ def _product(a: Form, b: Form) -> Form:
         return constant(0.0)
     shared = a.inputs & b.inputs
     nonlinear = a.nonlinear | b.nonlinear | shared
-    # A factor's rest times the other's term stays a term; only a plain factor leaves the sum without a rest.
+    # The coefficient of x in (c x + ...) b is c b. Where both factors have inputs, the terms of each contain those of
+    # the other and do not add up to the product: it counts as having a rest.
     terms = {i: c.times(b) for i, c in a.terms.items() if i not in nonlinear}
     terms |= {i: c.times(a) for i, c in b.terms.items() if i not in nonlinear}
     number = None if a.number is None or b.number is None else a.number * b.number

@@ -153,7 +153,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
         return [_Value(result, d if degrees[0] == 0 else 2) for result, d in zip(results, inside, strict=True)]
     if name in ("while", "scan"):
         _note_loop(values, degrees, found)
-        # Numbers that count what was compared do not change between instants.
+        # The integers that a loop returns, such as the place that a search has found, stay the same between instants.
         return [_Value(x, 2 if is_floating(var) else 0) for x, var in zip(results, eqn.outvars, strict=True)]
     _note(eqn, values, degrees, found)
     degree = degree_of(eqn, degrees)

@@ -78,11 +78,12 @@ class Elimination:
             factor = self.matrix[other, column] / self.matrix[row, column]
             if factor:
                 self.matrix[other] -= factor * self.matrix[row]
-                # What an elimination with a parameter leaves behind holds that parameter.
+                # New coefficients are computed from four old ones: they are liked no better than the worst of these.
                 least = min(self.liking[other, column], self.liking[row, column])
                 mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
                 self.liking[other] = np.where(touched, mixed, self.liking[other])
                 steady = self.steady[other] & self.steady[row] & self.steady[other, column] & self.steady[row, column]
                 self.steady[other] = np.where(touched, steady, self.steady[other])
-                # A sum of what cannot vanish can; only what stays as it was found at the start is still safe.
+                # A difference of coefficients that cannot vanish may vanish. A new one is safe only if it is steady: it
+                # keeps the value that it has now.
                 self.safe[other] = np.where(touched, steady, self.safe[other])

@@ -10,7 +10,7 @@ from .incidence import Incidence, Pair
 from .index import Reduced
 from .pivots import Elimination, Entries, connected_rows
 
-SAFE = 0.05  # a pivot of this relative size is taken from the better-liked candidates before any larger one elsewhere
+SAFE = 0.05  # relative size of a good pivot: one of this size in a preferred variable goes before larger ones in others
 # Stand-ins for coefficients whose numbers are not known, by strength: what may vanish must not serve as a pivot.
 _GENERIC = np.array([1e-3, 1e-2, 0.7, 1.0])
 
