@@ -72,8 +72,8 @@ def _numbers(n: int) -> tuple[np.ndarray, np.ndarray]:
 def chain_of_arrays(n: int, speed: float = 0.0) -> ChainOfArrays:
     """A chain whose first inertia starts at a speed."""
     inertia, stiffness = _numbers(n)
-    masses = repeat(Inertia(J=inertia, w=np.where(np.arange(n) == 0, speed, 0.0)), n)
-    return ChainOfArrays(masses=masses, springs=repeat(Spring(c=stiffness), n - 1))
+    masses = repeat(Inertia(J=jnp.asarray(inertia), w=np.where(np.arange(n) == 0, speed, 0.0)), n)
+    return ChainOfArrays(masses=masses, springs=repeat(Spring(c=jnp.asarray(stiffness)), n - 1))
 
 
 def _of_singles(n: int) -> Component:

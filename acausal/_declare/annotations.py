@@ -13,7 +13,10 @@ from jax import Array
 from .._errors import ArgumentError
 from .._numbers import Scalar as Scalar
 
-Vector: TypeAlias = Array
+if TYPE_CHECKING:
+    Vector: TypeAlias = Array | Any  # an array, made from whatever a constructor is given: a list, an array of numpy
+else:
+    Vector: TypeAlias = Array
 
 Role = Literal["param", "var", "flow", "time", "discrete"]
 

@@ -56,7 +56,7 @@ def _holds_parts(annotation: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Node)
 
 
-@dataclass_transform(kw_only_default=True)
+@dataclass_transform(kw_only_default=True, field_specifiers=(dataclasses.field, eqx.field))
 class NodeMeta(type(eqx.Module)):
     """Turns declarations into dataclass fields, and keeps each class either partial or final."""
 

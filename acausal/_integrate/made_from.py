@@ -90,8 +90,8 @@ def contents(system: System) -> list[Any]:
     The choices that the passes have made belong to it, too: a solution is read by those of the process that reads it.
     """
     flat, events = system.flat, system.events
-    # Functions with derivative rules of their own are compared up to DERIVATIVES derivatives. Besides those of the index
-    # reduction, a linear block takes one, and the solver another.
+    # Functions with derivative rules of their own are compared up to DERIVATIVES derivatives. Besides those that index
+    # reduction takes, a linear block takes one, and the solver another.
     if np.max(system.reduced.differentiations, initial=0) > DERIVATIVES - 2:
         raise NoFingerprintError("equations of too high an index")
     holders = [

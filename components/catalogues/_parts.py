@@ -80,7 +80,9 @@ def dc_motor(order: str | DataSheet, **others: Any) -> DCMotor:
     sheet = _sheet(order, "motors")
     k, current, speed = sheet["torque_constant"], sheet.get("no_load_current"), sheet.get("no_load_speed")
     friction = None if current is None or speed is None else k * current / speed
-    given = dict(R=sheet["resistance"], k=k, J=sheet["inertia"], L=sheet.get("inductance"), friction=friction)
+    given: dict[str, Any] = dict(
+        R=sheet["resistance"], k=k, J=sheet["inertia"], L=sheet.get("inductance"), friction=friction
+    )
     return DCMotor(**(given | others), data_sheet=sheet)
 
 
@@ -92,7 +94,7 @@ def brushed_motor(order: str | DataSheet, **others: Any) -> BrushedMotor:
     """
     sheet = _sheet(order, "motors")
     inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
-    given = dict(
+    given: dict[str, Any] = dict(
         R=sheet["resistance"], k=sheet["torque_constant"], J=sheet["inertia"], L=sheet.get("inductance"),
         winding=sheet["winding_time_constant"] / inner, housing=sheet["motor_time_constant"] / outer,
         G_wh=1.0 / inner, G_ha=1.0 / outer, T_h=sheet["torque_constant"] * (sheet.get("no_load_current") or 0.0),
@@ -109,14 +111,15 @@ def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
     sheet = _sheet(order, "gearheads")
     ratio = sheet["ratio"]
     rolling = (ratio * sheet["efficiency"] - 1.0) / (ratio - 1.0)
-    given = dict(ratio=ratio, loss=EqualMeshLoss(efficiency=rolling))
+    given: dict[str, Any] = dict(ratio=ratio, loss=EqualMeshLoss(efficiency=rolling))
     return PlanetaryGearbox(**(given | others), data_sheet=sheet)
 
 
 def pump(order: str | DataSheet, **others: Any) -> Pump:
     """The pump with an order name, or of a data sheet, without losses; `others` replace arguments of `Pump`."""
     sheet = _sheet(order, "pumps")
-    return Pump(**(dict(displacement=sheet["displacement"]) | others), data_sheet=sheet)
+    given: dict[str, Any] = dict(displacement=sheet["displacement"])
+    return Pump(**(given | others), data_sheet=sheet)
 
 
 def holding_valve(order: str | DataSheet, **others: Any) -> HoldingValve:

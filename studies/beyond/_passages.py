@@ -73,7 +73,7 @@ def largest_flow(rtol: float = 1e-8) -> float:
 
 def housing(flow: float, liquid: AnyLiquid) -> Housing:
     """The housing as it was, at a flow in m3/s."""
-    parts = {
+    parts: dict[str, Any] = {
         name: DrilledPassage(diameter=DIAMETER, length=length, corners=corners, liquid=liquid)
         for name, (length, corners) in SECTIONS.items()
     }

@@ -33,7 +33,7 @@ class Part(NamedTuple):
 
     kind: str
     nodes: tuple[Node, ...]
-    values: dict[str, float]
+    values: dict[str, Any]
 
     @property
     def name(self) -> str:
@@ -47,7 +47,7 @@ class Part(NamedTuple):
 Netlist = tuple[Part, ...]
 
 
-def element(kind: str, *nodes: str, **values: float) -> Part:
+def element(kind: str, *nodes: str, **values: Any) -> Part:
     """A part between nodes such as `e1`, `r0` or `t2`."""
     domains = {domain[0]: domain for domain in ACROSS}
     return Part(kind, tuple((domains[node[0]], int(node[1:])) for node in nodes), values)

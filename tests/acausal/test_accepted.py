@@ -138,7 +138,10 @@ def _any(value: Any) -> Any:
         (lambda: repeat(_any(3), 2), r"repeat\(part, n\) takes a component"),
         (lambda: replace(MODEL, _any(3)), r"replace\(model, values\) takes a dictionary by path, got 3"),
         (lambda: replace(MODEL, _any({3: 1.0})), r"The model has no parameter or start value '3'"),
-        (lambda: simulate(MODEL, 1.0, until=lambda s: 1j * s.capacitor.v), r"until must return real numbers.* complex"),
+        (
+            lambda: simulate(MODEL, 1.0, until=lambda s: _any(1j * s.capacitor.v)),
+            r"until must return real numbers.* complex",
+        ),
     ],
 )
 def test_what_is_no_part_or_number(wrong: Callable[[], Any], message: str) -> None:

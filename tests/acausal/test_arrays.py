@@ -157,7 +157,7 @@ class Accelerations(Component):
 
 
 def test_equations_read_derivatives_in_an_array_of_parts() -> None:
-    end = simulate(Accelerations(chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-9).final
+    end: Any = simulate(Accelerations(chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-9).final
     torques = end.chain.springs.item.tau
     np.testing.assert_allclose(end.first, end.chain.masses[0].b.tau / 2.0, rtol=1e-12)
     np.testing.assert_allclose(abs(end.first), abs(torques[0]) / 2.0, rtol=1e-12)
@@ -199,9 +199,9 @@ def test_equations_read_members_of_arrays_within_an_array() -> None:
     starts = jnp.zeros((2, 3)).at[:, 0].set(speeds)
     springs = repeat(Spring(c=3.0), 2)
     parts = [Watched(chain=Chain(masses=repeat(Inertia(J=2.0, w=w), 3), springs=springs)) for w in starts]
-    end = simulate(SeveralWatched(parts=stack(parts)), 1.0, save="end", rtol=1e-10).final.parts.item
+    end: Any = simulate(SeveralWatched(parts=stack(parts)), 1.0, save="end", rtol=1e-10).final.parts.item
     for i, w0 in enumerate(speeds.tolist()):
-        np.testing.assert_allclose([end.first[i], end.last[i], end.mean[i]], _lags(1.0, 2.0, w0), rtol=1e-8)
+        np.testing.assert_allclose(np.array([end.first[i], end.last[i], end.mean[i]]), _lags(1.0, 2.0, w0), rtol=1e-8)
 
 
 class Idle(Component):

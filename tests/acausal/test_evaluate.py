@@ -48,7 +48,7 @@ def bridge() -> Bridge:
     return Bridge(source=ConstantVoltage(V=12.0), inner=Resistor(R=1.5), arms=(a, b, c, d), c=Capacitor(C=0.1))
 
 
-def bridge_rates(x: dict[str, float]) -> dict[str, float]:
+def bridge_rates(x: dict[str, Any]) -> dict[str, Any]:
     """Node voltages top, left, right and the capacitor's current, from Kirchhoff's laws as one matrix."""
     a, b, c, d = ARMS
     matrix = np.array(
@@ -76,7 +76,7 @@ def drive() -> Drive:
     return Drive(source=ConstantVoltage(V=12.0), motor=DCMotor(R=0.5, L=2e-3, k=0.04, J=3e-4, friction=1e-3))
 
 
-def drive_rates(x: dict[str, float]) -> dict[str, float]:
+def drive_rates(x: dict[str, Any]) -> dict[str, Any]:
     i, w = x["motor.inductor.i"], x["motor.rotor.w"]
     (angle,) = set(x) - {"motor.inductor.i", "motor.rotor.w"}
     return {
@@ -86,12 +86,12 @@ def drive_rates(x: dict[str, float]) -> dict[str, float]:
     }
 
 
-def oscillator_rates(x: dict[str, float]) -> dict[str, float]:
+def oscillator_rates(x: dict[str, Any]) -> dict[str, Any]:
     (position,) = set(x) - {"mass.v"}
     return {"mass.v": (-50.0 * x[position] - 4.0 * x["mass.v"]) / 2.0, position: x["mass.v"]}
 
 
-def rectifier_rates(x: dict[str, float]) -> dict[str, float]:
+def rectifier_rates(x: dict[str, Any]) -> dict[str, Any]:
     """The diode's voltage by bracketing: the current through the resistor is the diode's."""
     over = 5.0 - x["c.v"]
     excess = lambda v: 1e-12 * np.expm1(v / 0.025) - (over - v) / 100.0  # noqa: E731
@@ -101,7 +101,7 @@ def rectifier_rates(x: dict[str, float]) -> dict[str, float]:
 
 class Case(NamedTuple):
     model: Callable[[], Component]
-    by_hand: Callable[[dict[str, float]], dict[str, float]]
+    by_hand: Callable[[dict[str, Any]], dict[str, Any]]
     kinds: set[str]  # of the simultaneous blocks
 
 
@@ -156,7 +156,7 @@ def test_array_equals_singles_equals_closed_form() -> None:
     singles = simulate(Singles(members=tuple(chargers)), 0.1, save="end", rtol=1e-10)
     expected = 5.0 * (1.0 - np.exp(-0.1 / (resistances * 1e-3)))
     np.testing.assert_allclose(array.final.members.item.c.v, expected, rtol=1e-8)
-    np.testing.assert_allclose([member.c.v for member in singles.final.members], expected, rtol=1e-8)
+    np.testing.assert_allclose(np.array([member.c.v for member in singles.final.members]), expected, rtol=1e-8)
     np.testing.assert_allclose([float(array[f"members[{i}].c.i"][-1]) for i in (0, 17, 49)],
                                [float(singles[f"members[{i}].c.i"][-1]) for i in (0, 17, 49)], rtol=1e-12)  # fmt: skip
 

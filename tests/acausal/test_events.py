@@ -261,7 +261,7 @@ class Clocked(Component):
 def test_moments() -> None:
     sol = simulate(Clocked(x=0.0), 20.0, save="end", rtol=1e-8)
     final = sol.final
-    np.testing.assert_allclose([final.first, final.second, final.third], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.array([final.first, final.second, final.third]), 1.0, rtol=1e-12)
     # Above 0.999 for less than 0.1 s in each turn: not to be stepped over.
     assert final.swings == 3.0
     assert final.at_start == 1.0
@@ -289,7 +289,7 @@ def test_reset_of_a_dependent_variable() -> None:
     """What is tied to it follows."""
     model = Struck(first=Inertia(J=1.0, w=3.0), gear=IdealGear(ratio=3.0), second=Inertia(J=2.0))
     sol = simulate(model, 1.0, save="end")
-    np.testing.assert_allclose([sol.final.first.w, sol.final.second.w], [9.0, 3.0], rtol=1e-12)
+    np.testing.assert_allclose(np.array([sol.final.first.w, sol.final.second.w]), [9.0, 3.0], rtol=1e-12)
 
 
 def test_reset_that_contradicts_a_constraint_is_named() -> None:
@@ -313,7 +313,7 @@ def test_reset_that_contradicts_a_constraint_is_named() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"), [({"z": 1.0}, "changes z, which does not exist"), ({"T": 1.0}, "a param")]
 )
-def test_events_change_what_can_change(changes: dict[str, float], message: str) -> None:
+def test_events_change_what_can_change(changes: dict[str, Any], message: str) -> None:
     class Bad(Component):
         T: Param[Scalar, "s"] = 1.0
         x: Var[Scalar, "m"] = 1.0

@@ -76,7 +76,7 @@ def test_planar_pendulum() -> None:
     assert report.invariants == ("rod", "d/dt rod")
     assert set(report.states) == {"x", "y", "u", "v"}
     sol = simulate(model, 0.5, rtol=1e-9, system=system)
-    np.testing.assert_allclose([sol.final.x, sol.final.y], [0.391048791551, -0.920369948785], rtol=1e-8)
+    np.testing.assert_allclose(np.array([sol.final.x, sol.final.y]), [0.391048791551, -0.920369948785], rtol=1e-8)
     angles = np.array([angle(t) for t in np.asarray(sol.ts)])
     np.testing.assert_allclose(sol.x, np.sin(angles), rtol=1e-8)
     np.testing.assert_allclose(sol.y, -np.cos(angles), rtol=1e-8, atol=1e-9)

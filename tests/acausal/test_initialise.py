@@ -35,12 +35,12 @@ from docs.drive import drive
 
 def test_drive_at_rest() -> None:
     """The stalled motor holds the spring: i = V / R, and phi = ratio k i / c."""
-    rest = initialise(drive, steady=True)
+    rest: Any = initialise(drive, steady=True)
     assert float(rest.motor.inductor.i) == pytest.approx(12.0 / 0.3, rel=1e-12)
     assert float(rest.gear.b.phi) == pytest.approx(20.0 * 0.04 * 40.0 / 10.0, rel=1e-12)
     assert float(rest.load.w) == pytest.approx(0.0, abs=1e-12)
-    later = simulate(rest, 0.1, save="end").final
-    np.testing.assert_allclose([later.motor.inductor.i, later.spring.tau], [40.0, 32.0], rtol=1e-9)
+    later: Any = simulate(rest, 0.1, save="end").final
+    np.testing.assert_allclose(np.array([later.motor.inductor.i, later.spring.tau]), [40.0, 32.0], rtol=1e-9)
 
 
 def conditions(s: Any, d: Any) -> Any:
@@ -50,10 +50,10 @@ def conditions(s: Any, d: Any) -> Any:
 
 def test_conditions() -> None:
     """(J + ratio^2 J_m) dw/dt = ratio k i - tau gives i; V = R i + k ratio w gives w; tau = c phi + d w gives phi."""
-    start = initialise(drive, conditions, strict=True)
+    start: Any = initialise(drive, conditions, strict=True)
     current = ((5e-3 + 20.0**2 * 5e-5) * 50.0 + 10.0) / (20.0 * 0.04)
     speed = (12.0 - 0.3 * current) / (0.04 * 20.0)
-    found = [start.motor.inductor.i, start.load.w, start.gear.b.phi]
+    found = np.array([start.motor.inductor.i, start.load.w, start.gear.b.phi])
     np.testing.assert_allclose(found, [current, speed, (10.0 - 0.1 * speed) / 10.0], rtol=1e-12)
     assert start.spring.tau is None
     assert float(simulate(start, 1e-3)["spring.tau"][0]) == pytest.approx(10.0, rel=1e-12)
@@ -62,8 +62,8 @@ def test_conditions() -> None:
 def test_what_conditions_leave_open_stays() -> None:
     """The current keeps the start value that is given; the angle, of which none is, that of its class."""
     model = replace(drive, {"motor.inductor.i": 5.0})
-    start = initialise(model, lambda s, d: dict(speed=eq(s.motor.rotor.w, 40.0)))
-    found = [start.load.w, start.motor.inductor.i, start.gear.b.phi]
+    start: Any = initialise(model, lambda s, d: dict(speed=eq(s.motor.rotor.w, 40.0)))
+    found = np.array([start.load.w, start.motor.inductor.i, start.gear.b.phi])
     np.testing.assert_allclose(found, [2.0, 5.0, 0.0], rtol=1e-12, atol=1e-15)
 
 
@@ -125,7 +125,7 @@ def test_easier_model() -> None:
     with pytest.raises(SimulationError, match=r"Not met: der\(v\) = 0"):
         initialise(buckled, steady=True)
     start = initialise(buckled, steady=True, easier=replace(buckled, {"k": 500.0}))
-    np.testing.assert_allclose([start.s, start.v], [root, 0.0], rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(np.array([start.s, start.v]), [root, 0.0], rtol=1e-10, atol=1e-12)
 
 
 class Stage(Component):

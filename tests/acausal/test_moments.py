@@ -74,7 +74,7 @@ class Turns(Component):
     T2: Param[Scalar, "s"]
     c: Param[Scalar, "1"]
     t: Time[Scalar, "s"] = 0.0
-    k: Var[Scalar, "1"]
+    k: Var[Scalar, "1"] = 0.0
     x: Var[Scalar, "1"] = 1.0
     z: Var[Scalar, "1"] = 1.0
     w: Var[Scalar, "1"] = 1.0

@@ -1,5 +1,7 @@
 """What users receive has a public name, and what has one is not the engine's own."""
 
+# pyright: reportUnnecessaryTypeIgnoreComment=true
+
 import inspect
 import typing
 from collections.abc import Iterator
@@ -10,7 +12,8 @@ from _models import RC, rc
 
 import acausal
 import acausal.design
-from acausal import AcausalError, Solution, simulate
+from acausal import AcausalError, ArgumentError, ParameterError, Scalar, Solution, simulate
+from components.electrical import DCMotor, Resistor
 
 PUBLIC = {name: item for name, item in vars(acausal).items() if not name.startswith("_")}
 OF_DESIGN = {name: item for name, item in vars(acausal.design).items() if not name.startswith("_")}
@@ -89,3 +92,16 @@ def test_what_editors_see() -> None:
     assert_type(solution, Solution[RC])
     assert_type(solution.final, RC)
     assert isinstance(solution.final, RC)
+    assert_type(Resistor(R=1.0), Resistor)
+    assert_type(solution.final.c.v, Scalar)
+    assert_type(DCMotor(R=1.0, k=1.0, J=1.0).rotor.w, Scalar)
+
+
+def test_type_checkers_know_what_constructors_take() -> None:
+    """Each remark below for the type checker is itself an error where there is nothing to ignore."""
+    with pytest.raises(ArgumentError):
+        Resistor()  # pyright: ignore[reportCallIssue]
+    with pytest.raises(ArgumentError):
+        Resistor(R=1.0, r=1.0)  # pyright: ignore[reportCallIssue]
+    with pytest.raises(ParameterError):
+        Resistor(R="1")  # pyright: ignore[reportArgumentType]

@@ -38,8 +38,8 @@ GIVEN: dict[str, tuple[Any, float]] = {
     "signal": (lambda: Constant(k=quantity(3000, "rpm")).k, 100.0 * math.pi),
     "own unit": (lambda: Inertia(J=quantity(3.0, "kg.m2")).J, 3.0),
     "arithmetic": (lambda: line(quantity(1.5, "GPa"), quantity(10.0, "cm3")).stiffness, 1.5e14),
-    "pint": (lambda: Inertia(J=pint.UnitRegistry().Quantity(120.0, "gram * cm**2")).J, 1.2e-5),
-    "pint with prefix": (lambda: Capacitor(C=pint.UnitRegistry().Quantity(47, "microfarad")).C, 47e-6),
+    "pint": (lambda: Inertia(J=pint.UnitRegistry().Quantity(120.0, "gram * cm**2")).J, 1.2e-5),  # pyright: ignore[reportArgumentType]
+    "pint with prefix": (lambda: Capacitor(C=pint.UnitRegistry().Quantity(47, "microfarad")).C, 47e-6),  # pyright: ignore[reportArgumentType]
 }  # fmt: skip
 
 

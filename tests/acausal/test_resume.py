@@ -88,12 +88,14 @@ class Counted(Component):
 def test_what_happens_in_the_search_for_a_start_happens_once() -> None:
     """It is listed where the start is searched for, and a run that resumes it goes on."""
     run = simulate(Counted(), 3.0, t0=2.0)
-    np.testing.assert_allclose([run["x"][0], run.final.x, run.final.past, run.final.full], [4.0, 4.0, 1.0, 1.0])
+    np.testing.assert_allclose(
+        np.array([run["x"][0], run.final.x, run.final.past, run.final.full]), [4.0, 4.0, 1.0, 1.0]
+    )
     assert run.events.names == ["came", "fills"]
     np.testing.assert_allclose(run.events.times, 2.0)
     start = initialise(Counted(), t0=2.0)
     on = simulate(start, 3.0, t0=2.0, resume=True)
-    np.testing.assert_allclose([on.final.x, on.final.past, on.final.full], [4.0, 1.0, 1.0])
+    np.testing.assert_allclose(np.array([on.final.x, on.final.past, on.final.full]), [4.0, 1.0, 1.0])
     assert not on.events.names
 
 
@@ -197,7 +199,7 @@ def test_a_search_begins_with_the_states_that_past_events_have_set() -> None:
     held = initialise(Kicked(), lambda s, d: dict(slow=eq(s.v, 2.0, check_units=False)), t0=2.0)
     for model, v in ((Kicked(), 5.0), (initialise(Kicked(v=1.0), t0=2.0), 5.0), (held, 2.0)):
         run = simulate(model, 3.0, t0=2.0)
-        np.testing.assert_allclose([run["v"][0], run.final.x, run.final.kicks], [v, v, 1.0], rtol=1e-6)
+        np.testing.assert_allclose(np.array([run["v"][0], run.final.x, run.final.kicks]), [v, v, 1.0], rtol=1e-6)
 
 
 def test_what_sets_states_too_happens_once() -> None:
@@ -205,9 +207,9 @@ def test_what_sets_states_too_happens_once() -> None:
     start = initialise(Struck())
     for model in (Struck(), start, initialise(start)):
         run = simulate(model, 0.05)
-        np.testing.assert_allclose([run["v"][0], run["hits"][0], run.final.hits], [E, 1.0, 1.0])
+        np.testing.assert_allclose(np.array([run["v"][0], run["hits"][0], run.final.hits]), [E, 1.0, 1.0])
         assert run.events.names == ["hit"]
-    np.testing.assert_allclose([start.v, start.hits], [-1.0, 1.0])
+    np.testing.assert_allclose(np.array([start.v, start.hits]), [-1.0, 1.0])
 
 
 @pytest.mark.slow

@@ -53,4 +53,4 @@ class Kicked(Component):
 def test_an_event_may_set_a_state_to_any_size() -> None:
     """What an event sets is no step that failed, nor is what follows: x = v (t - 0.5)."""
     slope = jax.jacfwd(lambda v: simulate(Kicked(v=v), 1.0, save="end").final.x)(1e12)
-    np.testing.assert_allclose([slope, simulate(Kicked(), 1.0, save="end").final.x / 1e12], 0.5, rtol=1e-9)
+    np.testing.assert_allclose(np.array([slope, simulate(Kicked(), 1.0, save="end").final.x / 1e12]), 0.5, rtol=1e-9)

@@ -1,12 +1,14 @@
 """Parts of drives, with parameters of order one, so that a point of order one exercises every term."""
 
+from typing import Any
+
 from acausal import Component
 from components import electrical, rotational, translational
 from components.thermal import HeatPort
 
 MACHINE = electrical.DqMachine(p=2.0, psi=0.7, Ld=0.4, Lq=0.6, Rs=0.3)
-CELL = dict(Q=1.3, charges=[0.0, 0.3, 1.0], voltages=[3.0, 3.3, 4.0], R0=0.3)
-WARM = dict(
+CELL: dict[str, Any] = dict(Q=1.3, charges=[0.0, 0.3, 1.0], voltages=[3.0, 3.3, 4.0], R0=0.3)
+WARM: dict[str, Any] = dict(
     R=1.3, k=0.7, J=0.6, winding=0.8, housing=1.2, G_wh=0.4, G_ha=0.3, T_ref=0.9, T=1.1, alpha=0.2, magnets=-0.1
 )
 

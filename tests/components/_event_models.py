@@ -1,6 +1,7 @@
 """Examples of the Modelica Standard Library with friction that sticks, rebuilt from the components of this library."""
 
 import math
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -114,7 +115,7 @@ class Braked(Component):
 
 
 def braked() -> Braked:
-    brake = dict(mu=0.5, fn_max=1.0)
+    brake: dict[str, Any] = dict(mu=0.5, fn_max=1.0)
     return Braked(
         press=blocks.Step(height=2.0, start_time=0.1),
         mass1=translational.Mass(m=1.0, v=1.0),

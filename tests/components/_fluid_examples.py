@@ -1,5 +1,7 @@
 """Parts that hold a liquid or gas, with parameters of order one, so that a point of order one exercises every term."""
 
+from typing import Any
+
 from acausal import Component
 from components import blocks, hydraulic
 from components.thermal import HeatPort
@@ -10,16 +12,18 @@ OIL = hydraulic.Liquid(
     softening=0.2, expansion=0.1, thickening=0.1, air=0.3, atmosphere=1.3, transition_pressure=0.2, vapour_pressure=0.4,
 )  # fmt: skip
 LINEAR = hydraulic.LinearLiquid(density=1.2, bulk_modulus=5.0, viscosity=0.3)
-SIZE = dict(length=0.9, diameter=0.7)
+SIZE: dict[str, Any] = dict(length=0.9, diameter=0.7)
 LOSSES = dict(C_s=0.3, C_v=0.4, C_f=0.2, T_c=0.1)
 WILSON = hydraulic.WilsonLosses(**LOSSES)
 SCHLOESSER = hydraulic.SchloesserLosses(C_st=0.2, C_h=0.3, p_t=0.6, **LOSSES)
-PUMP = dict(displacement=1.3, J=0.7, liquid=OIL, losses=SCHLOESSER)
-SPOOL = dict(rated_flow=1.3, rated_drop=0.7, lap=0.2, lap_return=-0.1, leakage=0.1, transition_pressure=0.6)
-PILOTED = dict(rated_flow=1.3, rated_drop=0.7, band=0.8, tau=0.4, leakage=0.1, transition_pressure=0.6)
-GAS = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=1.3)
-HOLE = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
-CYLINDER = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
+PUMP: dict[str, Any] = dict(displacement=1.3, J=0.7, liquid=OIL, losses=SCHLOESSER)
+SPOOL: dict[str, Any] = dict(
+    rated_flow=1.3, rated_drop=0.7, lap=0.2, lap_return=-0.1, leakage=0.1, transition_pressure=0.6
+)
+PILOTED: dict[str, Any] = dict(rated_flow=1.3, rated_drop=0.7, band=0.8, tau=0.4, leakage=0.1, transition_pressure=0.6)
+GAS: dict[str, Any] = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=1.3)
+HOLE: dict[str, Any] = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
+CYLINDER: dict[str, Any] = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
 BYPASS = hydraulic.CheckValve(conductance=1.3, cracking_pressure=0.5, transition_pressure=0.6)
 MAP = hydraulic.MappedLosses(
     speeds=[0.5, 2.0, 90.0],
@@ -31,7 +35,7 @@ MAP = hydraulic.MappedLosses(
 EDGE = hydraulic.MeteringEdge(width=1.3, stroke=0.8, density=1.2, lap=0.1, leak=0.05, transition_pressure=0.6)
 STAGE = hydraulic.PilotStage(w=1.3, D=0.4, rate=0.7)
 LOSS = hydraulic.LocalLoss(zeta_ab=0.7, zeta_ba=0.4, **HOLE)
-POPPET = dict(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6)
+POPPET: dict[str, Any] = dict(seat=0.7, width=1.3, stroke=0.8, density=1.2, transition_pressure=0.6)
 
 FLUID: tuple[Component, ...] = (
     hydraulic.AnnularGap(diameter=0.7, clearance=0.9, length=0.8, liquid=OIL, eccentricity=0.4),
@@ -50,8 +54,8 @@ FLUID: tuple[Component, ...] = (
     hydraulic.DrilledPassage(diameter=0.7, length=0.8, corners=1.3, liquid=OIL, heat=HeatPort()),
     hydraulic.EndCushion(gap=0.1, length=0.7, sense=-1.0, end=0.4, **HOLE),
     hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
-    hydraulic.FixedPump(**(PUMP | dict(losses=WILSON))),
-    hydraulic.FixedPump(**(PUMP | dict(losses=MAP))),
+    hydraulic.FixedPump(**{**PUMP, "losses": WILSON}),
+    hydraulic.FixedPump(**{**PUMP, "losses": MAP}),
     hydraulic.FixedPump(heat=HeatPort(), **PUMP),
     hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
     hydraulic.FourWaySpool.of(EDGE),

@@ -226,7 +226,8 @@ class Gaps(Component):
 
 
 def gaps() -> Gaps:
-    spring, gap = (dict(c=10.0, d=1.5, s_rel0=s_rel0) for s_rel0 in (1.0, 1.5))
+    given: list[dict[str, Any]] = [dict(c=10.0, d=1.5, s_rel0=s_rel0) for s_rel0 in (1.0, 1.5)]
+    spring, gap = given
     return Gaps(
         rod1=translational.Rod(L=2.0),
         rod2=translational.Rod(L=2.0),

@@ -1,5 +1,7 @@
 """Operations, limits, switches and tables, evaluated at given inputs."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +13,7 @@ from acausal._declare.layout import complete
 from components import blocks
 
 U = np.array([-2.0, -0.5, 0.25, 1.0, 3.0])
-BOUNDS = {"u_min": -0.5, "u_max": 1.0}
+BOUNDS: dict[str, Any] = {"u_min": -0.5, "u_max": 1.0}
 TWO, SWITCHED = ("u1", "u2"), ("control", "u1", "u2")
 
 
@@ -91,7 +93,7 @@ def test_table_1d_is_differentiable_in_its_samples() -> None:
     np.testing.assert_allclose(jax.jacfwd(at)(VALUES, True), np.stack(differences, axis=1), atol=1e-8)
 
 
-GRID = {"points1": jnp.array([0.0, 1.0, 3.0, 4.0]), "points2": jnp.array([-1.0, 0.5, 2.0])}
+GRID: dict[str, Any] = {"points1": jnp.array([0.0, 1.0, 3.0, 4.0]), "points2": jnp.array([-1.0, 0.5, 2.0])}
 
 
 def surface(smooth: bool, extrapolation: blocks.Extrapolation = "hold") -> blocks.Table2D:

@@ -1,5 +1,7 @@
 """A vehicle's closed circuit with charge pump and purge: through no displacement into reverse, energy, gradients."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -69,7 +71,7 @@ PER_REVOLUTION = 1e-6 / (2.0 * np.pi)  # 1 cm3/rev in m3/rad
 def transmission() -> Transmission:
     line, check = Chamber(volume=5e-4, liquid=OIL, p=2e6), CheckValve(conductance=1e-8)
     relief = ReliefValve(conductance=1e-9, cracking_pressure=3e7)
-    machine = dict(displacement=28.0 * PER_REVOLUTION, liquid=OIL, losses=LOSSES)
+    machine: dict[str, Any] = dict(displacement=28.0 * PER_REVOLUTION, liquid=OIL, losses=LOSSES)
     return Transmission(
         drive=ConstantSpeed(speed=200.0),
         pump=ServoPump(swash=PilotStage(w=60.0, D=0.8, rate=12.0), pump=VariablePump(**machine)),

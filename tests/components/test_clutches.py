@@ -47,7 +47,8 @@ def row(numbers: Any) -> Row:
     sources = [
         Sine(amplitude=a, frequency=f, offset=o, phase=p) for a, f, o, p in (numbers[i : i + 4] for i in (0, 4, 8, 12))
     ]
-    first, second, third = (dict(mu=1.0, fn_max=press) for press in PRESS)
+    given: list[dict[str, Any]] = [dict(mu=1.0, fn_max=press) for press in PRESS]
+    first, second, third = given
     return Row(
         pressures=(sources[0], sources[1], sources[2]),
         torque=sources[3],

@@ -1,5 +1,7 @@
 """Controllers in closed loops and at their limits."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -75,7 +77,7 @@ def test_pi_on_a_plant_of_first_order(limited: bool) -> None:
 
 def test_limited_pid_within_its_limits_is_the_plain_one() -> None:
     """With the set point weighted as the measured value."""
-    gains = {"k": 0.6, "Ti": 0.3, "Td": 0.05, "Nd": 8.0}
+    gains: dict[str, Any] = {"k": 0.6, "Ti": 0.3, "Td": 0.05, "Nd": 8.0}
     wide = simulate(
         loop(blocks.LimPID(**gains, wd=1.0, y_min=-99.0, y_max=99.0)), 6.0, save=jnp.asarray(TIMES), rtol=1e-9
     )
@@ -86,7 +88,7 @@ def test_limited_pid_within_its_limits_is_the_plain_one() -> None:
 
 def limited(Ni: float, kind: str = "PI") -> Loop:
     """A loop that is held back by its limit at first: the plant tends to 2 y_max = 1.2."""
-    gains = {"k": 3.0, "Ti": 0.2, "y_min": 0.0, "y_max": 0.6, "Ni": Ni}
+    gains: dict[str, Any] = {"k": 3.0, "Ti": 0.2, "y_min": 0.0, "y_max": 0.6, "Ni": Ni}
     return loop(blocks.LimPI(**gains) if kind == "PI" else blocks.LimPID(**gains, Td=0.02))
 
 

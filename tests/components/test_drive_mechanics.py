@@ -131,7 +131,11 @@ def test_a_rack_has_the_efficiency_that_is_given() -> None:
 def test_crank_and_slider() -> None:
     """r = 40 mm, l = 130 mm at 100 rad/s: positions and speeds of the closed form, and the torque of 1 kN."""
     crank = rotational.CrankSlider(crank=0.04, rod_length=0.13)
-    given = {"shaft.phi": np.deg2rad([0.0, 30.0, 90.0, 135.0]), "der(shaft.phi)": 100.0, "slider.f": -1000.0}
+    given = {
+        "shaft.phi": np.deg2rad([0.0, 30.0, 90.0, 135.0]),
+        "der(shaft.phi)": 100.0,
+        "slider.f": -1000.0,
+    }
     check_law(
         crank,
         given,
@@ -265,11 +269,11 @@ def test_discs_of_din_2093(size: tuple[float, float], expected: Any) -> None:
     t, h = size
     disc = translational.ConicalDisc(De=50e-3, Di=25.4e-3, t=t * 1e-3, h=h * 1e-3)
     s = h * 1e-3 * np.array([0.25, 0.5, 0.75, 1.0])
-    np.testing.assert_allclose(disc.force(s), expected[0], rtol=1e-12)
+    np.testing.assert_allclose(disc.force(jnp.asarray(s)), expected[0], rtol=1e-12)
     spring = translational.DiscSpring(disc=disc, series=4.0, parallel=2.0, s_rel0=0.02)
     check_law(spring, {"s_rel": 0.02 - 4.0 * s}, {"f": -2.0 * np.array(expected[0])})
     check_law(spring, {"s_rel": [0.021]}, {"f": [0.0]})
-    np.testing.assert_allclose(jax.vmap(jax.grad(disc.work))(jnp.asarray(s)), disc.force(s), rtol=1e-12)
+    np.testing.assert_allclose(jax.vmap(jax.grad(disc.work))(jnp.asarray(s)), disc.force(jnp.asarray(s)), rtol=1e-12)
 
 
 DIAPHRAGM = translational.Diaphragm(R=114.5e-3, r=89e-3, R_1=112.5e-3, r_1=90.5e-3, r_f=29e-3, t=2.6e-3, H=4.5e-3)
@@ -279,9 +283,9 @@ def test_diaphragm_spring_of_a_clutch() -> None:
     """Clamp load over the deflection with its maximum and minimum, release load over the stroke, and wear."""
     x = np.array([0.5e-3, 2e-3, 4e-3, 6e-3])
     loads = [1866.1163170487782, 4507.442791305581, 4146.732823230326, 4090.2824026163735]
-    np.testing.assert_allclose(DIAPHRAGM.force(x), loads, rtol=1e-12)
+    np.testing.assert_allclose(DIAPHRAGM.force(jnp.asarray(x)), loads, rtol=1e-12)
     turns = np.array([2.590153927711003e-3, 5.174551954641937e-3])
-    np.testing.assert_allclose(DIAPHRAGM.force(turns), [4675.08147533387, 3745.0447341422223], rtol=1e-10)
+    np.testing.assert_allclose(DIAPHRAGM.force(jnp.asarray(turns)), [4675.08147533387, 3745.0447341422223], rtol=1e-10)
     np.testing.assert_allclose(jax.vmap(jax.grad(DIAPHRAGM.force))(jnp.asarray(turns)), 0.0, atol=1e-3)
     np.testing.assert_allclose(jax.vmap(jax.grad(DIAPHRAGM.work))(jnp.asarray(x)), loads, rtol=1e-12)
     clutch = translational.DiaphragmClutch(spring=DIAPHRAGM, engaged=3.2e-3)

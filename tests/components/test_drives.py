@@ -14,7 +14,7 @@ from components import blocks, rotational, translational
 TIMES = jnp.linspace(0.0, 1.0, 6)
 
 
-def inertia(domain: ModuleType, value: float, **start: float) -> Any:
+def inertia(domain: ModuleType, value: float, **start: Any) -> Any:
     return rotational.Inertia(J=value, **start) if domain is rotational else translational.Mass(m=value, **start)
 
 

@@ -228,7 +228,7 @@ def test_lugre_slides_with_its_level(w: float) -> None:
     np.testing.assert_allclose(solution.final.parts[1].flange.tau, math.copysign(level, w) + 0.2 * w, rtol=1e-8)
 
 
-TABLE = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.5, 1.0]))
+TABLE: dict[str, Any] = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.5, 1.0]))
 
 
 @pytest.mark.parametrize(

@@ -195,7 +195,7 @@ def test_a_drive_on_a_battery_runs_up_through_its_limits() -> None:
     drive = solution.parts[2]
     np.testing.assert_allclose(np.max(drive.torque), 6.0 * 0.012 * 120.0, rtol=1e-9)
     found = machine.currents(drive.wanted[-1], 4.0 * drive.w[-1], drive.v[-1] / np.sqrt(3.0), 120.0)
-    np.testing.assert_allclose([drive.i_d[-1], drive.i_q[-1]], found, rtol=1e-9)
+    np.testing.assert_allclose(np.array([drive.i_d[-1], drive.i_q[-1]]), np.array(found), rtol=1e-9)
     assert drive.i_d[-1] < -10.0
     lost = float(sum(np.sum(value) for value in solution.energy.dissipated.values()))
     assert abs(solution.energy.imbalance) < 1e-6 * lost
@@ -275,7 +275,7 @@ def test_laws_of_the_motor_s_parts() -> None:
 
 def test_a_bridge_takes_back_the_duty_at_the_limit_of_the_current() -> None:
     bridge = electrical.CurrentLimitedBridge(i_max=10.0, band=1.0, Ron=0.01)
-    given = {"duty.value": [0.5, 1.7, 1.0, 1.0, -1.0], "i2": [-4.0, -8.0, -9.5, -11.0, 9.5], "v1": 24.0}
+    given: dict[str, Any] = {"duty.value": [0.5, 1.7, 1.0, 1.0, -1.0], "i2": [-4.0, -8.0, -9.5, -11.0, 9.5], "v1": 24.0}
     m = np.array([0.5, 1.0, 0.5, -1.0, -0.5])
     i = -np.array(given["i2"])
     check_law(bridge, given, {"m": m, "v2": 24.0 * m - 0.02 * i, "i1": m * i})
@@ -283,7 +283,7 @@ def test_a_bridge_takes_back_the_duty_at_the_limit_of_the_current() -> None:
 
 def test_a_solenoid_gives_the_force_of_its_data_sheet_and_stores_its_work() -> None:
     coil = electrical.DataSheetSolenoid(R=7.0, L_0=0.1, rated=2.0, positions=[0.0, 1e-3, 3e-3], forces=[5.0, 5.0, 5.0])
-    given = {"i": [2.0, 1.0], "rod.s": [2e-3, 0.5e-3]}
+    given: dict[str, Any] = {"i": [2.0, 1.0], "rod.s": [2e-3, 0.5e-3]}
     check_law(coil, given, {"rod.f": [-5.0, -1.25], "L": [0.1 + 2.0 / 4.0 * 5.0 * 2e-3, 0.1 + 0.5 * 5.0 * 0.5e-3]})
     with pytest.raises(ParameterError, match="forces must be nonnegative"):
         electrical.DataSheetSolenoid(R=7.0, L_0=0.1, rated=2.0, positions=[0.0, 1e-3], forces=[5.0, -5.0])

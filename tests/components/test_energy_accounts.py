@@ -1,6 +1,7 @@
 """Every component by itself: units, power balance and gradients."""
 
 import inspect
+from typing import Any
 
 import jax.numpy as jnp
 import pytest
@@ -16,7 +17,7 @@ DOMAINS = (blocks, electrical, hydraulic, rotational, thermal, translational)
 ANGLES = jnp.linspace(0.0, 2.0 * jnp.pi, 9)
 LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
 MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
-VALVE = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
+VALVE: dict[str, Any] = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
 
 
 def square(t: Scalar) -> Scalar:

@@ -102,7 +102,7 @@ def test_names_that_do_not_exist(component: Component) -> None:
         _ = component.wrong  # pyright: ignore[reportAttributeAccessIssue]
     assert not hasattr(component, "wrong")
     with pytest.raises(ArgumentError, match=f"^{name} takes no argument 'wrong'"):
-        type(component)(wrong=1.0)
+        type(component)(wrong=1.0)  # pyright: ignore[reportCallIssue]
 
 
 @every_component

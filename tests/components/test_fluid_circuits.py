@@ -1,6 +1,6 @@
 """Circuits of fluid power against published trajectories, and under abuse."""
 
-from typing import Self
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
@@ -52,14 +52,16 @@ class Discharge(Component):
 
 ORIFICE = Orifice(area=2e-6, density=860.0, transition_pressure=1.0)
 # Absolute pressures of the figures, above that of the tank. From 150 bar, where the gas has a third of its volume.
-GAS = dict(capacity=4.9e-4, resistance=1e3, volume=5e-4, precharge=4.9e6, atmosphere=1e5, V=5e-4 - 5e-4 / 3.0)
+GAS: dict[str, Any] = dict(
+    capacity=4.9e-4, resistance=1e3, volume=5e-4, precharge=4.9e6, atmosphere=1e5, V=5e-4 - 5e-4 / 3.0
+)
 
 
 def test_adiabatic_discharge() -> None:
     """The gas volume over time, quadrature of the law; then the accumulator is empty and shuts, and nothing flows."""
     # Compressed at constant temperature, it expands adiabatically: as if it had been precharged to less.
     precharge = 1.5e7 * 3.0**-1.4 - 1e5
-    rig = Discharge(accumulator=GasAccumulator(**(GAS | dict(n=1.4, precharge=precharge))), orifice=ORIFICE)
+    rig = Discharge(accumulator=GasAccumulator(**{**GAS, "n": 1.4, "precharge": precharge}), orifice=ORIFICE)
     times = np.array([0.323, 0.968, 1.936, 2.259, 2.4])
     sol = simulate(rig, 2.5, save=jnp.asarray(times), rtol=1e-9, energy=True)
     gas = 5e-4 - np.asarray(sol["accumulator.V"])

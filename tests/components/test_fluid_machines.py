@@ -33,7 +33,7 @@ from components.hydraulic import (
 from components.rotational import ConstantSpeed
 
 OIL = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=3.2e-5)
-IDEAL = dict(displacement=4.5e-6, liquid=OIL, losses=WilsonLosses())
+IDEAL: dict[str, Any] = dict(displacement=4.5e-6, liquid=OIL, losses=WilsonLosses())
 
 
 def test_bootstrap_tank() -> None:
@@ -133,7 +133,7 @@ def mapped() -> FixedPump:
     losses = MappedLosses.from_efficiencies(
         displacement=4.5e-6, speeds=SPEEDS, pressures=PRESSURES, volumetric=VOLUMETRIC, mechanical=MECHANICAL
     )
-    return FixedPump(**(IDEAL | dict(losses=losses)))
+    return FixedPump(**{**IDEAL, "losses": losses})
 
 
 def test_pump_by_its_efficiencies() -> None:
@@ -170,7 +170,14 @@ def test_servo_pump_at_rest() -> None:
     """At rest its displacement is the signal's share, limited."""
     pump = ServoPump(swash=PilotStage(w=60.0, D=0.8, rate=12.0), pump=VariablePump(**IDEAL))
     for u, share in ((0.4, 0.4), (3.0, 1.0), (-0.5, -0.5)):
-        given = {"u.value": u, "swash.x": share, "swash.z": 0.0, "pump.w": 100.0, "a.p": 0.0, "b.p": 0.0}
+        given = {
+            "u.value": u,
+            "swash.x": share,
+            "swash.z": 0.0,
+            "pump.w": 100.0,
+            "a.p": 0.0,
+            "b.p": 0.0,
+        }
         check_law(pump, given, {"der(swash.z)": 0.0, "b.q": -4.5e-4 * share}, rtol=1e-9, atol=1e-9)
 
 

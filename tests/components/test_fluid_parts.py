@@ -1,5 +1,7 @@
 """Restrictions, valves, pumps, cylinders and accumulators against closed forms and published figures."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -39,7 +41,7 @@ from components.hydraulic import (
 )
 
 OIL = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=3.2e-5)
-HOLE = dict(area=1e-6, liquid=OIL, discharge_coefficient=0.7, transition_reynolds=100.0)
+HOLE: dict[str, Any] = dict(area=1e-6, liquid=OIL, discharge_coefficient=0.7, transition_reynolds=100.0)
 DROPS = np.array([10.0, 1e3, 1e5, 1e7])
 FLOWS = np.array([4.018208680049e-09, 3.998292671781e-07, 1.066164799284e-05, 0.0001067489859397])  # rounded root
 
@@ -58,7 +60,7 @@ def test_variable_orifice() -> None:
 
 def test_annular_gap() -> None:
     """pi d c^3 dp/(12 mu L), two and a half times that where the piston touches the bore."""
-    sizes = dict(diameter=0.02, clearance=1e-5, length=0.03, liquid=OIL)
+    sizes: dict[str, Any] = dict(diameter=0.02, clearance=1e-5, length=0.03, liquid=OIL)
     q = np.pi * 0.02 * 1e-15 * 1e7 / (12.0 * 860.0 * 3.2e-5 * 0.03)
     check_law(AnnularGap(**sizes), {"dp": 1e7}, {"q": q}, rtol=1e-12)
     check_law(AnnularGap(eccentricity=1.0, **sizes), {"dp": 1e7}, {"q": 2.5 * q}, rtol=1e-12)
@@ -126,7 +128,7 @@ def test_poppet_under_pressure_and_flow_force() -> None:
     dp = np.array([10119524.2675, 10295557.1856, 11686582.20573]) - 1e5
     q = np.array([1e-5, 1e-4, 8e-4])
     for lift, drop, flow in zip(x, dp, q, strict=True):
-        given = {"rod.s": lift, "dp": drop, "v": np.array([0.0, 0.2])}
+        given: dict[str, Any] = {"rod.s": lift, "dp": drop, "v": np.array([0.0, 0.2])}
         check_law(valve, given, {"q": flow + 4e-5 * given["v"], "rod.f": -(400.0 + 4e4 * lift)}, rtol=1e-9)
 
 
@@ -141,11 +143,11 @@ def test_load_sensing_pump_in_equilibrium() -> None:
     p = np.array([7802746.524564, 10800328.68437, 15675086.55281])
     x = np.array([0.493133688591, 0.4991782890864, 0.3249134471895])
     q = [0.0003366948312027, 0.000336468968213, 0.0002060387206102]
-    given = {"w": 157.0, "a.p": 0.0, "b.p": p, "load.p": load, "x": x}
+    given: dict[str, Any] = {"w": 157.0, "a.p": 0.0, "b.p": p, "load.p": load, "x": x}
     check_law(pump, given, {"q": q, "der(x)": 0.0, "load.q": 0.0}, rtol=1e-9, atol=1e-9)
 
 
-RATED = dict(rated_flow=5e-4, rated_drop=3.5e6)
+RATED: dict[str, Any] = dict(rated_flow=5e-4, rated_drop=3.5e6)
 K = 5e-4 / np.sqrt(3.5e6)
 
 
@@ -170,16 +172,16 @@ def test_underlap_and_leakage() -> None:
     for leakage in (0.0, 0.05):
         valve = ThreeWayValve(lap=-0.1, lap_return=-0.1, leakage=leakage, transition_pressure=1e-3, **RATED)
         share = K * (0.1 / 1.1 + leakage)
-        given = {"u.value": 0.0, "p.p": 9e6, "t.p": 0.0, "a.p": 4e6}
+        given: dict[str, Any] = {"u.value": 0.0, "p.p": 9e6, "t.p": 0.0, "a.p": 4e6}
         check_law(valve, given, {"q_pa": share * np.sqrt(5e6), "q_at": share * np.sqrt(4e6)}, rtol=1e-9)
 
 
 def test_pressure_valves() -> None:
     """The targets of the openings, at half of the band and beyond it."""
-    rated = RATED | dict(band=1e6, tau=1e-3)
+    rated: dict[str, Any] = RATED | dict(band=1e6, tau=1e-3)
     reducing = PressureReducingValve(pressure=5e6, **rated)
     lower = np.array([6e6, 4.5e6, 1e6])
-    given = {"a.p": 2e7, "b.p": lower, "x": 0.0}
+    given: dict[str, Any] = {"a.p": 2e7, "b.p": lower, "x": 0.0}
     check_law(reducing, given, {"der(x)": np.array([0.0, 500.0, 1000.0]), "q": 0.0}, atol=1e-6)
     check = PilotCheckValve(cracking=1e5, ratio=3.0, **rated)
     held = {"a.p": 0.0, "b.p": 1e7, "x": 0.0, "pilot.p": np.array([3e6, 3.6e6, 6e6])}
@@ -219,7 +221,7 @@ def test_pump_losses(losses: PumpLosses, wanted: tuple[list[float], list[float]]
     for (rpm, dp, mu), q, tau in zip(DUTIES, *wanted, strict=True):
         liquid = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=mu / 860.0)
         pump = FixedPump(displacement=4.5e-6, liquid=liquid, losses=losses)
-        given = {"w": rpm * np.pi / 30.0, "a.p": 0.0, "b.p": dp}
+        given: dict[str, Any] = {"w": rpm * np.pi / 30.0, "a.p": 0.0, "b.p": dp}
         check_law(pump, given, {"q": q, "shaft.tau": tau}, rtol=1e-10)
 
 
@@ -231,13 +233,13 @@ def test_a_pump_that_sucks_vapour() -> None:
     assert filling[0] == 1.0
     assert filling[2] < 0.1
     pump = FixedPump(displacement=1e-6, liquid=oil, losses=WilsonLosses())
-    given = {"w": 100.0, "a.p": suction, "b.p": 1e7}
+    given: dict[str, Any] = {"w": 100.0, "a.p": suction, "b.p": 1e7}
     check_law(pump, given, {"q": 1e-4 * filling, "shaft.tau": 1e-6 * filling * (1e7 - suction)}, rtol=1e-9)
 
 
 def test_variable_pump_is_limited() -> None:
     pump = VariablePump(displacement=1e-6, liquid=OIL, losses=WilsonLosses())
-    given = {"w": 100.0, "a.p": 0.0, "b.p": 1e7, "u.value": np.array([-3.0, -0.5, 0.4, 2.0])}
+    given: dict[str, Any] = {"w": 100.0, "a.p": 0.0, "b.p": 1e7, "u.value": np.array([-3.0, -0.5, 0.4, 2.0])}
     check_law(pump, given, {"q": 1e-4 * np.array([-1.0, -0.5, 0.4, 1.0])}, rtol=1e-12)
 
 
@@ -275,12 +277,12 @@ def test_cylinder_stiffness_depends_on_the_stroke() -> None:
     area_a, area_b = np.pi / 4.0 * bore**2, np.pi / 4.0 * (bore**2 - rod**2)
     s = np.array([0.0, 0.15, 0.3])
     volume_a, volume_b = dead + area_a * s, dead + area_b * (stroke - s)
-    given = {"flange.s": s, "v": 0.1, "a.q": 0.0, "b.q": 0.0, "p_a": 1e6, "p_b": 2e6}
+    given: dict[str, Any] = {"flange.s": s, "v": 0.1, "a.q": 0.0, "b.q": 0.0, "p_a": 1e6, "p_b": 2e6}
     rates = {"der(p_a)": -1.4e9 * area_a * 0.1 / volume_a, "der(p_b)": 1.4e9 * area_b * 0.1 / volume_b}
     check_law(cylinder, given, rates | {"flange.f": area_b * 2e6 - area_a * 1e6}, rtol=1e-9)
 
 
-GOOD = dict(bore=0.04, stroke=0.3, liquid=OIL, dead_a=1e-5, dead_b=1e-5)
+GOOD: dict[str, Any] = dict(bore=0.04, stroke=0.3, liquid=OIL, dead_a=1e-5, dead_b=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -292,7 +294,7 @@ GOOD = dict(bore=0.04, stroke=0.3, liquid=OIL, dead_a=1e-5, dead_b=1e-5)
     ],
     ids=["dead", "bore", "rod"],
 )
-def test_bad_cylinders(change: dict[str, float], text: str) -> None:
+def test_bad_cylinders(change: dict[str, Any], text: str) -> None:
     with pytest.raises(ParameterError, match=rf"^DoubleActingCylinder\.{text}"):
         DoubleActingCylinder(**(GOOD | change))
 

@@ -1,6 +1,7 @@
 """Textbook figures of small circuits: natural frequency, speeds, filling, and what a long line costs to compile."""
 
 import time
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -27,7 +28,7 @@ LIQUID = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=1e-9)
 AREA_A, AREA_B = np.pi / 4.0 * 0.04**2, np.pi / 4.0 * (0.04**2 - 0.025**2)
 
 
-def cylinder(**start: float) -> DoubleActingCylinder:
+def cylinder(**start: Any) -> DoubleActingCylinder:
     return DoubleActingCylinder(bore=0.04, rod=0.025, stroke=0.3, liquid=LIQUID, dead_a=2e-5, dead_b=2e-5, **start)
 
 

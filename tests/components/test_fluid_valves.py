@@ -1,5 +1,7 @@
 """Valves that pressures, rods and signals move, against closed forms."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -26,9 +28,9 @@ from components.hydraulic import (
     UnloadingValve,
 )
 
-RATED = dict(rated_flow=5e-4, rated_drop=3.5e6)
+RATED: dict[str, Any] = dict(rated_flow=5e-4, rated_drop=3.5e6)
 K = 5e-4 / np.sqrt(3.5e6)
-PILOTED = RATED | dict(band=1e6, tau=2e-3)
+PILOTED: dict[str, Any] = RATED | dict(band=1e6, tau=2e-3)
 
 
 def test_relief_valves() -> None:
@@ -68,7 +70,12 @@ def test_counterbalance_valve() -> None:
 def test_bypass_compensator_keeps_a_margin() -> None:
     """At 20 bar above the load it begins to open, and what it lets pass is driven by the pump's whole pressure."""
     valve = BypassCompensator(margin=2e6, **PILOTED)
-    given = {"a.p": np.array([7.9e6, 8.5e6, 1e7]), "load.p": 6e6, "b.p": 0.0, "x": np.array([0.0, 0.5, 1.0])}
+    given = {
+        "a.p": np.array([7.9e6, 8.5e6, 1e7]),
+        "load.p": 6e6,
+        "b.p": 0.0,
+        "x": np.array([0.0, 0.5, 1.0]),
+    }
     flows = given["x"] * K * np.sqrt(given["a.p"])
     check_law(valve, given, {"der(x)": 0.0, "q": flows, "load.q": 0.0}, rtol=1e-8, atol=1e-8)
 
@@ -177,5 +184,13 @@ def test_hysteresis_of_a_servo_valve() -> None:
     np.testing.assert_allclose((u - y)[3:5], -0.05, atol=1e-3)
     assert (u - y)[5] == pytest.approx(0.05, abs=1e-3)
     valve = ServoValve(play=Play(width=0.02), stage=PilotStage(w=300.0, D=0.8, rate=50.0), valve=FourWayValve(**RATED))
-    given = {"play.x": 0.5, "u.value": 0.505, "stage.x": 0.3, "p.p": 1e7, "t.p": 0.0, "a.p": 6.5e6, "b.p": 0.0}
+    given = {
+        "play.x": 0.5,
+        "u.value": 0.505,
+        "stage.x": 0.3,
+        "p.p": 1e7,
+        "t.p": 0.0,
+        "a.p": 6.5e6,
+        "b.p": 0.0,
+    }
     check_law(valve, given, {"der(play.x)": 0.0, "valve.q_pa": 1.5e-4}, rtol=1e-6, atol=1e-9)

@@ -48,7 +48,7 @@ def test_tandem_cylinder_adds_forces_and_stiffness() -> None:
     """The force of four areas; with its ports shut it swings at sqrt((c + sum of K A^2/V)/m), at any stroke."""
     tandem, full, ring = TandemCylinder(rear=REAR, front=FRONT), np.pi * 4e-4, np.pi * (4e-4 - 0.25 * 0.025**2)
     pressures = {"rear.p_a": 1e7, "rear.p_b": 1e6, "front.p_a": 8e6, "front.p_b": 2e6}
-    given = {"flange.s": 0.02, "rear.v": 0.0} | pressures
+    given: dict[str, Any] = {"flange.s": 0.02, "rear.v": 0.0} | pressures
     check_law(tandem, given, {"flange.f": -(1e7 * full - 1e6 * ring + 8e6 * ring - 2e6 * ring)}, rtol=1e-9)
     held = Held(cylinder=tandem, mass=Mass(m=5.0), spring=Spring(c=1e4))
     for s in (0.01, 0.07):
@@ -66,7 +66,7 @@ def test_tandem_cylinder_adds_forces_and_stiffness() -> None:
         (dict(rod_a=0.025, stroke=0.2), r"front\.stroke must be rear\.stroke"),
     ],
 )
-def test_tandem_cylinders_that_do_not_fit(front: dict[str, float], text: str) -> None:
+def test_tandem_cylinders_that_do_not_fit(front: dict[str, Any], text: str) -> None:
     given: dict[str, Any] = dict(bore=0.04, rod=0.025, liquid=OIL, dead_a=2e-5, dead_b=3e-5)
     with pytest.raises(ParameterError, match=rf"^TandemCylinder\.{text}"):
         TandemCylinder(rear=REAR, front=DoubleActingCylinder(**given, **front))

@@ -71,7 +71,7 @@ def test_pushing_the_master_in_pushes_the_slave_out() -> None:
 
 
 @pytest.mark.parametrize(("cylinder", "sense"), [(MasterCylinder, 1.0), (SlaveCylinder, -1.0)])
-def test_cylinder_signs_and_power(cylinder: type[MasterCylinder] | type[SlaveCylinder], sense: float) -> None:
+def test_cylinder_signs_and_power(cylinder: Any, sense: float) -> None:
     """A pressure presses the master's rod out of what pushes it, and pushes with the slave's; no power is lost."""
     v, p = 0.3, 2e6
     here = complete(cylinder(bore=0.02, port=FluidPort(p=p)))

@@ -1,6 +1,7 @@
 """Liquids: bulk modulus with entrained air, cavitation, viscosity, and one liquid for a whole circuit."""
 
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -134,6 +135,7 @@ def test_one_liquid_for_a_circuit() -> None:
     """Of all its parts, arrays too; its gradient is the sum of theirs, by both modes and by differences."""
     rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
     filled = fill(rig, iso_vg_46(temperature=323.15))
+    assert isinstance(filled.chamber.liquid, Liquid)
     assert float(filled.chamber.liquid.temperature) == 323.15
     many = fill(repeat(rig.chamber, 3), dot_4())
     assert isinstance(many, Array)
@@ -175,8 +177,8 @@ BAD = (
 
 
 @pytest.mark.parametrize(("change", "text"), BAD, ids=lambda item: next(iter(item), None))
-def test_unphysical_liquids_are_refused(change: dict[str, float], text: str) -> None:
-    good = dict(density=870.0, bulk_modulus=1.5e9, nu_1=46e-6, nu_2=6.7e-6)
+def test_unphysical_liquids_are_refused(change: dict[str, Any], text: str) -> None:
+    good: dict[str, Any] = dict(density=870.0, bulk_modulus=1.5e9, nu_1=46e-6, nu_2=6.7e-6)
     with pytest.raises(ParameterError, match=rf"^Liquid\.{text}"):
         Liquid(**(good | change))
 

@@ -214,4 +214,4 @@ def test_a_body_starts_at_one_place() -> None:
     with pytest.raises(ArgumentError, match=r"from phi=\.\.\. or from a=Flange\(phi=\.\.\.\), not from both"):
         rotational.Inertia(J=1.0, phi=0.1, a=rotational.Flange(phi=0.2))
     with pytest.raises(ParameterError, match=r"Mass\.s must be a real number"):
-        translational.Mass(m=1.0, L=0.1, s="a")
+        translational.Mass(m=1.0, L=0.1, s="a")  # pyright: ignore[reportArgumentType]

@@ -1,6 +1,7 @@
 """Pipes: water hammer against the method of characteristics and published figures, natural frequencies, steady flow."""
 
 from collections.abc import Callable
+from typing import Any
 
 import diffrax
 import jax
@@ -57,7 +58,7 @@ def gradient(friction: PipeFriction, v: float, nu: float) -> float:
 
 def hammer(n: int, friction: PipeFriction, flow: tuple[float, float], memory: FrictionMemory | None = None) -> Hammer:
     v, nu = flow
-    args = dict(
+    args: dict[str, Any] = dict(
         n=n, length=LENGTH, diameter=DIAMETER, friction=friction, q=v * AREA,
         liquid=LinearLiquid(density=DENSITY, bulk_modulus=MODULUS, viscosity=nu),
         p=RESERVOIR - gradient(friction, v, nu) * np.linspace(0.0, LENGTH, n + 1),
@@ -255,7 +256,7 @@ BAD = (
 @pytest.mark.parametrize(("change", "text"), BAD, ids=["n", "diameter", "p", "wall"])
 def test_bad_arguments(change: dict, text: str) -> None:
     with pytest.raises(ParameterError, match=rf"^(Pipe|Segments)\.{text}"):
-        Pipe(**(dict(n=3, length=1.0, diameter=0.01, liquid=iso_vg_46()) | change))
+        Pipe(**{"n": 3, "length": 1.0, "diameter": 0.01, "liquid": iso_vg_46(), **change})
 
 
 def test_memory_of_another_length_is_refused() -> None:

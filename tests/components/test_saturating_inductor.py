@@ -13,7 +13,7 @@ from acausal import Connections, ParameterError, Scalar, connect, simulate
 from components import electrical
 from components.electrical import ConstantVoltage, Ground, Resistor
 
-COIL = {"Lnom": 1.0, "Inom": 1.0, "Lzer": 2.0, "Linf": 0.5}
+COIL: dict[str, Any] = {"Lnom": 1.0, "Inom": 1.0, "Lzer": 2.0, "Linf": 0.5}
 
 
 def wire_series(source: Any, first: Any, second: Any, ground: Any) -> Connections:
@@ -46,7 +46,7 @@ def test_knee_of_saturating_inductor_is_differentiable() -> None:
 
 
 @pytest.mark.parametrize("bad", [{"Lnom": 0.4}, {"Lnom": 2.5}])
-def test_nominal_inductance_has_to_lie_between_the_limits(bad: dict[str, float]) -> None:
+def test_nominal_inductance_has_to_lie_between_the_limits(bad: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match=r"SaturatingInductor\.(Linf must be smaller than Lnom|Lnom must)"):
         electrical.SaturatingInductor(**{**COIL, **bad})
 

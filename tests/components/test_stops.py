@@ -160,6 +160,6 @@ def test_rotor_behind_a_gear_bounces_between_stops() -> None:
         (dict(restitution=1.1), "HardStop.restitution must be at most 1"),
     ],
 )
-def test_bad_parameters(values: dict[str, float], message: str) -> None:
+def test_bad_parameters(values: dict[str, Any], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         translational.HardStop(**values)

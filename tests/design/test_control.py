@@ -14,7 +14,7 @@ from components.rotational import Inertia, ViscousFriction
 from components.translational import Fixed, Mass, SignalForce, SpringDamper
 
 FORCE, MASS, WAY, FASTEST = 10.0, 2.5, 0.8, 1.2  # N, kg, m, m/s
-BOUNDS = {"command": ("-10 N", "10 N")}
+BOUNDS: dict[str, Any] = {"command": ("-10 N", "10 N")}
 THERE = {"place": (lambda s: s.mass.a.s, "== 0.8 m"), "rest": (lambda s: s.mass.v, "== 0 m/s")}
 SPEED = {"speed": (lambda s: s.mass.v, "<= 1.2 m/s")}
 
@@ -30,7 +30,7 @@ class Cart(Component):
         return connect(self.command.y, self.force.u), connect(self.force.flange, self.mass.a)
 
 
-def cart(command: Staircase | TimeSeries, **start: float) -> Cart:
+def cart(command: Staircase | TimeSeries, **start: Any) -> Cart:
     return Cart(command=command, force=SignalForce(), mass=Mass(m=MASS, **start))
 
 
