@@ -8,6 +8,7 @@ and reassemble them, and know the primitives below by their names and parameters
   `num_consts`, `num_carry`
 - arithmetic, by name; `integer_pow` with `y`; `reduce_*` with `axes`; `concatenate` with `dimension`; `dot_general`
   with `dimension_numbers`
+- indices: `dynamic_slice` with `slice_sizes`; `gather` with `dimension_numbers`, `slice_sizes` and `mode`
 
 `trace_context` tells the settings that `jax.jit` traces anew for, those of context managers included;
 `backends_are_initialized` whether anything was compiled yet, after which XLA reads no flags.

@@ -13,6 +13,7 @@ from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
+from .._reduce.bounds import check_bounds
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
 from .._reduce.instants import Instants, Knowledge, instants
@@ -43,6 +44,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
     closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
     check_effects(closed, "A method `events`")
+    check_bounds(closed, "A method `events`")
     if not entries:
         return None
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])

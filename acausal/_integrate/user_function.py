@@ -16,6 +16,7 @@ from jax import Array
 from .._errors import ModelError
 from .._fingerprint import NoFingerprintError, fingerprint
 from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
+from .._reduce.bounds import check_bounds
 from .._reduce.flat_model import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
 
@@ -125,6 +126,7 @@ def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: in
     except AttributeError as error:
         said = str(error).rstrip(".")
         raise ModelError(f"{what}: {said}. Its argument has the shape of the model, as in s.slave.rod.s.") from error
+    check_bounds(closed, what)
     jaxpr, constants = _hoisted(closed)
     atoms = [atom for eqn in jaxpr.eqns for atom in eqn.invars] + list(jaxpr.outvars)
     read = {atom for atom in atoms if not isinstance(atom, Literal)}

@@ -12,6 +12,7 @@ from jax import Array
 
 from .._declare.component import Equation
 from .._errors import ModelError
+from .bounds import check_bounds
 from .flat_model import Kind
 from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
@@ -66,6 +67,7 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
 
     closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
     check_effects(closed, where)
+    check_bounds(closed, where)
     signs = []
     for item in inputs:
         sign = kind.declarations[item.slot].sign

@@ -1,5 +1,7 @@
 """Array-valued variables, and arrays of components."""
 
+import re
+from collections.abc import Callable
 from typing import Any, Self
 
 import jax
@@ -17,6 +19,7 @@ from acausal import (
     Discrete,
     Equations,
     Events,
+    ModelError,
     Param,
     Scalar,
     UnknownPartError,
@@ -225,3 +228,53 @@ def test_vector_that_vanishes() -> None:
     sol = simulate(Idle(n=3, k=2.0), 1.0, save="end")
     np.testing.assert_array_equal(sol.final.x, np.ones(3))
     np.testing.assert_array_equal(sol.final.rate, np.zeros(3))
+
+
+class Gains(Component):
+    """Reads members of a vector by what `read` gives."""
+
+    read: Callable[[Any], Any]
+    k: Param[Vector, "", shape("n")]
+    x: Var[Scalar, ""] = 1.0
+    n: int = 3
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.read(self.k) * self.x, check_units=False))
+
+
+def gains(read: Callable[[Any], Any]) -> Gains:
+    return Gains(read=read, k=jnp.array([1.0, 2.0, 3.0]))
+
+
+# By an index that jax moves into the array, also where it is used within a function of its own.
+BEYOND: dict[str, tuple[Callable[[Any], Any], str]] = {
+    "after the last": (lambda k: k[3], "[3]"),
+    "before the first": (lambda k: k[-4], "[-4]"),
+    "one of several": (lambda k: jnp.sum(k[np.array([0, 5, 1])]), "[5]"),
+    "in a matrix": (lambda k: jnp.outer(k, k)[0, 7], "[7]"),
+    "in a compiled function": (jax.jit(lambda k: k[9]), "[9]"),
+    "in a condition": (lambda k: jax.lax.cond(k[0] > 0.0, lambda: k[1], lambda: k[8]), "[8]"),
+    "in a batch": (lambda k: jnp.sum(jax.vmap(lambda i: k[i] + k[4])(np.arange(3))), "[4]"),
+}
+WITHIN: tuple[Callable[[Any], Any], ...] = (
+    lambda k: k[2] + k[-3],
+    lambda k: jnp.sum(k[1:9]) - 1.0,
+    lambda k: jnp.sum(k[np.array([0, -1])]),
+    lambda k: jnp.outer(k, k)[0, 2] + jnp.outer(k, k)[-3, 0],
+    lambda k: 4.0 * jnp.take(k, 7, mode="clip") / 3.0,
+)
+
+
+@pytest.mark.parametrize("case", BEYOND)
+def test_members_that_a_vector_does_not_have(case: str) -> None:
+    read, index = BEYOND[case]
+    with pytest.raises(IndexError, match=re.escape(f"Gains.equations reads member {index} of an array of 3: its mem")):
+        structure(gains(read))
+    with pytest.raises(ModelError, match=re.escape(f"until reads member {index} of an array of 3")):
+        simulate(gains(WITHIN[0]), 1.0, until=lambda s: read(s.k))
+
+
+def test_members_that_a_vector_has() -> None:
+    for read in WITHIN:
+        assert float(read(jnp.array([1.0, 2.0, 3.0]))) == pytest.approx(4.0)
+        structure(gains(read))

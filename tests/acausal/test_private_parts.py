@@ -77,6 +77,8 @@ PRIMITIVES: list[tuple[Callable[..., Any], str, set[str]]] = [
     (jnp.sum, "reduce_sum", {"axes"}),
     (lambda x: jnp.concatenate([x, x]), "concatenate", {"dimension"}),
     (lambda x: jnp.dot(x, x), "dot_general", {"dimension_numbers"}),
+    (lambda x: x[9], "dynamic_slice", {"slice_sizes"}),
+    (lambda x: x[np.array([0, 9])], "gather", {"dimension_numbers", "slice_sizes", "mode"}),
 ]
 
 
