@@ -64,18 +64,18 @@ def first_event(
 
 def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:
     """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
-    times = given.numbers.times
-    is_cut = (
-        jnp.any(found.begins & events.bends)
-        & (found.t - t0 > NEAR_END * (t1 - t0))
-        & (t1 - found.t > NEAR_END * (t1 - t0))
-    )
+    near, beside = t0 + NEAR_END * (t1 - t0), t0 + NEAR_END * (t1 - t0)
+    is_cut = jnp.any(found.begins & events.bends) & (found.t > near) & (t1 - found.t > near - t0)
     is_late = ~found.is_any & (found.reached < t1)
-    if times is not None:
-        saves = given.direction * times
-        is_cut |= found.is_any & jnp.any((saves > found.t) & (saves <= t1))
+    if given.numbers.times is not None:
+        saves = given.direction * given.numbers.times
+        later = jnp.min(jnp.where(saves > found.t, saves, jnp.inf), initial=jnp.inf)
+        is_cut |= found.is_any & (later <= t1)
+        beside = jnp.minimum(near, 0.5 * (found.t + later))
+    # Until an event that is so near, a state may not change by more than rounding. Then the step ends beyond it.
+    before = jnp.where(found.before > near, found.before, beside)
     least = t0 + 4.0 * tick(t0, given.numbers.t0)
-    to = jnp.maximum(jnp.where(is_late, found.reached, found.before), least)
+    to = jnp.maximum(jnp.where(is_late, found.reached, before), least)
     return jnp.where((is_cut | is_late) & (t1 > 2.0 * least - t0), to, jnp.inf)
 
 

@@ -71,6 +71,27 @@ def test_two_events_at_one_instant() -> None:
     np.testing.assert_allclose(np.asarray(final(0.7, 0.7)), (2.0 + 1.0, 2.0), rtol=1e-12)
 
 
+class Climb(Component):
+    """x rises, half as fast from where it passes 1."""
+
+    x: Var[Scalar, "1"] = 0.0
+    rate: Param[Scalar, "1/s"] = 0.01
+    passed: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rise=eq(d.x, self.rate * jnp.where(self.passed > 0.5, 0.5, 1.0)))
+
+    def events(self) -> Events:
+        return dict(passes=when((self.passed < 0.5) & (self.x > 1.0), passed=1.0))
+
+
+@pytest.mark.parametrize("below", [0.0, 1e-16])
+@pytest.mark.parametrize("save", [[0.1, 0.2, 0.6, 1.1], [0.1, 0.1 + 1e-11, 1.1]])
+def test_an_event_so_near_that_rounding_keeps_the_state_before_it(save: list[float], below: float) -> None:
+    sol = simulate(Climb(x=1.0 - below), 1.1, t0=0.1, save=np.array(save), dt0=1.0, max_steps=100)
+    np.testing.assert_allclose(sol.x, 1.0 + 0.005 * (np.array(save) - 0.1), rtol=0.0, atol=1e-12)
+
+
 def test_derivatives_by_the_times_of_two_events_in_one_step() -> None:
     """After the doubling at a, x = t + a, and b does not matter; the other way round, x = t + 2 + a."""
     slopes = jax.jit(jax.jacrev(lambda a, b: final(a, b)[0], argnums=(0, 1)))
