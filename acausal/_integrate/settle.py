@@ -33,7 +33,7 @@ R = TypeVar("R", bound=Counted)
 
 class Settled(NamedTuple):
     """What an instant leaves behind: its time, the vector, the conditions that hold, and those that have just become
-    true. `outcome` says why the run ends, 0 if it does not.
+    true and stayed so. `outcome` says why the run ends, 0 if it does not.
     """
 
     t: Array
@@ -52,6 +52,7 @@ class _Round(NamedTuple):
     due: Array  # the events whose moment it is, and that have not happened yet
     holds: Array
     happened: Array
+    undone: Array  # those that happened and whose variables others have set anew, after their condition had ended
     first: Array  # the first that happened, -1 if none
     stored: Array  # energy before
     lost: Array
@@ -140,6 +141,7 @@ def settle(
             due_later,
             holds,
             r.happened | fired,
+            (r.undone | (r.happened & ~here.truths & _set_anew(events, fired))) & ~fired,
             jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
             stored,
             jnp.where(is_own, r.lost, stored - here.stored),
@@ -152,8 +154,9 @@ def settle(
         )
 
     start = _Round(
-        jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.asarray(-1),
-        jnp.asarray(0.0), jnp.asarray(0.0), jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
+        jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.zeros(total, bool),
+        jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
+        jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
     end = repeated(lambda r: r.goes_on, next_round, start, most, events.is_reversible)
@@ -161,7 +164,7 @@ def settle(
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
-    return Settled(end.t, _accounted(events, end), end.holds, end.happened, end.record, outcome)
+    return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.record, outcome)
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
@@ -177,6 +180,15 @@ def _consequences(events: RunEvents, truths: Array, held: Array, r: _Round) -> A
     begun &= ~events.waits
     one = begun & (jnp.cumsum(begun) == 1)
     return jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one)
+
+
+def _set_anew(events: RunEvents, fired: Array) -> Array:
+    """The events that set one of the discrete variables which those that `fired` set."""
+    if not events.writes:
+        return jnp.zeros_like(fired)
+    number, _, is_own = (jnp.stack(turns) for turns in zip(*events.writes, strict=True))
+    is_set = jnp.any(fired[number] & is_own, axis=0)
+    return jnp.zeros(events.total, int).at[number].add(is_set & is_own) > 0
 
 
 def _accounted(events: RunEvents, end: _Round) -> Array:
