@@ -77,6 +77,11 @@ class EventNumbers:
     def stops(self) -> np.ndarray:
         return self._mask(False, False, False, True)
 
+    @property
+    def only_stops(self) -> bool:
+        """Whether nothing can happen but the end of the run."""
+        return bool(np.all(self.stops))
+
     @ft.cached_property
     def refused(self) -> np.ndarray:
         """Those that must not happen."""

@@ -89,6 +89,8 @@ def settle(
     tells anew what is due between its time and the start, as it would have done then.
     """
     is_start = order is not None
+    if events.only_stops:
+        return _stopped(events, t, before, y, begins, holds, due, record, given, is_start=is_start)
     total = events.total
     most = total + TOGETHER + 4 * total + 16
 
@@ -165,6 +167,31 @@ def settle(
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.record, outcome)
+
+
+def _stopped(
+    events: RunEvents,
+    t: Array,
+    before: Numbers,
+    y: Numbers,
+    begins: Array,
+    holds: Array,
+    due: Array,
+    record: Record,
+    given: Given,
+    *,
+    is_start: bool,
+) -> Settled:
+    """`settle` for a run in which nothing happens but its end: there are no rounds, since nothing changes."""
+    t, y = jnp.asarray(t, float), jnp.asarray(y)
+    if is_start:
+        here = events.here(t, y, given)
+        begins, holds = here.is_zero[None] & (events.settings.direction is not False), here.truths
+    else:
+        moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, before, y[None], due, given)
+        is_any = jnp.any(begins)
+        t, y, holds = jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins
+    return Settled(t, y, holds, begins, record, jnp.where(jnp.any(begins), STOPPED, 0.0))
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:

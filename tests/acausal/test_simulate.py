@@ -133,6 +133,30 @@ def test_stop_direction(direction: Any, expected: float) -> None:
     np.testing.assert_allclose(sol.final.mass.a.s, 0.5, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("direction", "expected"), [("up", Result.stopped), (None, Result.stopped), ("down", Result.never_stopped)]
+)
+def test_stop_at_the_start(direction: Any, expected: Result) -> None:
+    """A condition that is zero at the start is met there, except by a fall."""
+    sol = simulate(rc(), 0.25, until=lambda s: s.c.v, direction=direction, save="end", throw=False)
+    assert sol.result == expected
+    assert sol.t1 == (0.0 if expected == Result.stopped else np.inf)
+
+
+def test_stops_of_a_batch() -> None:
+    """Some runs of a batch are stopped, others are not; so are their derivatives."""
+
+    def stop(R: Array) -> Array:
+        model = eqx.tree_at(lambda m: m.r.R, rc(), R)
+        t1 = simulate(model, 0.1, until=lambda s: s.c.v - 2.5, rtol=1e-10, save="end", throw=False).t1
+        return jnp.where(jnp.isfinite(t1), t1, 0.0)
+
+    R, is_stopped = jnp.array([50.0, 200.0, 100.0]), np.array([True, False, True])
+    times, slopes = jax.vmap(jax.value_and_grad(stop))(R)
+    np.testing.assert_allclose(times, np.where(is_stopped, R * 1e-3 * np.log(2.0), 0.0), rtol=1e-8)
+    np.testing.assert_allclose(slopes, np.where(is_stopped, 1e-3 * np.log(2.0), 0.0), rtol=1e-7)
+
+
 def test_condition_that_jumps() -> None:
     """A condition that changes sign by a jump is met where it jumps."""
     sol = simulate(rc(), 1.0, until=lambda s: jnp.where(s.c.v > 1.0, 1.0, -1.0), rtol=1e-9, save="end")
