@@ -1,22 +1,23 @@
 """Packages that import their modules when a name of theirs is first asked for."""
 
-import ast
+import dis
 import importlib
-import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from types import CodeType
 from typing import Any
 
 
 def when_asked(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a package, from the imports that its source states for type checkers.
+    """`__getattr__`, `__dir__` and `__all__` of a package, from the imports that it states for type checkers.
 
-    To create the class of a component takes a millisecond or two, and a model uses few of some hundred.
+    To create the class of a component takes a millisecond or two, and a model uses few of some hundred. The imports are
+    read from the compiled code, which is there also where the source is not, as in frozen programs.
     """
     module = sys.modules[package]
-    stated = [item for item in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(item, ast.ImportFrom)]
-    modules = {alias.name: "." * item.level + str(item.module) for item in stated if item.level for alias in item.names}
-    del modules["when_asked"]
+    assert module.__spec__ is not None
+    loader: Any = module.__spec__.loader
+    modules = {name: path for name, path in _relative_imports(loader.get_code(package)) if name != "when_asked"}
 
     def attribute(name: str) -> Any:
         if name not in modules:
@@ -26,3 +27,12 @@ def when_asked(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
         return value
 
     return attribute, lambda: list(modules), list(modules)
+
+
+def _relative_imports(code: CodeType) -> Iterator[tuple[str, str]]:
+    """The name and the module of each `from .module import name` of a module, in branches that do not run, too."""
+    level, names = 0, ()
+    for step in dis.get_instructions(code):
+        if step.opname == "IMPORT_NAME" and level:
+            yield from ((name, "." * level + step.argval) for name in names)
+        level, names = names, step.argval

@@ -1,11 +1,14 @@
 """Packages of components import what is asked of them."""
 
+import compileall
 import importlib
 import json
 import pickle
 import pkgutil
 import subprocess
 import sys
+import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -50,3 +53,42 @@ def test_an_unknown_name_is_refused() -> None:
         _ = importlib.import_module("components.thermal").HeatCapacitator
     with pytest.raises(ImportError, match=r"cannot import name 'Spoon' from 'components.thermal'"):
         exec("from components.thermal import Spoon")
+
+
+PACKAGE = """
+from typing import TYPE_CHECKING
+
+from components._lazy import when_asked
+
+if TYPE_CHECKING:
+    from ._one import First as First
+    from ._one import Second as Second
+    from ._two import Third as Third
+else:
+    __getattr__, __dir__, __all__ = when_asked(__name__)
+"""
+
+
+@pytest.mark.parametrize("kind", ["compiled", "zipped"])
+def test_a_package_needs_no_source(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in frozen programs, and as read from an archive."""
+    package = tmp_path / f"shelf_{kind}"
+    package.mkdir()
+    (package / "__init__.py").write_text(PACKAGE)
+    (package / "_one.py").write_text("First, Second = 1, 2\n")
+    (package / "_two.py").write_text("Third = 3\n")
+    assert compileall.compile_dir(package, quiet=1, legacy=True)
+    for source in package.glob("*.py"):
+        source.unlink()
+    place = tmp_path
+    if kind == "zipped":
+        place = tmp_path / "shelf.zip"
+        with zipfile.ZipFile(place, "w") as archive:
+            for file in package.glob("*.pyc"):
+                archive.write(file, f"{package.name}/{file.name}")
+                file.unlink()
+    monkeypatch.syspath_prepend(place)
+    shelf = importlib.import_module(package.name)
+    assert dir(shelf) == shelf.__all__ == ["First", "Second", "Third"]
+    assert (shelf.First, shelf.Third) == (1, 3)
+    assert f"{package.name}._one" in sys.modules
