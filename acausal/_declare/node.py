@@ -102,7 +102,7 @@ def derived(cls: Any, fields: Mapping[str, Any], namespace: Mapping[str, Any]) -
 
 
 def _own_converters(cls: Any, annotations: Container[str]) -> None:
-    """What is wrong with a value is said of the class that is used, not of the one that it inherits the field from."""
+    """Let messages about inherited fields name the class itself, not the one that declares them."""
     for field in dataclasses.fields(cls):
         converter = field.metadata.get("converter")
         if field.name not in annotations and isinstance(converter, Converter):

@@ -37,9 +37,9 @@ class _Here(NamedTuple):
 
 
 def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
-    r"""The point `x` as the function of `start` and `args` that it is: of all with g(x, args) = 0, nearest to `start`.
+    r"""The point `x`, made differentiable: of all with g(x, args) = 0, the one nearest to `start`.
 
-    As a number, x is what it was. Its derivatives are those of the solution of
+    Its value stays what it was. Its derivatives are those of the solution of
 
     $$x - x_0 + C^T m = 0, \qquad g(x, p) = 0, \qquad C = \partial g / \partial x,$$
 

@@ -90,7 +90,7 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
 
 
 def _about_flat(problem: Problem, found: NearestPoint) -> str:
-    """The conditions that what may move does not change where a search ended, as the flow of a valve that is closed."""
+    """The conditions that no unknown that may move changes at the end of a search, as the flow of a closed valve."""
     residual, slopes = np.abs(found.residual), np.max(np.abs(found.slopes), axis=1, initial=0.0)
     is_flat = (residual > 1.0 / RANK) | ((slopes <= RANK) & (residual > CLOSE) & bool(problem.trim.leaves))
     names = [name for name, flat in zip(problem.residual_names, is_flat, strict=True) if flat]

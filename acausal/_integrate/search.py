@@ -96,7 +96,7 @@ class Search:
         return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
 
     def followed(self, best: Array, x0: Array, numbers: Any) -> Array:
-        """What `best` ended at as the function of x0 and numbers that it is, also where conditions are not met."""
+        """The end of `best`, made differentiable by x0 and numbers, also where conditions are not met."""
         held = self._held(x0, numbers)
         return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
 

@@ -77,8 +77,8 @@ def settle(
     *,
     order: Array | None = None,
 ) -> Settled:
-    """Carry out the events that begin at t, each at its own moment, then what has become true by them, and so on;
-    just `before` t they had not begun.
+    """Carry out the events that begin at t, each at its own moment, then those that become true by them, and so on. At
+    `before`, just before t, none of them had begun.
 
     Events that begin at one instant start from the values before all of them. What they make true happens next; what
     that makes true, after it. Where many rounds come to no end, the events of a round happen one by one, the first in

@@ -33,8 +33,10 @@ class Turn(NamedTuple):
 
 
 class _Walk(NamedTuple):
-    """Each function by itself has been followed up to `node`. If it `narrows` down a turn, that is between `low` and
-    `high`, on a part on which the rate falls by `fall`; `last` was looked at before. It is looked at `x` next.
+    """How far the search has come, for each function by itself: there is no higher turn before `node`.
+
+    While it `narrows` down a turn, this lies between `low` and `high`, on a part on which the rate falls by `fall`.
+    `last` is the point that was looked at before, `x` the time that is looked at next.
     """
 
     node: Point

@@ -18,8 +18,10 @@ _STAIRS = {"floor": 0.0, "ceil": 0.0, "round": 0.5}
 
 
 class Traced(NamedTuple):
-    """The value of a function, all `angles` in rad that it computes with, a step of a stair being a full turn, and the
-    sum of the `steps` on which it is.
+    """The value of a function, and what turns in it.
+
+    `angles` in rad are those that it takes sines and cosines of, then the heights of its stairs, of which a step counts
+    as a full turn. `steps` is the sum of the steps on which the stairs are: it tells whether any has changed.
     """
 
     value: Array

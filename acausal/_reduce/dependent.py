@@ -31,7 +31,7 @@ def modular(number: float) -> int:
 def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
     """A basis of the combinations of rows that vanish, each with the factor of each row that takes part.
 
-    Every combination has a row of its own, the last of it to be looked at.
+    Every combination has a row that is in no other one: the row that the elimination took last.
     """
     if not _eliminated([dict(row) for row in rows], exact):
         return []

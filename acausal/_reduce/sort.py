@@ -77,9 +77,9 @@ def _unknowns(chosen: Chosen) -> list[Pair]:
 
 
 def _expanded(chosen: Chosen) -> tuple[Incidence, list[int], list[int]]:
-    """The table of all equations, each as often as it was differentiated and once more.
+    """The table of all equations, each as it was stated and after each of its differentiations.
 
-    Also which of them are not the last, and which of these are invariants.
+    Also the rows that were differentiated further, and those among them that are invariants.
     """
     reduced = chosen.reduced
     families: list[Family] = []

@@ -168,9 +168,10 @@ def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: boo
 
 
 def _peel(reduced: Reduced, members: list[int], entries: Entries) -> dict[int, int]:
-    """Constraints that have a variable to themselves, liked least of theirs as a state and safe to divide by.
+    """Constraints that can be solved at once, each with the variable that it is solved for.
 
-    Taking them out needs no elimination, so that a long chain of constraints costs no more than its length.
+    No other constraint holds this variable, none in the constraint is liked less as a state, and its coefficient is
+    safe to divide by. To take them out needs no elimination, so that a long chain costs no more than its length.
     """
     of_row: dict[int, dict[int, float]] = {row: {} for row in members}
     users: dict[int, set[int]] = {}
