@@ -143,12 +143,13 @@ def require_matplotlib() -> None:
         raise SystemExit('Pictures need matplotlib: pip install "acausal[plots]", or leave out --out.')
 
 
-def legend(figure: "Figure", columns: int) -> None:
-    """One legend below all panels, each entry once."""
+def legend(figure: "Figure", columns: int, *, above: bool = False) -> None:
+    """One legend below or above all panels, each entry once."""
     entries = {
         label: handle for panel in figure.axes for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns, frameon=False)
+    place = "outside upper center" if above else "outside lower center"
+    figure.legend(entries.values(), entries.keys(), loc=place, ncols=columns, frameon=False)
 
 
 def save(figure: "Figure", directory: Path, name: str) -> None:

@@ -10,9 +10,11 @@ from ._duty import whole_duty as whole_duty
 from ._families import ARCHITECTURES as ARCHITECTURES
 from ._main import as_text as as_text
 from ._main import conditions_as_text as conditions_as_text
+from ._main import limits_as_text as limits_as_text
 from ._main import main as main
 from ._main import stored as stored
 from ._main import study as study
 from ._rows import Row as Row
-from ._rows import elasticities as elasticities
 from ._rows import row_of as row_of
+from ._words import SIZES as SIZES
+from ._words import elasticities as elasticities

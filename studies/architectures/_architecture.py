@@ -9,6 +9,11 @@ from acausal import Scalar
 Flow = tuple[Scalar, Scalar]
 
 
+def as_built(model: Any) -> Any:
+    """The start values stay those that were built in."""
+    return model
+
+
 def at_the_pump(s: Any) -> Flow:
     """Pressure and flow that a pump delivers from its tank."""
     return s.pump.b.p, -s.pump.b.q
@@ -39,5 +44,6 @@ class Architecture:
     sizes: tuple[str, ...]  # by path
     masses: Mapping[str, float]  # kg
     weightless: str  # parts without a published mass
+    start: Callable[[Any], Any] = as_built  # what a model with other sizes starts from
     delivered: Callable[[Any], Flow] = at_the_pump  # what its source of flow gives
     taken: Callable[[Any], Flow] = at_the_slave  # what the clutch takes of it

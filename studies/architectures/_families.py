@@ -6,7 +6,7 @@ from types import MappingProxyType
 from ._architecture import Architecture, at_the_accumulator, at_the_master
 from ._electromechanical import crank, eccentric, screw, worm
 from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo_pump
-from ._stored import automated_gearbox, holding_valve, purge_valve
+from ._stored import automated_gearbox, charged, holding_valve, purge_valve
 from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
 
 # In kg, as the thesis states them (tables 6.2 to 6.4, conclusions).
@@ -40,12 +40,14 @@ ARCHITECTURES = (
     ),
     Architecture(
         "EHA, servo motor", "EHA, servo motor and fixed pump", servo_motor, _OF_PUMPS, _PUMP,
-        "accumulator, check and relief valves, cylinder", across_the_pump, across_the_piston,
+        "accumulator, check and relief valves, cylinder",
+        delivered=across_the_pump, taken=across_the_piston,
     ),
     Architecture(
         "EHA, servo pump", "EHA, servo pump", servo_pump,
         ("pump.pump.displacement", "slave.bore", "pump.swash.rate", "motor.resistor.R"), {"motor RE40": 0.48},
-        "variable pump, accumulator, check and relief valves, cylinder", across_the_pump, across_the_piston,
+        "variable pump, accumulator, check and relief valves, cylinder",
+        delivered=across_the_pump, taken=across_the_piston,
     ),
     Architecture(
         "holding valve", "prototype, normally open holding valve", holding_valve,
@@ -58,16 +60,17 @@ ARCHITECTURES = (
     Architecture(
         "automated gearbox", "accumulator, three-way and on/off valves", automated_gearbox,
         ("valve.rated_flow", "inlet.area", "slave.bore", "accumulator.volume"), _PUMP,
-        "accumulator, all valves, block, cylinder", at_the_accumulator,
+        "accumulator, all valves, block, cylinder", charged, at_the_accumulator,
     ),
     Architecture(
         "eccentric", "electromechanical, eccentric", eccentric,
         ("gearbox.ratio", "cam.profile.eccentricity", "master.bore", "motor.resistor.R"), _GEARED, "cam, cylinders",
-        at_the_master,
+        delivered=at_the_master,
     ),
     Architecture(
         "crank", "electromechanical, crank", crank,
-        ("gearbox.ratio", "crank.crank", "master.bore", "motor.resistor.R"), _GEARED, "crank, cylinders", at_the_master,
+        ("gearbox.ratio", "crank.crank", "master.bore", "motor.resistor.R"), _GEARED, "crank, cylinders",
+        delivered=at_the_master,
     ),
     Architecture(
         "worm", "electromechanical, worm (present)", worm,
@@ -77,6 +80,6 @@ ARCHITECTURES = (
     Architecture(
         "screw", "electromechanical, screw", screw,
         ("screw.converter.ratio", "master.bore", "motor.resistor.R"), {"motor RE50": 1.1}, "screw, cylinders",
-        at_the_master,
+        delivered=at_the_master,
     ),
 )  # fmt: skip

@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from .._output import legend
+from ..prototypes._measured import DEAD_TIME, FULL, MEASURED, Datum
 from ._rows import Row
 
 AREAS: Mapping[str, str] = MappingProxyType(
-    {"clutch": "#009e73", "drop of the valve": "#e69f00", "surplus flow, compression": "#d55e00"}
+    {"power to the clutch": "#009e73", "lost in the valve": "#e69f00", "surplus flow, and compression": "#d55e00"}
 )
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -27,6 +28,16 @@ WHEN: Mapping[str, str] = MappingProxyType(
         "holding": "holding",
     }
 )
+FIGURES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
+    {
+        "opening_time": ("opening time [ms]", 1e3, "z.1f"),
+        "peak_current": ("peak current [A]", 1.0, "z.1f"),
+        "holding_current": ("mean current of the hold [A]", 1.0, "z.2f"),
+    }
+)  # of a row: what it is, its factor and format
+THESIS: Mapping[str, Mapping[str, Datum]] = MappingProxyType(
+    {"eccentric": MEASURED["ema_maxon"][FULL], "holding valve": DEAD_TIME}
+)  # what was measured on prototypes of these kinds
 SURPLUS = ("relief", "compensator", "bleed")
 TO_BAR, TO_LITRES = 1e-5, 6e4  # from Pa, and from m3/s to l/min
 
@@ -40,13 +51,13 @@ def kind_of(path: str) -> str:
         return "friction of motor and gears"
     if first.startswith(SURPLUS):
         return "surplus flow"
-    if "valve" in first or first in ("inlet", "outlet", "checks"):
+    if first.startswith(("valve", "inlet", "outlet", "check", "purge")):
         return "valves"
     return "pump" if first == "pump" else "line, seals, rest"
 
 
 def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Pressure over flow: the whole area is what the source gives; its parts are the clutch and the losses."""
+    """Pressure over flow: the whole area is the power of the source, its parts those of the clutch and the losses."""
     figure = figure or Figure(figsize=(10.0, 2.3 * len(rows) + 0.6), layout="constrained")
     panels = np.asarray(figure.subplots(len(rows), len(WHEN), squeeze=False, sharex=True, sharey=True))
     widest = max(row.flows[when]["source_q"] for row in rows for when in row.flows)
@@ -57,12 +68,13 @@ def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | 
             panel.grid(alpha=0.3)
             title = titles[row.architecture] if when == "opening" else ""
             panel.set_title(f"{title}\n{said}", fontsize=9, loc="left")
+            panel.tick_params(labelbottom=True, labelleft=True)
         line[0].set_ylabel("pressure [bar]")
     panels[0, 0].set_xlim(0.0, 1.05 * TO_LITRES * widest)
     panels[0, 0].set_ylim(0.0, 1.3 * TO_BAR * highest)
     for panel in panels[-1]:
         panel.set_xlabel("flow [l/min]")
-    legend(figure, 3)
+    legend(figure, 3, above=True)
     return figure
 
 
@@ -70,11 +82,13 @@ def _areas(panel: Axes, flows: Mapping[str, float]) -> None:
     p, q = TO_BAR * flows["source_p"], TO_LITRES * flows["source_q"]
     load_p, load_q = TO_BAR * flows["clutch_p"], TO_LITRES * flows["clutch_q"]
     used = min(load_q, q)
-    _area(panel, "clutch", 0.0, 0.0, used, load_p)
-    _area(panel, "drop of the valve", 0.0, load_p, used, p - load_p)
-    _area(panel, "surplus flow, compression", used, 0.0, q - used, p)
+    _area(panel, "power to the clutch", 0.0, 0.0, used, load_p)
+    _area(panel, "lost in the valve", 0.0, load_p, used, p - load_p)
+    _area(panel, "surplus flow, and compression", used, 0.0, q - used, p)
     powers = {name: 100.0 / 60.0 * area for name, area in (("source", p * q), ("clutch", load_p * used))}
-    text = f"{powers['source']:z.1f} W, clutch {powers['clutch']:z.1f} W"
+    text = f"{powers['source']:.1f} W given, {powers['clutch']:z.1f} W to the clutch"
+    if round(powers["source"], 1) == 0.0:
+        text = f"no flow; {load_p:.0f} bar at the clutch"
     panel.text(0.97, 0.93, text, transform=panel.transAxes, ha="right", va="top", fontsize=8)
 
 
@@ -109,6 +123,31 @@ def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure
     losses.set_title("where it is lost", loc="left")
     parts.set_title("when the battery gives it", loc="left")
     legend(figure, 5)
+    return figure
+
+
+def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
+    """Opening times and currents, beside what the thesis measured on its prototypes of these kinds."""
+    figure = figure or Figure(figsize=(12.0, 0.36 * len(rows) + 1.6), layout="constrained")
+    panels = np.ravel(np.asarray(figure.subplots(1, len(FIGURES), sharey=True)))
+    places = range(len(rows))
+    for panel, (name, (label, factor, form)) in zip(panels, FIGURES.items(), strict=True):
+        values = [factor * max(getattr(row, name), 0.0) for row in rows]
+        panel.barh(places, values, color="#0072b2", label="simulated here")
+        measured = [THESIS.get(row.architecture, {}).get(name.replace("_", " ")) for row in rows]
+        marks = {place: factor * datum.value for place, datum in enumerate(measured) if datum is not None}
+        if marks:
+            panel.plot(list(marks.values()), list(marks), "D", color="#d55e00", label="measured (thesis), in brackets")
+        for place, value in zip(places, values, strict=True):
+            mark = marks.get(place)
+            said = "" if mark is None else f" ({mark:g})"
+            panel.text(max(value, mark or 0.0), place, f"   {value:{form}}{said}", va="center", fontsize=8)
+        panel.set_xlim(0.0, 1.5 * max(*values, *marks.values()))
+        panel.set_xlabel(label)
+        panel.grid(alpha=0.3, axis="x")
+    panels[0].set_yticks(places, [titles[row.architecture] for row in rows])
+    panels[0].invert_yaxis()
+    legend(figure, 2)
     return figure
 
 

@@ -51,7 +51,6 @@ class Row:
     closed: float  # position at the end
     flows: Mapping[str, Mapping[str, float]]
     conditions: Mapping[str, Mapping[str, float]]
-    limit: str
 
 
 def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = True) -> Row:
@@ -63,7 +62,7 @@ def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = Tr
     losses = {path: float(lost) for path, lost in duty.energy.dissipated.items() if lost != 0.0}
     supplied, stored, _ = (float(total) for total in duty.energy.totals)
     position, held = np.asarray(duty.piston.a.s), _during(duty, opened + 1.0, opened + HOLD)
-    row = Row(
+    return Row(
         architecture=architecture.name,
         opening_time=opened,
         peak_current=float(np.max(np.abs(np.asarray(duty.supply.i)[_during(duty, 0.0, opened)]))),
@@ -88,9 +87,7 @@ def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = Tr
             "holding": _flows(architecture, duty, opened + HOLD),
         },
         conditions={name: _figures(architecture.name, change(model), rtol) for name, change in CONDITIONS.items()},
-        limit="",
     )
-    return dataclasses.replace(row, limit=_limit(row, model))
 
 
 def _done(name: str, model: Any, rtol: float) -> tuple[float, Solution]:
@@ -122,7 +119,7 @@ def opening_time_of(architecture: Architecture, model: Any, rtol: float) -> Call
 
     def time(values: Any) -> Any:
         changed = replace(model, dict(zip(architecture.sizes, values, strict=True)))
-        return open_clutch(changed, rtol=rtol, save="end", account=False).t1
+        return open_clutch(architecture.start(changed), rtol=rtol, save="end", account=False).t1
 
     return time
 
@@ -181,20 +178,3 @@ def _flows(architecture: Architecture, solution: Solution, time: float | None) -
     if time is not None:
         signals = [np.interp(time, np.asarray(solution.ts), signal) for signal in signals]
     return dict(zip(("source_p", "source_q", "clutch_p", "clutch_q"), map(float, signals), strict=True))
-
-
-def _limit(row: Row, model: Any) -> str:
-    """Where most of the energy goes and, if it is differentiated, what the opening time hangs on most."""
-    lost = max(row.losses, key=lambda path: row.losses[path])
-    text = f"energy by {lost} ({100.0 * row.losses[lost] / sum(row.losses.values()):.0f} %)"
-    shares = elasticities(row, model)
-    if not shares:
-        return text
-    path = max(shares, key=lambda path: abs(shares[path]))
-    return f"{text}, opening by {path} ({shares[path]:+.2f} % per %)"
-
-
-def elasticities(row: Row, model: Any) -> dict[str, float]:
-    """By how many per cent the opening time changes for a per cent of each main size, by path."""
-    values = parameters(model)
-    return {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from acausal import Connections, connect
+from acausal import Connections, connect, replace
 from components.blocks import Constant, FirstOrder, Gain, Maximum, Product, SecondOrder, Switch, TwoPointController
 from components.electrical import ConstantVoltage, IdealOpeningSwitch, Resistor, SignalVoltage
 from components.hydraulic import (
@@ -194,12 +194,24 @@ def purge_valve() -> PurgeActuator:
 def automated_gearbox() -> AccumulatorActuator:
     """Three-way proportional valve with on/off valves and accumulator."""
     held = valve_held()
-    return AccumulatorActuator(
+    model = AccumulatorActuator(
         wanted=Constant(k=CHARGED), sensor=PressureSensor(), charger=TwoPointController(bandwidth=CHARGING_BAND),
         opens=Maximum(), travel=held.travel, check=_check(), accumulator=_accumulator(), relief=relief(CHARGED + 5e5),
         inlet=held.valve, outlet=held.valve, spool=spool(), valve=three_way_valve(), gallery=_passage(),
         passage=_passage(), controller=valve_control(), **_chambered(), **_leaking(),
     )  # fmt: skip
+    return charged(model)
+
+
+def charged(model: AccumulatorActuator) -> AccumulatorActuator:
+    """With the accumulator, whatever its size, and what is open to it at the mean pressure.
+
+    That is the middle of the band in which the pump charges it, where the pump is off and stays off for a while: the
+    duty begins away from all pressures at which it switches.
+    """
+    gas = model.accumulator
+    share = ((gas.precharge + gas.atmosphere) / (CHARGED + gas.atmosphere)) ** (1.0 / gas.n)
+    return replace(model, {"accumulator.V": gas.volume * (1.0 - share), "gallery.p": CHARGED})
 
 
 def _leaking() -> dict[str, Any]:
@@ -222,8 +234,5 @@ def _passage() -> Volume:
 
 
 def _accumulator() -> GasAccumulator:
-    volume, precharge, exponent, start = 1e-4, 3.0e6, 1.4, CHARGED + 0.5 * CHARGING_BAND
-    filled = volume * (1.0 - ((precharge + 101325.0) / (start + 101325.0)) ** (1.0 / exponent))
-    return GasAccumulator(
-        capacity=0.8 * volume, resistance=1e9, volume=volume, precharge=precharge, n=exponent, V=filled
-    )
+    volume = 1e-4
+    return GasAccumulator(capacity=0.8 * volume, resistance=1e9, volume=volume, precharge=3.0e6)

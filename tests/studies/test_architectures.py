@@ -15,11 +15,22 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from acausal import Result, parameters, replace, simulate
-from studies.architectures import ARCHITECTURES, Architecture, Row, as_text, open_clutch, stored, study
+from studies.architectures import (
+    ARCHITECTURES,
+    Architecture,
+    Row,
+    as_text,
+    limits_as_text,
+    open_clutch,
+    stored,
+    study,
+)
 from studies.architectures._conditions import at_temperature, worn
 from studies.architectures._parts import DISPLACEMENT, HIGHEST, VOLTAGE, pump_data, re40, relief
-from studies.architectures._plot import kind_of, plot_areas, plot_energies
+from studies.architectures._plot import kind_of, plot_areas, plot_energies, plot_figures
 from studies.architectures._rows import gradients_of, opening_time_of, sizes_of
+from studies.architectures._stored import charged
+from studies.architectures._words import LOSSES, SIZES, limits
 
 ROWS = {row.architecture: row for row in stored()}
 STROKE = 12e-3
@@ -177,6 +188,35 @@ def test_numbers_that_are_zero_have_no_sign() -> None:
     assert "-0.0" not in as_text([row])
 
 
+def test_what_limits_is_told_in_words() -> None:
+    """Of all sizes and losses, and no path of a model is left in the table."""
+    assert set(SIZES) == {path for row in ROWS.values() for path in row.gradients}
+    assert set(LOSSES) == {path for row in ROWS.values() for path in row.losses}
+    table = limits_as_text(list(ROWS.values()))
+    assert not [path for path in (*SIZES, *LOSSES) if "." in path and path in table]
+
+
+def test_what_limits_an_opening() -> None:
+    """Valves where most of the pressure is lost, else the motor: its current, or its speed without a resistance."""
+    base, model = ROWS["eccentric"], named("eccentric").build()
+    assert limits(base, model)[1].startswith("current of the motor")
+    free = dataclasses.replace(base, gradients={**base.gradients, "motor.resistor.R": 0.0})
+    assert limits(free, model)[1].startswith("speed of the motor")
+    flows = {**base.flows, "opening": {"source_p": 4e6, "source_q": 1e-4, "clutch_p": 1e6, "clutch_q": 1e-4}}
+    assert "75 % of the pressure" in limits(dataclasses.replace(base, flows=flows), model)[1]
+    assert limits(base, model)[2:4] == ("bore of the master cylinder", "-1.45 %")
+
+
+@pytest.mark.parametrize("volume", [0.7e-4, 1e-4, 2e-4])
+def test_accumulator_starts_in_the_middle_of_its_band(volume: float) -> None:
+    """Whatever its size, by p v^1.4 = const of its gas."""
+    model = charged(replace(named("automated gearbox").build(), {"accumulator.volume": volume}))
+    gas, air = model.accumulator, 101325.0
+    pressure = (3e6 + air) * (volume / (volume - float(gas.V))) ** 1.4 - air
+    assert pressure == pytest.approx(float(model.wanted.k), rel=1e-12)
+    assert float(model.gallery.p) == float(model.wanted.k)
+
+
 def rectangles(panel: Axes) -> list[Rectangle]:
     return [patch for patch in panel.patches if isinstance(patch, Rectangle)]
 
@@ -188,6 +228,13 @@ def test_pictures() -> None:
     for panel, flows in zip(figure.axes, [flows for row in rows[:2] for flows in row.flows.values()], strict=True):
         drawn = sum(patch.get_width() * patch.get_height() for patch in rectangles(panel))
         assert drawn == pytest.approx(1e-5 * 6e4 * flows["source_p"] * flows["source_q"], rel=1e-9)
+    for panel, name in zip(plot_figures(rows, titles).axes, ("opening", "peak", "hold"), strict=True):
+        assert name in panel.get_xlabel()
+        ends = [bar.get_x() + bar.get_width() for bar in rectangles(panel)]
+        marks = [float(x) for line in panel.lines for x in np.asarray(line.get_xdata())]
+        assert len(ends) == len(rows)
+        assert len(marks) == {"opening": 2, "peak": 2, "hold": 1}[name]
+        assert panel.get_xlim()[1] > max(ends + marks)
     left, right = plot_energies(rows, titles).axes
     for panel, total in (
         (left, sum(sum(row.losses.values()) for row in rows)),
@@ -258,5 +305,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert [Row(**row).architecture for row in json.loads((tmp_path / "rows.json").read_text())["rows"]] == [
         "eccentric"
     ]
-    for name in ("architectures.html", "architectures_areas.png", "architectures_energy.png"):
+    for name in (
+        "architectures.html",
+        "architectures_areas.png",
+        "architectures_energy.png",
+        "architectures_figures.png",
+    ):
         assert (tmp_path / name).stat().st_size > 10_000

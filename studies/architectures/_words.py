@@ -1,0 +1,98 @@
+"""What limits an architecture, in words for those who have not read the code."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from acausal import parameters
+
+from ._rows import Row
+
+# Main sizes by their path in the model
+SIZES: Mapping[str, str] = MappingProxyType(
+    {
+        "accumulator.volume": "volume of the accumulator",
+        "cam.profile.eccentricity": "eccentricity of the cam",
+        "cam.profile.rate": "lift of the cam per angle",
+        "compensator.margin": "pressure margin over the load",
+        "crank.crank": "radius of the crank",
+        "gearbox.ratio": "ratio of the gearbox",
+        "inlet.area": "opening of the on/off valve",
+        "master.bore": "bore of the master cylinder",
+        "motor.resistor.R": "resistance of the winding",
+        "pump.displacement": "displacement of the pump",
+        "pump.margin": "pressure margin over the load",
+        "pump.pump.displacement": "displacement of the pump",
+        "pump.swash.rate": "speed of the swash plate",
+        "screw.converter.ratio": "turns of the screw per travel",
+        "slave.bore": "bore of the slave cylinder",
+        "valve.area": "opening of the holding valve",
+        "valve.rated_flow": "rated flow of the valve",
+    }
+)
+# Components that lose energy
+LOSSES: Mapping[str, str] = MappingProxyType(
+    {
+        "accumulator": "inlet of the accumulator",
+        "bleed": "flow through the bleed-off valve",
+        "check": "check valve",
+        "check_a": "check valves",
+        "check_b": "check valves",
+        "coil": "coil of the holding valve",
+        "compensator": "surplus flow through the compensator",
+        "inlet": "on/off valves",
+        "leak": "leakage of the seals",
+        "line": "line",
+        "motor.bearing": "friction of the turning drive",
+        "motor.resistor": "heat of the motor's winding",
+        "outlet": "on/off valves",
+        "pump": "slip and friction of the pump",
+        "pump.pump": "slip and friction of the pump",
+        "purge": "flow through the purge valve",
+        "relay": "relay of the coil",
+        "relief": "surplus flow through the relief valve",
+        "relief_a": "relief valves",
+        "relief_b": "relief valves",
+        "screw.gear": "friction of the screw",
+        "seal": "seal of the slave cylinder",
+        "valve": "pressure drop of the valve",
+        "worm": "friction of the worm",
+    }
+)
+WINDING = "motor.resistor.R"
+HALF = 0.5  # share of the pressure lost in valves, and elasticity, from which on these limit the opening
+HEADS = (
+    "architecture", "opening is limited by", "main size that it hangs on most", "1 % more of it: time",
+    "most of the energy goes into",
+)  # fmt: skip
+
+
+def limits(row: Row, model: Any) -> tuple[str, ...]:
+    """A line of the table with `HEADS`.
+
+    Throughout the opening all controllers are at their limits. Valves bound it where they take most of the pressure at
+    half the stroke. Else it is the motor: its current where the time follows the resistance of the winding, its speed
+    without load where it does not.
+    """
+    shares = elasticities(row, model)
+    size = max(shares.keys() - {WINDING}, key=lambda path: abs(shares[path]), default=None)
+    lost = max(row.losses, key=lambda path: row.losses[path])
+    share = 100.0 * row.losses[lost] / sum(row.losses.values())
+    told = ("-", "-") if size is None else (SIZES[size], f"{shares[size]:+.2f} %")
+    return row.architecture, _bound(row, shares), *told, f"{LOSSES[lost]}, {share:.0f} %"
+
+
+def _bound(row: Row, shares: Mapping[str, float]) -> str:
+    flows = row.flows["opening"]
+    dropped = 1.0 - flows["clutch_p"] / flows["source_p"]
+    if dropped > HALF:
+        return f"its valves: they take {100.0 * dropped:.0f} % of the pressure"
+    if shares.get(WINDING, 0.0) > HALF:
+        return f"current of the motor: 1 % more resistance, {shares[WINDING]:.2f} % more time"
+    return "speed of the motor at full voltage"
+
+
+def elasticities(row: Row, model: Any) -> dict[str, float]:
+    """By how many per cent the opening time changes for a per cent of each main size, by path."""
+    values = parameters(model)
+    return {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}
