@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import functools as ft
 import inspect
 import math
 import types
@@ -13,6 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._declare.component import Component
+from .._declare.node import nodes_of
 from .._errors import ModelError
 from .._fingerprint import NoFingerprintError, fingerprint
 from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
@@ -71,13 +74,23 @@ def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int
     It is traced once where it surely computes the same again.
     """
     key = _key_of(function)
-    if key is None:
+    if key is None or not _names_stated(flat).isdisjoint(function.__code__.co_names):
         return _trace(function, flat, what, n_views)
     if (flat, key, n_views) not in _traced:
         if len(_traced) >= _MOST:
             _traced.clear()
         _traced[flat, key, n_views] = _trace(function, flat, what, n_views)
     return _traced[flat, key, n_views]
+
+
+@ft.lru_cache(maxsize=64)
+def _names_stated(flat: FlatModel) -> frozenset[str]:
+    """What a model's classes state besides fields, such as properties: what they refer to in turn may change."""
+    classes = {type(node) for _, node in nodes_of(flat.structure.unflatten(range(flat.structure.num_leaves)))}
+    known = set(dir(Component))
+    return frozenset(
+        name for cls in classes for name in set(dir(cls)) - {field.name for field in dataclasses.fields(cls)} - known
+    )
 
 
 def _key_of(function: Callable[..., Any]) -> Hashable | None:

@@ -42,6 +42,30 @@ def test_arrays_inside_a_compiled_function_are_honoured() -> None:
         np.testing.assert_allclose(t1, charging_time(limit), rtol=1e-7)
 
 
+class Limited(Component):
+    """Grows by one a second; how far it is from the limit is a property, which a condition may be."""
+
+    factor = 1.0
+    x: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(growth=eq(d.x, 1.0, check_units=False))
+
+    @property
+    def margin(self) -> Any:
+        return self.x - LIMITS.voltage
+
+
+@pytest.mark.parametrize(
+    "until", [lambda s: s.margin, lambda s: s.x - s.factor], ids=["a property", "an attribute of the class"]
+)
+def test_what_a_condition_reads_of_a_class_is_honoured(until: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    for limit in (2.0, 3.0):
+        monkeypatch.setattr(LIMITS, "voltage", limit, raising=False)
+        monkeypatch.setattr(Limited, "factor", limit)
+        np.testing.assert_allclose(simulate(Limited(), 9.0, until=until, rtol=1e-9).t1, limit, rtol=1e-7)
+
+
 def compiled_by(action: Any) -> int:
     size: Any = getattr(run, "_cache_size")  # noqa: B009  # of a function under `jax.jit`
     before = size()
