@@ -171,9 +171,14 @@ class Pipe(Segments):
 
     `Pipe(n=20, length=10.0, diameter=0.01, liquid=iso_vg_46())`. `friction` is `ChurchillFriction()` unless another
     law is given; `wall` is d V/(V dp), d/(E thickness) for a thin elastic pipe, and from the data sheet for a hose;
-    `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. The
-    work does not grow with n as a compiled program. See `Segments` for the law, `UnsteadyFrictionPipe` for the
-    friction of fast changes, `Line` for a pipe that is short against the waves.
+    `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. A run
+    compiles for as long whatever n, and so do its derivatives along parameters; where start values of many nodes are
+    differentiated too, beyond a hundred numbers, it is in reverse mode, which compiles for about three times as long.
+
+    Where a pipe cavitates, each opening or closing of a void in a segment is a corner in its pressure and takes some
+    thirty steps of Rodas5P, or twenty of Tsit5: a slam by far more than the pressure in the pipe wants a larger
+    `max_steps`. See `Segments` for the law, `UnsteadyFrictionPipe` for the friction of fast changes, `Line` for a pipe
+    that is short against the waves.
     """
 
     def __init__(

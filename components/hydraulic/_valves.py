@@ -124,7 +124,7 @@ class ReliefValve(SpringLoadedValve):
     """A pressure-relief valve: opens from a to b above its cracking pressure. See `SpringLoadedValve` for the law."""
 
     # The first guess is an open valve: the law is straight there, and does not tell the way from where it is closed.
-    dp: Var[Scalar, "Pa"] = 1e8  # pressure drop from a to b
+    dp: Var[Scalar, "Pa"] = 1e9  # pressure drop from a to b
     transition_pressure: Param[Scalar, "Pa", positive] = 1e4  # p_t
 
 

@@ -3,15 +3,18 @@
 import jax.numpy as jnp
 import pytest
 
-from acausal import Component, Connections, SimulationError, StructureError, connect, simulate
+from acausal import Component, Connections, SimulationError, StructureError, check, connect, simulate
 from components.hydraulic import (
     BypassCompensator,
     Chamber,
+    CheckValve,
     ConstantFlow,
     ConstantPressure,
+    Filter,
     FixedPump,
     GasAccumulator,
     IdealCheckValve,
+    LaminarResistance,
     LinearLiquid,
     ReliefValve,
     Tank,
@@ -81,6 +84,12 @@ def test_a_chamber_that_is_drawn_empty() -> None:
     with pytest.raises(SimulationError, match=r"chamber\.compression .*nothing is left there of its liquid") as raised:
         simulate(rig, 200.0, save="end")
     assert float(str(raised.value).split()[3]) == pytest.approx(100.0, rel=1e-2)
+
+
+def test_a_filter_without_a_circuit() -> None:
+    """All that flows in it flows around in it: nothing fixes a pressure."""
+    alone = Filter(element=LaminarResistance(resistance=1e8), bypass=CheckValve(conductance=1e-9))
+    assert "connect a Tank to it" in str(check(alone))
 
 
 class Sucking(Component):

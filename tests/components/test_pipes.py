@@ -200,6 +200,18 @@ def test_a_program_does_not_grow_with_the_segments() -> None:
     assert equations(200) <= equations(5)
 
 
+def test_a_gradient_does_not_grow_with_the_segments() -> None:
+    """The program of all derivatives along parameters; below some ten states, matrices are inverted in another way."""
+
+    def equations(n: int) -> int:
+        rig = hammer(n, ChurchillFriction(), TURBULENT)
+        rig = replace(rig, {"pipe.p": None, "pipe.p_a": None, "pipe.p_b": None, "pipe.q": None})
+        slope = jax.grad(lambda rig: jnp.asarray(simulate(rig, 0.1, save="end").final.pipe.p_b))
+        return str(jax.make_jaxpr(slope)(rig)).count(" = ")
+
+    assert equations(200) == equations(100)
+
+
 def test_column_separation() -> None:
     """A flow that is cut off at the near end runs on and leaves vapour: the pressure stays above that of the vapour,
     what is left in the pipe is what has not flown out, and the column that comes back shuts the void with a blow.

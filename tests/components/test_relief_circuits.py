@@ -1,0 +1,187 @@
+"""Circuits in which a relief valve sets the pressure start from its first guess, and settle where a hand finds them."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from acausal import Component, Connections, connect, simulate
+from components.hydraulic import (
+    ConstantFlow,
+    ConstantPressure,
+    GasAccumulator,
+    LaminarResistance,
+    Orifice,
+    PilotReliefValve,
+    Pump,
+    ReliefValve,
+    Tank,
+)
+from components.rotational import ConstantSpeed
+
+CONDUCTANCE, WIDTH, FLOW = 1e-9, 1e4, 1e-4  # of the valves, and what flows in
+SETTINGS = [1e3, 1e5, 1.5e7, 1e8, 7e8]
+
+
+def relief(cracking: float) -> ReliefValve:
+    return ReliefValve(conductance=CONDUCTANCE, cracking_pressure=cracking)
+
+
+def rounded(x: float) -> float:
+    """S over p_t as a function of (dp - cracking)/p_t."""
+    return float(np.logaddexp(0.0, x))
+
+
+def drop(cracking: float, flow: float) -> float:
+    """flow = G [S(dp) - S(0)], S(dp) = p_t ln(1 + exp((dp - cracking)/p_t)), solved for dp of an open valve."""
+    x = flow / (CONDUCTANCE * WIDTH) + rounded(-cracking / WIDTH)
+    return cracking + WIDTH * (x + np.log(-np.expm1(-x)))
+
+
+def settled(model: Component, t: float = 1.0) -> Any:
+    return simulate(model, t, save="end").final
+
+
+class InSeries(Component):
+    """A flow through valves one after the other."""
+
+    flow: ConstantFlow
+    valves: tuple[ReliefValve, ...]
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        between = [connect(x.b, y.a) for x, y in zip(self.valves, self.valves[1:], strict=False)]
+        return (
+            connect(self.flow.port, self.valves[0].a),
+            *between,
+            connect(self.valves[-1].b, self.tank.port),
+        )
+
+
+@pytest.mark.parametrize("second", SETTINGS)
+@pytest.mark.parametrize("first", SETTINGS)
+def test_two_in_series(first: float, second: float) -> None:
+    found = settled(InSeries(flow=ConstantFlow(flow=FLOW), valves=(relief(first), relief(second))))
+    assert float(found.flow.port.p) == pytest.approx(drop(first, FLOW) + drop(second, FLOW), rel=1e-9)
+
+
+class InParallel(Component):
+    """A flow that finds several ways back."""
+
+    flow: ConstantFlow
+    ways: tuple[ReliefValve | PilotReliefValve | LaminarResistance | Orifice, ...]
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flow.port, *(way.a for way in self.ways)),
+            connect(self.tank.port, *(way.b for way in self.ways)),
+        )
+
+
+def shared(flow: float, *laws: Any) -> float:
+    """The pressure at which the flows of the ways make up the whole."""
+    return float(brentq(lambda p: sum(law(p) for law in laws) - flow, -1e9, 2e9, xtol=1e-6, rtol=1e-14))
+
+
+def passed(cracking: float) -> Any:
+    return lambda p: CONDUCTANCE * WIDTH * (rounded((p - cracking) / WIDTH) - rounded(-cracking / WIDTH))
+
+
+@pytest.mark.parametrize("second", SETTINGS)
+@pytest.mark.parametrize("first", SETTINGS)
+def test_two_in_parallel(first: float, second: float) -> None:
+    found = settled(InParallel(flow=ConstantFlow(flow=FLOW), ways=(relief(first), relief(second))))
+    assert float(found.flow.port.p) == pytest.approx(shared(FLOW, passed(first), passed(second)), rel=1e-9)
+
+
+@pytest.mark.parametrize("resistance", [1e6, 1e10, 1e13])
+@pytest.mark.parametrize("cracking", SETTINGS)
+def test_beside_a_resistance(cracking: float, resistance: float) -> None:
+    """Open or closed, as the resistance leaves more or less pressure than it takes to open the valve."""
+    ways = (relief(cracking), LaminarResistance(resistance=resistance))
+    found = settled(InParallel(flow=ConstantFlow(flow=FLOW), ways=ways))
+    wanted = shared(FLOW, passed(cracking), lambda p: p / resistance)
+    assert float(found.flow.port.p) == pytest.approx(wanted, rel=1e-9, abs=1e-3)
+
+
+@pytest.mark.parametrize("area", [1e-8, 1e-5])
+@pytest.mark.parametrize("cracking", SETTINGS)
+def test_beside_an_orifice(cracking: float, area: float) -> None:
+    found = settled(
+        InParallel(flow=ConstantFlow(flow=FLOW), ways=(relief(cracking), Orifice(area=area, density=860.0)))
+    )
+
+    def through(p: float) -> float:
+        return 0.61 * area * np.sqrt(2.0 / 860.0) * p / (p**2 + 100.0**2) ** 0.25
+
+    wanted = shared(FLOW, passed(cracking), through)
+    assert float(found.flow.port.p) == pytest.approx(wanted, rel=1e-9, abs=1e-3)
+
+
+@pytest.mark.parametrize("piloted", [5e6, 2e7])
+@pytest.mark.parametrize("cracking", [1e7, 7e8])
+def test_beside_a_piloted_valve(cracking: float, piloted: float) -> None:
+    """The one that is set lower takes the flow: a piloted one opens in proportion to the pressure within its band."""
+    pilot = PilotReliefValve(pressure=piloted, rated_flow=10.0 * FLOW, rated_drop=1e6, band=1e6)
+    found = settled(InParallel(flow=ConstantFlow(flow=FLOW), ways=(relief(cracking), pilot)))
+
+    def through(p: float) -> float:
+        opening = np.clip((p - piloted) / 1e6, 0.0, 1.0)
+        return 10.0 * FLOW * opening * p / (p**2 + 100.0**2) ** 0.25 / 1e3
+
+    wanted = shared(FLOW, passed(cracking), through)
+    assert float(found.flow.port.p) == pytest.approx(wanted, rel=1e-4)
+
+
+class Pumped(Component):
+    """A pump without another way than over the valve, at a speed that may be zero."""
+
+    drive: ConstantSpeed
+    pump: Pump
+    valve: ReliefValve
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.drive.flange, self.pump.shaft),
+            connect(self.pump.b, self.valve.a),
+            connect(self.valve.b, self.pump.a, self.tank.port),
+        )
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-3, 1.0, 300.0])
+@pytest.mark.parametrize("cracking", SETTINGS)
+def test_a_pump_that_has_no_other_way(cracking: float, speed: float) -> None:
+    leakage, displacement = 1e-13, 1e-6
+    pump = Pump(displacement=displacement, leakage=leakage)
+    found = settled(Pumped(drive=ConstantSpeed(speed=speed), pump=pump, valve=relief(cracking)))
+    wanted = shared(displacement * speed, passed(cracking), lambda p: leakage * p)
+    assert float(found.valve.dp) == pytest.approx(wanted, rel=1e-9, abs=1e-3)
+
+
+class Charging(Component):
+    """A flow that charges an accumulator until the valve takes it."""
+
+    flow: ConstantFlow
+    accumulator: GasAccumulator
+    valve: ReliefValve
+    back: ConstantPressure
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flow.port, self.accumulator.port, self.valve.a),
+            connect(self.valve.b, self.back.port),
+        )
+
+
+@pytest.mark.parametrize("back", [0.0, 6e6])
+@pytest.mark.parametrize("cracking", [1e3, 1e6])
+def test_beside_an_accumulator(cracking: float, back: float) -> None:
+    """In the end nothing flows into the accumulator; the valve adds its drop to the pressure behind it."""
+    gas = GasAccumulator(capacity=2e-3, resistance=1e8, volume=2.2e-3, precharge=5e6)
+    rig = Charging(
+        flow=ConstantFlow(flow=FLOW), accumulator=gas, valve=relief(cracking), back=ConstantPressure(pressure=back)
+    )
+    assert float(settled(rig, 200.0).flow.port.p) == pytest.approx(back + drop(cracking, FLOW), rel=1e-5)
