@@ -320,7 +320,10 @@ def test_balanced_truncation() -> None:
         (dict(inputs=[3]), r"inputs must be a name or a sequence of names"),
         (dict(outputs=["motor.rotor.x"]), r"no variable 'motor.rotor.x'. Did you mean motor.rotor"),
         (dict(outputs=["supply.V"]), r"supply.V is not a variable of the model. Did you mean supply.v"),
-        (dict(outputs=[lambda s: s.motor.x]), r"outputs: DCMotor has no .* variable 'x'\. Its argument"),
+        (
+            dict(outputs=[lambda s: s.motor.x]),
+            r"outputs: DCMotor has no .* variable 'x'\. It has resistor, .*\. Its argument",
+        ),
         (dict(outputs=[lambda s: jnp.ones(2)]), r"array of shape \(2,\)"),
         (dict(at=[1.0]), r"has 3 states: "),
         (dict(at="start"), r"at=str is not an operating point"),
