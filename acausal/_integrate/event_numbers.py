@@ -168,6 +168,16 @@ class EventNumbers:
                 number[turn, place], element[turn, place], is_own[turn, place] = event, index, True
         return list(zip(number, element, is_own, strict=True))
 
+    @ft.cached_property
+    def places_written(self) -> np.ndarray:
+        """[events, places], which discrete variables each event writes, counted from 1; 0 is none."""
+        written: list[list[int]] = [[] for _ in range(self.total)]
+        for number, _, is_own in self.writes:
+            for place in np.flatnonzero(is_own).tolist():
+                written[number[place]].append(place + 1)
+        most = max(map(len, written), default=0)
+        return unsigned([places + [0] * (most - len(places)) for places in written])
+
     @property
     def is_searched(self) -> bool:
         """Whether there are any whose time is not known ahead."""

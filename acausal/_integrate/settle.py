@@ -213,9 +213,9 @@ def _set_anew(events: RunEvents, fired: Array) -> Array:
     """The events that set one of the discrete variables which those that `fired` set."""
     if not events.writes:
         return jnp.zeros_like(fired)
-    number, _, is_own = (jnp.stack(turns) for turns in zip(*events.writes, strict=True))
-    is_set = jnp.any(fired[number] & is_own, axis=0)
-    return jnp.zeros(events.total, int).at[number].add(is_set & is_own) > 0
+    is_set = jnp.stack([fired[number] & is_own for number, _, is_own in events.writes]).any(axis=0)
+    # Looked up rather than scattered, with which XLA on CPU does not compile the loop of steps as one function.
+    return jnp.any(jnp.concatenate([jnp.zeros(1, bool), is_set])[events.places_written], axis=1)
 
 
 def _accounted(events: RunEvents, end: _Round) -> Array:

@@ -6,7 +6,7 @@ from typing import Any, Self
 import jax
 import pytest
 
-from acausal import Component, Equations, Events, Param, Scalar, Var, eq, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
 
 
 class Decay(Component, partial=True):
@@ -31,14 +31,28 @@ class RenewedDecay(Decay):
         return dict(renew=when(self.z < 0.5, x=1.0))
 
 
-def _operations(jaxpr: Any) -> Iterator[str]:
+class CountedDecay(Decay):
+    """With events that set one discrete variable."""
+
+    n: Discrete[Scalar, "1"] = 0.0
+
+    def events(self) -> Events:
+        return dict(
+            renew=when(self.z < 0.5, x=1.0, n=self.n + 1.0),
+            again=when(self.n > 2.5, n=0.0),
+        )
+
+
+def _operations(jaxpr: Any, loops: int = 0) -> Iterator[str]:
+    """Those within so many loops, at least."""
     for eqn in jaxpr.eqns:
-        yield eqn.primitive.name
+        if loops <= 0:
+            yield eqn.primitive.name
         for value in eqn.params.values():
             for item in value if isinstance(value, tuple | list) else [value]:
                 inner = getattr(item, "jaxpr", item)
                 if hasattr(inner, "eqns"):
-                    yield from _operations(inner)
+                    yield from _operations(inner, loops - (eqn.primitive.name == "while"))
 
 
 def _sites(function: Any, k: float) -> int:
@@ -61,3 +75,10 @@ def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites:
     assert _sites(end, 1.0) == sites
     # Derivatives along a few parameters are a batch beside the run; those of the moments of events are added.
     assert _sites(jax.grad(lambda k: simulate(model(k=k), 2.0, save="end").final.x), 1.0) <= 2 * sites
+
+
+@pytest.mark.parametrize("model", [RenewedDecay, CountedDecay])
+def test_steps_add_up_nothing_by_index(model: type[Decay]) -> None:
+    """XLA on the CPU does not compile a loop as one function in which numbers are added up at places of an index."""
+    program = jax.make_jaxpr(lambda k: simulate(model(k=k), 2.0, save="end").t1)(1.0)
+    assert "scatter-add" not in set(_operations(program.jaxpr, loops=1))
