@@ -132,7 +132,7 @@ class DqMachine(Record):
         def more(angle: Scalar) -> Scalar:
             return given(angle) - torque / scale
 
-        def larger(angle: Scalar) -> Scalar:
+        def larger(angle: Scalar | Array) -> Scalar:
             i = self._of_voltage(angle, w, v)
             return (i.d**2 + i.q**2) / i_max**2 - 1.0
 
@@ -149,10 +149,13 @@ class DqMachine(Record):
         least = held(idle)
         angles = least + jnp.linspace(0.0, jnp.pi, _ANGLES)
         best = _root(rising, held(angles[jnp.argmax(given(angles))]))
-        high = held(jax.lax.fori_loop(0, _HALVINGS, halved, (least, held(best)))[1])
+        # At a low speed much current may be needed for no torque at that voltage, and less of it for some torque.
+        sizes = jnp.where(angles <= best, larger(angles), jnp.inf)
+        low = held(jnp.where(larger(least) < 0.0, least, angles[jnp.argmin(sizes)]))
+        high = held(jax.lax.fori_loop(0, _HALVINGS, halved, (low, held(best)))[1])
         by_torque, by_current = _root(more, high), _root(larger, high)
         bound = jnp.where(more(high) >= 0.0, by_torque, jnp.where(larger(high) >= 0.0, by_current, best))
-        return self._of_voltage(jnp.where((larger(least) >= 0.0) | (more(least) >= 0.0), idle, bound), w, v)
+        return self._of_voltage(jnp.where((larger(low) >= 0.0) | (more(least) >= 0.0), idle, bound), w, v)
 
 
 def _root(function: Callable[[Scalar], Scalar], x: Scalar) -> Scalar:

@@ -58,6 +58,23 @@ def test_beyond_the_current_limit_the_voltage_alone_bounds_the_torque() -> None:
     np.testing.assert_allclose([found.d, torque], [-200.0, 6.0 * 0.012 * 13.5 / (4000.0 * 60e-6)], rtol=1e-12)
 
 
+@pytest.mark.parametrize("share", [0.075, 0.2, 0.5, 0.8])
+@pytest.mark.parametrize("speed", [1.0, 1.2, 2.0, 4.0])
+def test_weak_magnets_and_much_reluctance(share: float, speed: float) -> None:
+    """psi is a share of Ld I; the speed is over that at which the voltage limits the currents of MTPA."""
+    i_max, v_max = 100.0, 50.0
+    machine = DqMachine(p=3, psi=share * 1e-4 * i_max, Ld=1e-4, Lq=3e-4)
+    w = 1.001 * speed * v_max / float(machine.voltage(machine.most_per_ampere(i_max), 1.0))
+    i = machine.currents(torque=1e3, w=w, v_max=v_max, i_max=i_max)
+    angle = np.linspace(0.0, np.pi, 20001)
+    size = np.linspace(0.0, i_max, 201)[:, None]
+    tried = DqCurrents(jnp.asarray(size * np.cos(angle)), jnp.asarray(size * np.sin(angle)))
+    best = np.max(np.where(machine.voltage(tried, w) <= v_max, machine.torque(tried), 0.0))
+    assert float(machine.torque(i)) == pytest.approx(best, rel=5e-3)
+    assert float(jnp.hypot(i.d, i.q)) <= i_max * (1.0 + 1e-9)
+    assert float(machine.voltage(i, w)) <= v_max * (1.0 + 1e-9)
+
+
 @pytest.mark.parametrize("wanted", [3.0, -3.0])
 def test_what_is_within_the_limits_is_given(wanted: float) -> None:
     for w in (0.0, 900.0, 1500.0, -1500.0):

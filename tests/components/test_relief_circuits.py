@@ -82,7 +82,8 @@ class InParallel(Component):
 
 def shared(flow: float, *laws: Any) -> float:
     """The pressure at which the flows of the ways make up the whole."""
-    return float(brentq(lambda p: sum(law(p) for law in laws) - flow, -1e9, 2e9, xtol=1e-6, rtol=1e-14))
+    root: Any = brentq  # its stubs know no plain number as rtol
+    return float(root(lambda p: sum(law(p) for law in laws) - flow, -1e9, 2e9, xtol=1e-6, rtol=1e-14))
 
 
 def passed(cracking: float) -> Any:
