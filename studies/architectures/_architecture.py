@@ -44,6 +44,7 @@ class Architecture:
     sizes: tuple[str, ...]  # by path
     masses: Mapping[str, float]  # kg
     weightless: str  # parts without a published mass
+    _: dataclasses.KW_ONLY
     start: Callable[[Any], Any] = as_built  # what a model with other sizes starts from
     delivered: Callable[[Any], Flow] = at_the_pump  # what its source of flow gives
     taken: Callable[[Any], Flow] = at_the_slave  # what the clutch takes of it

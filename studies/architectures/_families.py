@@ -60,7 +60,8 @@ ARCHITECTURES = (
     Architecture(
         "automated gearbox", "accumulator, three-way and on/off valves", automated_gearbox,
         ("valve.rated_flow", "inlet.area", "slave.bore", "accumulator.volume"), _PUMP,
-        "accumulator, all valves, block, cylinder", charged, at_the_accumulator,
+        "accumulator, all valves, block, cylinder", start=charged,
+        delivered=at_the_accumulator,
     ),
     Architecture(
         "eccentric", "electromechanical, eccentric", eccentric,
@@ -75,7 +76,7 @@ ARCHITECTURES = (
     Architecture(
         "worm", "electromechanical, worm (present)", worm,
         ("cam.profile.rate", "master.bore", "motor.resistor.R"), {"motor FISE with worm gear": 1.2},
-        "cam, cylinders", at_the_master,
+        "cam, cylinders", delivered=at_the_master,
     ),
     Architecture(
         "screw", "electromechanical, screw", screw,

@@ -85,6 +85,15 @@ def test_gradients(name: str) -> None:
     assert row.gradients.get("motor.resistor.R", 0.0) >= 0.0
 
 
+@pytest.mark.parametrize("name", list(ROWS))
+def test_what_other_sizes_start_from(name: str) -> None:
+    """A model of the same kind, for the sizes as built with the start values as built."""
+    model = named(name).build()
+    started = named(name).start(model)
+    assert type(started) is type(model)
+    assert jax.tree.all(jax.tree.map(np.array_equal, started, model))
+
+
 def losses_of_the_pump(p: float) -> tuple[float, float]:
     """Slip in m3/s and torque in N.m of the pump at the pressure p."""
     losses, viscosity = pump_data()["losses"], 1050.0 * 8e-6
