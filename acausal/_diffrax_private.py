@@ -16,6 +16,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from ._numbers import Numbers
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Before:
@@ -23,7 +25,7 @@ class Before:
     compared.
     """
 
-    number: Any
+    number: Numbers
     count: int
 
     def __jax_array__(self) -> Array:
@@ -39,7 +41,7 @@ class _Internal(types.ModuleType):
         return getattr(internal, name)
 
     @staticmethod
-    def prevbefore(x: Any) -> Before:
+    def prevbefore(x: "Before | Numbers") -> Before:
         """The number before."""
         return Before(x.number, x.count + 1) if isinstance(x, Before) else Before(x, 1)
 

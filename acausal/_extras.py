@@ -1,6 +1,8 @@
 """Packages that only some calls need."""
 
 import importlib
+from collections.abc import Sequence
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -12,8 +14,10 @@ if TYPE_CHECKING:
 else:
     Axes: TypeAlias = Any  # what a picture is drawn into; matplotlib may be missing
 
+Panels: TypeAlias = np.ndarray | Sequence[Axes] | Axes  # the axes of one or several panels
 
-def pyplot() -> Any:
+
+def pyplot() -> ModuleType:
     """matplotlib's pyplot."""
     return needed("matplotlib.pyplot", "plots", "A picture")
 
@@ -23,17 +27,17 @@ def given_or_new(ax: Axes | None, width: float, height: float) -> Axes:
     return ax if ax is not None else pyplot().subplots(figsize=(width, height), layout="constrained")[1]
 
 
-def panels(axes: Any, rows: int, columns: int, size: tuple[float, float], sharex: bool = False) -> np.ndarray:
+def panels(axes: Panels | None, rows: int, columns: int, size: tuple[float, float], sharex: bool = False) -> np.ndarray:
     """Axes in rows and columns: those that are given, or those of a new figure of this size in inches."""
     if axes is None:
-        options: dict[str, Any] = dict(sharex=sharex, squeeze=False, layout="constrained")
-        axes = pyplot().subplots(rows, columns, figsize=size, **options)[1]
-    if np.size(axes) != rows * columns:
-        raise ModelError(f"There are {rows * columns} panels to draw, but {np.size(axes)} axes were given.")
-    return np.reshape(axes, (rows, columns))
+        axes = pyplot().subplots(rows, columns, figsize=size, sharex=sharex, squeeze=False, layout="constrained")[1]
+    given = np.asarray(axes, object)
+    if given.size != rows * columns:
+        raise ModelError(f"There are {rows * columns} panels to draw, but {given.size} axes were given.")
+    return given.reshape(rows, columns)
 
 
-def needed(module: str, extra: str, what: str) -> Any:
+def needed(module: str, extra: str, what: str) -> ModuleType:
     """The module that something needs, or an error that says how to install it."""
     try:
         return importlib.import_module(module)

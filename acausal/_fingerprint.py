@@ -5,14 +5,15 @@ import enum
 import functools as ft
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
-from ._jax_private import PRIMITIVES, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
+from ._jax_private import PRIMITIVES, Atom, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
 from ._tracing import is_traced
 
 # Whose classes are known by their name, as long as the versions are the same.
@@ -26,7 +27,7 @@ class NoFingerprintError(TypeError):
     """What an object is made of cannot be told, as that of a function."""
 
 
-def fingerprint(value: Any) -> str:
+def fingerprint(value: object) -> str:
     """A digest of plain data, data classes of the libraries, arrays and jaxprs; equal for equal contents only.
 
     Of classes only the names count. Raises `NoFingerprintError` for what holds anything else.
@@ -72,11 +73,11 @@ def _name(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
-def _is_of(value: Any, packages: tuple[str, ...]) -> bool:
+def _is_of(value: object, packages: tuple[str, ...]) -> bool:
     return type(value).__module__.partition(".")[0] in packages
 
 
-def _array(value: Any) -> Iterator[bytes]:
+def _array(value: np.ndarray | np.generic | jax.Array) -> Iterator[bytes]:
     if is_traced(value) or jnp.issubdtype(value.dtype, jax.dtypes.extended) or value.dtype.hasobject:
         raise NoFingerprintError(f"an array whose numbers cannot be told, of type {value.dtype}")
     array = np.asarray(value)
@@ -91,9 +92,9 @@ def _closed(closed: ClosedJaxpr, order: int) -> Iterator[bytes]:
 
 def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
     """A jaxpr, with the derivatives up to some order of functions that have derivatives of their own."""
-    number: dict[Any, int] = {}
+    number: dict[Var, int] = {}
 
-    def atoms(found: Any) -> Iterator[bytes]:
+    def atoms(found: Sequence[Atom]) -> Iterator[bytes]:
         yield f"atoms {len(found)}".encode()
         for atom in found:
             yield _said(atom.aval)
@@ -115,7 +116,7 @@ def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
 
 
 @ft.lru_cache(maxsize=4096)
-def _said(aval: Any) -> bytes:
+def _said(aval: object) -> bytes:
     return str(aval).encode()
 
 
@@ -137,8 +138,8 @@ def _derivative(eqn: JaxprEqn) -> ClosedJaxpr:
     values = [jax.ShapeDtypeStruct(var.aval.shape, var.aval.dtype) for var in invars]
     moving = [i for i, value in enumerate(values) if jnp.issubdtype(value.dtype, np.inexact)]
 
-    def derivative(values: list[Any], tangents: list[Any]) -> Any:
-        def of_moving(*moved: Any) -> Any:
+    def derivative(values: list[Array], tangents: list[Array]) -> tuple[list[Array], list[Array]]:
+        def of_moving(*moved: Array) -> list[Array]:
             point = list(values)
             for i, value in zip(moving, moved, strict=True):
                 point[i] = value
@@ -152,7 +153,7 @@ def _derivative(eqn: JaxprEqn) -> ClosedJaxpr:
         raise NoFingerprintError(f"a derivative that cannot be taken: {error}") from error
 
 
-def _parameter(value: Any, order: int) -> Iterator[bytes]:
+def _parameter(value: object, order: int) -> Iterator[bytes]:
     """A parameter of a primitive; jax's own objects are what they print."""
     if isinstance(value, ClosedJaxpr):
         yield from _closed(value, order)

@@ -1,12 +1,11 @@
 """Indices as constants of programs."""
 
-from typing import Any
-
 import numpy as np
+import numpy.typing as npt
 from jaxtyping import Bool, UInt32
 
 
-def unsigned(indices: Any) -> UInt32[np.ndarray, "..."]:
+def unsigned(indices: npt.ArrayLike) -> UInt32[np.ndarray, "..."]:
     """Indices that cannot be negative, so that looking them up needs no operation that asks."""
     return np.asarray(indices, np.uint32)
 

@@ -14,6 +14,8 @@ and reassemble them, and know the primitives below by their names and parameters
 `backends_are_initialized` whether anything was compiled yet, after which XLA reads no flags.
 """
 
+from typing import TypeAlias
+
 import jax
 from jax._src.config import trace_context as trace_context
 from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized
@@ -28,6 +30,8 @@ from jax.extend.core import Var as Var
 from jax.extend.core import get_opaque_trace_state as get_opaque_trace_state
 from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
 from jax.extend.core import primitives as _primitives
+
+Atom: TypeAlias = Var | Literal  # what an equation of a jaxpr reads
 
 PRIMITIVES = frozenset(  # jax's own
     value

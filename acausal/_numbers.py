@@ -7,3 +7,4 @@ from jax import Array
 
 Scalar: TypeAlias = Array | float  # one number
 Numbers: TypeAlias = Array | np.ndarray | float  # one or many, also where jax has not seen them yet
+Truth: TypeAlias = Array | np.ndarray | np.bool_ | bool  # one truth value or many

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, TextIO
+from typing import TextIO
 
 from jax import monitoring
 
@@ -52,7 +52,7 @@ class Work:
     timer: threading.Timer | None = None
     said: TextIO | None = None  # where it was said that the program is being compiled
 
-    def begin(self, event: str, name: Any) -> None:
+    def begin(self, event: str, name: object) -> None:
         self.depth += 1
         if self.depth > 1:
             return
@@ -64,7 +64,7 @@ class Work:
         self.error = sys.exc_info()[1]
         self.watch()
 
-    def _identify(self, event: str, name: Any) -> None:
+    def _identify(self, event: str, name: object) -> None:
         """A program that begins outside of all calls of the library: somebody else's, or a transpose of one of ours."""
         if event == TRACING:
             self.subject = None
@@ -124,18 +124,18 @@ def announce_compilation() -> None:
     monitoring.register_event_duration_secs_listener(_end)
 
 
-def _begin(event: str, value: float, **names: Any) -> None:
+def _begin(event: str, value: float, **names: object) -> None:
     if event in (TRACING, LOWERING, COMPILING):
         _here.work.begin(event, names.get("fun_name"))
 
 
-def _end(event: str, duration_secs: float, **names: Any) -> None:
+def _end(event: str, duration_secs: float, **names: object) -> None:
     if event in (TRACING, LOWERING, COMPILING):
         _here.work.end(event)
 
 
 @contextlib.contextmanager
-def compiling(text: str, model: Any, function: Callable[..., Any], wanted: bool | None = None) -> Iterator[None]:
+def compiling(text: str, model: object, function: Callable[..., object], wanted: bool | None = None) -> Iterator[None]:
     """What is compiled from here on is `text` of `model`, as in "a run", or a program of the user's that holds it.
 
     `function` is what is called; jax may compile its transpose later.
@@ -170,7 +170,7 @@ def _write(stream: TextIO, text: str) -> None:
         stream.flush()
 
 
-def is_read(stream: Any, wanted: bool | None) -> bool:
+def is_read(stream: TextIO | None, wanted: bool | None) -> bool:
     """Whether to speak: not where the environment variable `ACAUSAL_PROGRESS` or `wanted` forbids it; where one of them
     asks for it; else to a terminal or a notebook.
     """

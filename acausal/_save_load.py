@@ -29,7 +29,7 @@ class VersionWarning(UserWarning):
     """A file was written with other versions than those that read it, or by a model with other equations."""
 
 
-def save(file: str | os.PathLike[str], item: Any) -> None:
+def save(file: str | os.PathLike[str], item: object) -> None:
     """Write a solution, a model or another result to a file, from which `load` makes it again.
 
     The file is a zip archive. `about.json` in it holds the parameters of the model with units, the options of the run
@@ -136,7 +136,7 @@ def described(listed: Parameters) -> dict[str, Any]:
     return {path: {"value": value, "unit": listed.units[path]} for path, value in listed.items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """What JSON knows: arrays as lists; what is not finite, and all else, as text."""
     if isinstance(value, dict):
         return {name: _plain(item) for name, item in value.items()}

@@ -8,9 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.custom_derivatives import SymbolicZero
+from jaxtyping import PyTree
+
+from ._numbers import Numbers
 
 
-def array_of(tangent: Any) -> Any:
+def array_of(tangent: Array | SymbolicZero) -> Numbers:
     """A tangent that may be a symbolic zero as an array."""
     if not isinstance(tangent, SymbolicZero):
         return tangent
@@ -19,13 +22,15 @@ def array_of(tangent: Any) -> Any:
     return zeros(aval.shape, aval.dtype)
 
 
-def pushed(function: Callable[..., Any], primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Array, Array]:
+def pushed(
+    function: Callable[..., Numbers], primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]
+) -> tuple[Array, Array]:
     """`jax.jvp` along those leaves only that change."""
     leaves, structure = jax.tree_util.tree_flatten(primals)
     directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
     moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]
 
-    def of_moving(*values: Any) -> Array:
+    def of_moving(*values: Array) -> Numbers:
         whole = list(leaves)
         for i, value in zip(moving, values, strict=True):
             whole[i] = value

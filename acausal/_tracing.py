@@ -1,7 +1,5 @@
 """Whether a value is a number or stands for one that is not known yet."""
 
-from typing import Any
-
 import jax
 import numpy as np
 
@@ -10,7 +8,7 @@ from ._jax_private import Tracer, get_opaque_trace_state
 _OUTSIDE = get_opaque_trace_state()
 
 
-def is_traced(value: Any) -> bool:
+def is_traced(value: object) -> bool:
     """Whether `value` is being traced by a transformation such as `jax.jit` or `jax.grad`."""
     return isinstance(value, Tracer)
 
@@ -20,7 +18,7 @@ def within_transformation() -> bool:
     return get_opaque_trace_state() != _OUTSIDE
 
 
-def known(value: Any) -> np.ndarray | None:
+def known(value: object) -> np.ndarray | None:
     """The numbers of a value, also while it is differentiated; None where `jax.jit` or `jax.vmap` trace it."""
     # Of what is only differentiated, this is the number itself.
     value = jax.lax.stop_gradient(value)

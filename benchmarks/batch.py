@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from acausal import Scalar
 from studies import opening_time
 from studies.actuators import ema_maxon
 
@@ -53,7 +54,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     ]  # fmt: skip
 
 
-def _opening(ratio: Any) -> Any:
+def _opening(ratio: Scalar) -> Scalar:
     return opening_time(ema_maxon(ratio=ratio), rtol=RTOL)
 
 

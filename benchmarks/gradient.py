@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from acausal import Scalar
 from studies import opening_time
 from studies.actuators import ema_maxon
 
@@ -23,7 +24,7 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """Forward mode for the ratio, reverse mode for all parameters at once."""
     model, rest = eqx.partition(ema_maxon(), eqx.is_array)
 
-    def of_ratio(ratio: Any) -> Any:
+    def of_ratio(ratio: Scalar) -> Scalar:
         return opening_time(ema_maxon(ratio=ratio), rtol=RTOL)
 
     def of_model(model: Any) -> Any:

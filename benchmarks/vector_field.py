@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import choose_states
+from acausal import Scalar, choose_states
 from studies import opening_time
 from studies.actuators import ElectromechanicalActuator, ema_maxon
 
@@ -64,7 +64,7 @@ def _looped(field: Callable[[Any, Any, Any], Any], n: int) -> Callable[[Any, Any
     """`n` evaluations one after the other; each depends on the one before so that none can be left out."""
 
     @jax.jit
-    def loop(y: Any, inputs: Any) -> Any:
+    def loop(y: Scalar, inputs: Any) -> Any:
         return jax.lax.fori_loop(0, n, lambda i, y: y + 1e-9 * field(i * 1e-9, y, inputs), y)
 
     return loop

@@ -6,10 +6,10 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, ArrayLike, Complex, Float
 
 from .._errors import ModelError, suggestion
-from .._extras import Axes
+from .._extras import Axes, Panels
 from . import realisation, responses
 from .margins import Margins, margins
 from .modes import Modes, Shares, modes_of, poles_of
@@ -83,15 +83,15 @@ class LinearSystem(eqx.Module):
         shapes = modes.shapes if self._basis is None else self._basis @ modes.shapes
         return energy_shares(self._point, modes.poles, shapes, self._independent)
 
-    def frequency_response(self, w: Any) -> Complex[Array, "... p m"]:
+    def frequency_response(self, w: ArrayLike) -> Complex[Array, "... p m"]:
         """C (i w - A)^-1 B + D at angular frequencies in rad/s, of any shape."""
         return responses.frequency(self._scaled, jnp.asarray(w, float))
 
-    def step_response(self, ts: Any) -> Float[Array, "t p m"]:
+    def step_response(self, ts: ArrayLike) -> Float[Array, "t p m"]:
         """Outputs at the times `ts` in s after each input has risen by 1 at time 0, by matrix exponentials."""
         return responses.step(self._scaled, jnp.asarray(ts, float))
 
-    def impulse_response(self, ts: Any) -> Float[Array, "t p m"]:
+    def impulse_response(self, ts: ArrayLike) -> Float[Array, "t p m"]:
         """C exp(A t) B at the times `ts` in s: outputs after a unit impulse on each input, without D delta(t)."""
         return responses.impulse(self._scaled, jnp.asarray(ts, float))
 
@@ -190,7 +190,7 @@ class LinearSystem(eqx.Module):
 
         return to_control(self)
 
-    def plot_bode(self, w: Any = None, axes: Any = None) -> np.ndarray:
+    def plot_bode(self, w: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot gains and phases over the frequency, a column for each input; returns the matplotlib axes.
 
         `w` are angular frequencies in rad/s, by default from below the slowest to above the fastest pole or zero.
@@ -199,13 +199,13 @@ class LinearSystem(eqx.Module):
 
         return plot_bode(self, w, axes)
 
-    def plot_step(self, ts: Any = None, axes: Any = None) -> np.ndarray:
+    def plot_step(self, ts: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot the step responses, a row for each unit of the outputs and a column for each input; returns the axes."""
         from .plots import plot_step
 
         return plot_step(self, ts, axes)
 
-    def plot_poles(self, ax: Axes | None = None) -> Any:
+    def plot_poles(self, ax: Axes | None = None) -> Axes:
         """Plot poles (crosses) and transmission zeros (circles) in the complex plane; returns the matplotlib axes."""
         from .plots import plot_poles
 

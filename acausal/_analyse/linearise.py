@@ -14,6 +14,7 @@ from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._integrate.options import kind_of, names_of
 from .._integrate.user_function import UserFunction, trace
+from .._numbers import Numbers
 from .._progress import compiling
 from .linear_system import LinearSystem
 from .opened import continued, opened
@@ -50,15 +51,16 @@ def linearise(
     - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which states and modes are read; or a state
       vector in the order of `system.state_names`, in the modes that it implies; or None for the model's own start
       values, made consistent, after the events at the start. Parameters are those of `model`. The point need not be an
-      equilibrium, but only about one do the poles say what is stable, and not depend on the choice of states; `rates`
-      holds the derivatives of the states there.
+      equilibrium. But only at an equilibrium do the poles tell what is stable, whichever states are chosen; `rates`
+      holds the derivatives of the states at the point.
     - `t`: the time in s for models with a clock, by default that of the view, else 0.
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
       mapping gives them names.
-    - `open`: ports at which loops are broken, such as "controller.y". Each is an input, from which on what it drives is
-      driven, and an output, what arrives there, both of its name: with G from the one to the other, the loop transfer
-      function of negative feedback is -G, see `margins`. The operating point is that of the closed loops.
+    - `open`: ports at which loops are broken, such as "controller.y". Each becomes an input and an output of its name:
+      the input is the signal that goes on from the break, the output the one that comes back to it. With G from this
+      input to this output, the loop transfer function of negative feedback is -G, see `margins`. The operating point is
+      that of the closed loops.
     - `system`: the outcome of `choose_states`, whose choice of states is then used.
 
     Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
@@ -121,7 +123,7 @@ def _linearised_open(
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _matrices(places: tuple[Place, ...], quantity: UserFunction, constants: list[Any], point: Point) -> Any:
+def _matrices(places: tuple[Place, ...], quantity: UserFunction, constants: list[Numbers], point: Point) -> Any:
     """dx/dt at the point, and A, B, C and D."""
     n, u = point.y.shape[0], input_values(point.params, places)
 

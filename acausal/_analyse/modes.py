@@ -44,17 +44,17 @@ class Modes(eqx.Module):
     participation: Shares
 
     @property
-    def frequency(self) -> Any:
+    def frequency(self) -> Array:
         """The undamped frequency |pole| / 2 pi in Hz."""
         return jnp.abs(self.poles) / (2.0 * jnp.pi)
 
     @property
-    def damping_ratio(self) -> Any:
+    def damping_ratio(self) -> Array:
         """-Re(pole) / |pole|: 1 for a decay, 0 for an undamped oscillation, negative for growth; NaN at pole 0."""
         return 0.0 - self.poles.real / jnp.abs(self.poles)
 
     @property
-    def time_constant(self) -> Any:
+    def time_constant(self) -> Array:
         """-1 / Re(pole) in s, in which the envelope falls to 1/e; negative where it grows, infinite where it stays."""
         return jnp.where(self.poles.real == 0.0, jnp.inf, -1.0 / self.poles.real)
 
@@ -84,8 +84,8 @@ def poles_of(A: Any) -> Any:
     return jnp.take_along_axis(values, _order(values), axis=-1)
 
 
-def _eigenvalues(A: Any) -> Any:
-    """With eigenvectors, by whose derivatives second ones of the eigenvalues are found."""
+def _eigenvalues(A: Array) -> Array:
+    """Eigenvalues by way of the eigenvectors: their second derivatives follow from derivatives of eigenvectors."""
     return jax.lax.linalg.eig(A, compute_left_eigenvectors=False, enable_eigvec_derivs=True)[0]
 
 
@@ -94,7 +94,7 @@ def modes_of(A: Any, sizes: np.ndarray, names: tuple[str, ...]) -> Modes:
     if len(sizes) == 0:
         poles, vectors = jnp.zeros(0, complex), jnp.zeros((0, 0), complex)
     else:
-        # Only what does not depend on the length and phase of the eigenvectors is derived from them.
+        # Eigenvectors have any length and phase: what is computed from them here does not depend on either.
         poles, vectors = jax.lax.linalg.eig(A, compute_left_eigenvectors=False, enable_eigvec_derivs=True)
     order = _order(poles)
     poles, vectors = poles[order], vectors[:, order]
@@ -104,11 +104,11 @@ def modes_of(A: Any, sizes: np.ndarray, names: tuple[str, ...]) -> Modes:
     return Modes(poles, sizes[:, None] * _normalised(vectors), participation)
 
 
-def _order(values: Any) -> Any:
+def _order(values: Array) -> Array:
     return jnp.argsort(jnp.abs(jax.lax.stop_gradient(values)), axis=-1, stable=True)
 
 
-def _normalised(vectors: Any) -> Any:
+def _normalised(vectors: Array) -> Any:
     """Columns whose largest element is 1."""
     if vectors.shape[0] == 0:
         return vectors

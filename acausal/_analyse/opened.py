@@ -35,7 +35,9 @@ def opened(model: Component, ports: Sequence[str]) -> tuple[Component, list[Brea
 
 
 def continued(model: Component, point: Point, breaks: Sequence[Break]) -> tuple[Component, Component]:
-    """The opened model with parameters that continue the signals at a point of the closed one, and its values there."""
+    """The opened model, whose new parameters have the values of the signals at a point of the closed model; and a view
+    of the opened model at that point.
+    """
     flat, system = point.system.flat, system_of(model)
     values = dict(zip((leaf.path for leaf in flat.leaves), point.read(range(len(flat.leaves)), point.y), strict=True))
     for one in breaks:

@@ -3,9 +3,10 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import ArrayLike
 
 from .._errors import ModelError
-from .._extras import Axes, given_or_new, panels
+from .._extras import Axes, Panels, given_or_new, panels
 
 if TYPE_CHECKING:
     from .linear_system import LinearSystem
@@ -14,7 +15,7 @@ PANEL = (4.6, 2.1)  # inches, width and height of a panel
 POINTS = 600
 
 
-def plot_bode(system: "LinearSystem", w: Any, axes: Any) -> np.ndarray:
+def plot_bode(system: "LinearSystem", w: ArrayLike | None, axes: Panels | None) -> np.ndarray:
     """Gain over phase, a column for each input; see `LinearSystem.plot_bode`."""
     _check_channels(system)
     w = _frequencies(system) if w is None else np.asarray(w, float)
@@ -36,7 +37,7 @@ def plot_bode(system: "LinearSystem", w: Any, axes: Any) -> np.ndarray:
     return _with_grid(axes)
 
 
-def plot_step(system: "LinearSystem", ts: Any, axes: Any) -> np.ndarray:
+def plot_step(system: "LinearSystem", ts: ArrayLike | None, axes: Panels | None) -> np.ndarray:
     """A row for each unit, a column for each input; see `LinearSystem.plot_step`."""
     _check_channels(system)
     ts = np.linspace(0.0, _duration(system), POINTS) if ts is None else np.asarray(ts, float)
@@ -54,7 +55,7 @@ def plot_step(system: "LinearSystem", ts: Any, axes: Any) -> np.ndarray:
     return _with_grid(axes)
 
 
-def plot_poles(system: "LinearSystem", ax: Axes | None) -> Any:
+def plot_poles(system: "LinearSystem", ax: Axes | None) -> Axes:
     """Crosses and circles; see `LinearSystem.plot_poles`."""
     poles: Any = np.asarray(system.poles)
     zeros: Any = system.zeros if system.inputs and system.outputs else np.zeros(0, complex)
@@ -84,7 +85,7 @@ def _spread(ax: Axes, points: Any) -> None:
             ax.set_yscale("symlog", linthresh=threshold)
 
 
-def _sizes(points: np.ndarray) -> np.ndarray:
+def _sizes(points: Any) -> np.ndarray:
     """The sizes of poles and zeros but for those at the origin, in rising order."""
     sizes = np.sort(np.abs(points))
     return sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
@@ -116,7 +117,7 @@ def _check_channels(system: "LinearSystem") -> None:
         raise ModelError("There is no channel to plot: call linearise(model, inputs=[...], outputs=[...]).")
 
 
-def _panels(axes: Any, rows: int, columns: int) -> np.ndarray:
+def _panels(axes: Panels | None, rows: int, columns: int) -> np.ndarray:
     return panels(axes, rows, columns, (PANEL[0] * columns + 1.0, PANEL[1] * rows + 0.6), sharex=True)
 
 

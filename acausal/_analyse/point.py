@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PyTree
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
@@ -48,7 +48,7 @@ class Point(eqx.Module):
         """What the compiled functions take, with other parameters if they are given."""
         return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
 
-    def read(self, leaves: Sequence[int], y: Array, params: ModelParameters | None = None) -> list[Any]:
+    def read(self, leaves: Sequence[int], y: Array, params: ModelParameters | None = None) -> list[Numbers]:
         """The values of leaves by number, in the state `y`."""
         params = self.params if params is None else params
         variables = [leaf for leaf in leaves if self.system.flat.is_variable(leaf)]
@@ -57,7 +57,7 @@ class Point(eqx.Module):
         return [values[leaf] if leaf in values else params.leaves[leaf] for leaf in leaves]
 
 
-def invariants_at(point: Point) -> Callable[[Any], Any] | None:
+def invariants_at(point: Point) -> Callable[[Array], Array] | None:
     """The functions of the state vector that stay zero, where the states are more than the degrees of freedom."""
     if not point.system.ordered.invariants:
         return None
@@ -131,7 +131,7 @@ def _state(point: Point, at: Any) -> Array:
     return y
 
 
-def _check_one_instant(system: System, view: Any) -> None:
+def _check_one_instant(system: System, view: PyTree) -> None:
     for leaf, value in zip(system.flat.leaves, complete_leaves(view)[0], strict=True):
         if value is None:
             raise ModelError(
@@ -162,7 +162,7 @@ def _initial_state(point: Point) -> tuple[Array, Array]:
     return initial_state(point.system, point.t, point.inputs())
 
 
-def _time_of(system: System, view: Any) -> Array | None:
+def _time_of(system: System, view: PyTree) -> Array | None:
     """The time at which a view was taken, None where no leaf of the model tells it."""
     times = np.flatnonzero(system.merged.representative == TIME)
     return _value_of_node(system, complete_leaves(view)[0], int(times[0])).reshape(()) if len(times) else None
@@ -176,7 +176,7 @@ def _value_of_node(system: System, leaves: Sequence[Array], node: int) -> Array:
     return whole.reshape(leaf.count, -1)[node - leaf.first]
 
 
-def _state_of_view(point: Point, view: Any) -> Array:
+def _state_of_view(point: Point, view: PyTree) -> Array:
     """States by their leaves; a state that is a derivative has none, and follows from the other variables."""
     system = point.system
     leaves, _ = complete_leaves(view)

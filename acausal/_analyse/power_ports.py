@@ -1,7 +1,7 @@
 """What a component does at its power ports: efforts and flows related by transformers, gyrators and one-ports.
 
-Read off the component's own equations, linearised: with d/dt as a number s, they are a matrix that efforts, flows and
-inner variables multiply to zero. It is looked at for several s; what does not depend on s is structure.
+The component's own equations are linearised, and d/dt becomes a number s: a matrix times the vector of efforts, flows
+and inner variables is zero. The matrix is computed for several s; what is the same for all of them is structure.
 """
 
 import dataclasses
@@ -36,7 +36,9 @@ class PowerPort(NamedTuple):
 
 
 def power_ports(component: Component) -> Iterator[PowerPort]:
-    """Those with one across and one flow variable whose product, or that of its derivative, is power."""
+    """The ports with one across and one flow variable. Their product is a power, or that of the flow and the derivative
+    of the across variable is.
+    """
     for name, part in children(component, ""):
         if isinstance(part, Port) and (found := _power_port(name, part)):
             yield found
@@ -52,7 +54,7 @@ def _power_port(name: str, port: Port) -> PowerPort | None:
     here, rates = (with_leaves(port, [values[leaf.path][i] for leaf in leaves]) for i in (0, 1))
     power: Any = here
     module = [part for part in type(port).__module__.split(".") if not part.startswith("_")]
-    # Torque times the derivative of an angle, 3 * 5; else voltage times current, or a temperature and a flow of heat.
+    # 3 * 5 is a flow times the derivative of the across variable, such as torque and angle; others use its value.
     of_flow = abs(float(power.power(rates)) - 15.0) < 1e-9
     return PowerPort(name, of_flow, module[-1] if module else type(port).__name__, across[0], through[0])
 
@@ -70,7 +72,7 @@ class Local:
         zeros = np.zeros(len(values))
         self.residual = np.asarray(residuals(values, zeros))
         by_value, by_rate = (np.asarray(jax.jacfwd(residuals, i)(values, zeros)) for i in (0, 1))
-        # Where equations leave more open than the ports do, signals from outside take part: they are given.
+        # With fewer equations than unknowns less ports, the component is driven by signals, which count as given.
         self.is_driven = by_value.shape[0] < len(names) - len(ports)
         known = list(_signals(component)) if self.is_driven else []
         kept = [i for i, name in enumerate(names) if name.rpartition(".")[0] not in known]
@@ -117,7 +119,7 @@ class Local:
         return True
 
     def ratio(self, kind: str, i: int, j: int) -> float | None:
-        """What `kind` of j is in terms of that of i, where nothing else takes part."""
+        """The factor between `kind` ("e" or "f") of port i and that of port j; None where anything else takes part."""
         found = self.relations([(kind, i), (kind, j)])
         if len(found) == 2:
             # A source sets both: what goes in at one port comes out at the other.

@@ -11,7 +11,7 @@ from .._errors import ModelError
 
 SQUARINGS = 64  # of the matrix exponential, at most: enough for all time scales in double precision
 
-Matrices = tuple[Any, Any, Any, Any]
+Matrices = tuple[Array, Array, Array, Array]
 
 
 def frequency(matrices: Matrices, w: Array) -> Array:

@@ -61,7 +61,7 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
     return found
 
 
-def _unknown(system: System, name: Any, role: str, kind: str, known: Iterable[str]) -> str:
+def _unknown(system: System, name: object, role: str, kind: str, known: Iterable[str]) -> str:
     if not isinstance(name, str):
         return f"An {role} is the name of a {kind}, not {name!r}."
     everything = {leaf.name(i) for leaf in system.flat.leaves for i in range(leaf.count)}

@@ -44,7 +44,7 @@ def left_null(matrix: np.ndarray) -> np.ndarray:
 
 
 def independent(rows: np.ndarray) -> np.ndarray:
-    """Rows that span the same, each of size one, without those that say nothing."""
+    """Independent rows that span the same space."""
     if rows.size == 0:
         return rows[:0]
     size = np.max(np.abs(rows), axis=0)

@@ -14,7 +14,7 @@ from .modes import Shares
 from .point import Point, invariants_at
 from .redundant import curvature
 
-NOTHING = 1e-22  # part of the energy of other modes that is the square of a rounding error
+NOTHING = 1e-22  # share of the energy of other modes up to which an energy is the square of a rounding error
 
 
 def energy_shares(point: Point, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from jax import Array
 
 MOST_MODES, LEAST_SHARE = 12, 0.005  # modes shown at most; the share in one of them from which on a row is shown
 
@@ -40,7 +41,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def share_table(title: str, names: Sequence[str], shares: Any, poles: Any) -> str:
+def share_table(title: str, names: Sequence[str], shares: Array | np.ndarray, poles: Any) -> str:
     """Shares by part (down) and mode (across)."""
     poles, shares = without_rounding(poles), np.asarray(shares)
     columns = shown(poles)[:MOST_MODES]

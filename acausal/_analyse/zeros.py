@@ -46,7 +46,7 @@ def _sorted(values: Any, rate: Any) -> np.ndarray:
 
 
 def _normalised(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> Matrices:
-    """The same zeros, from balanced states and from inputs and outputs of size 1."""
+    """A system with the same zeros, whose states are balanced, and whose inputs and outputs have size 1."""
     if len(A):
         A, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
         B, C = B / scale[:, None], C * scale

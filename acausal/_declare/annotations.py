@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from jax import Array
 
 from .._errors import ArgumentError
+from .._numbers import Numbers, Truth
 from .._numbers import Scalar as Scalar
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class Sign:
         """This range, with a word in the error about what serves outside it."""
         return dataclasses.replace(self, outside=outside)
 
-    def admits(self, value: Any) -> Any:
+    def admits(self, value: Numbers) -> Truth:
         """Whether each element of `value` lies in the range; NaN does not."""
         match self.name:
             case "positive":

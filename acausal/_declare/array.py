@@ -6,14 +6,17 @@ from typing import Any, Generic, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import PyTree
 
 from .._errors import ModelError, UnknownPartError
+from .._numbers import Numbers
 from .._tracing import is_traced
 from .component import Component
 from .layout import as_new, rebuilt
 from .node import Leaf, Node, leaves_of
 
 C = TypeVar("C", bound=Component)
+T = TypeVar("T")
 
 
 class Array(Component, Generic[C]):
@@ -51,10 +54,10 @@ class Array(Component, Generic[C]):
         return f"{self.n} × {type(self.item).__name__}", self.item
 
 
-def deepened(tree: Any, by: int) -> Any:
+def deepened(tree: T, by: int) -> T:
     """The arrays of components in a tree, for leaves that have got `by` more axes in front."""
 
-    def deepen(node: Any) -> Any:
+    def deepen(node: PyTree) -> PyTree:
         if not isinstance(node, Array):
             return node
         return Array(item=deepened(node.item, by), n=node.n, axis=node.axis + by)
@@ -76,7 +79,7 @@ def repeat(part: C, n: int) -> Array[C]:
     return Array(item=deepened(item, 1), n=n)
 
 
-def _stacked(leaf: Leaf, n: int) -> Any:
+def _stacked(leaf: Leaf, n: int) -> Numbers:
     shape = jnp.shape(leaf.value)
     if isinstance(leaf.value, float) or (leaf.sizes is not None and shape == (n, *leaf.sizes)):
         return leaf.value
@@ -96,7 +99,7 @@ def stack(parts: Sequence[C]) -> Array[C]:
     return Array(item=deepened(jax.tree_util.tree_map(_stack_leaf, *parts), 1), n=len(parts))
 
 
-def _stack_leaf(*values: Any) -> Any:
+def _stack_leaf(*values: Numbers) -> Numbers:
     if all(isinstance(value, float) and value == values[0] for value in values):
         return values[0]
     return (np if all(isinstance(value, float) for value in values) else jnp).stack(values)

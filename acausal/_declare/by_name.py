@@ -56,7 +56,7 @@ def parameters(model: Component, of: str | None = None) -> Parameters:
     return Parameters({leaf.path: leaf.value for leaf in leaves}, units)
 
 
-def replace(model: M, values: Mapping[str, Any]) -> M:
+def replace(model: M, values: Mapping[str, object]) -> M:
     """The model with other values of parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
 
     None takes a start value back, so that it counts as not given.
@@ -70,7 +70,7 @@ def replace(model: M, values: Mapping[str, Any]) -> M:
         if name not in known:
             raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, known)}")
 
-    def new(path: str, declaration: Declaration, value: Any) -> Any:
+    def new(path: str, declaration: Declaration, value: object) -> object:
         if path not in values:
             return value
         return CONVERTERS[declaration.role](values[path], unit=declaration.unit, where=path)

@@ -5,6 +5,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import equinox as eqx
 
+from .._numbers import Numbers, Truth
 from .annotations import Scalar
 from .node import Node, Port
 from .past import Past
@@ -15,14 +16,14 @@ from .tree import as_html, as_text, branch
 class Equation(NamedTuple):
     """An equation, kept as its residual: left side minus right side."""
 
-    residual: Any
+    residual: Numbers
     check_units: bool = True
 
 
 Equations: TypeAlias = dict[str, Equation]
 
 
-def eq(left: Any, right: Any = 0.0, *, check_units: bool = True) -> Equation:
+def eq(left: Numbers, right: Numbers = 0.0, *, check_units: bool = True) -> Equation:
     """State that `left` equals `right`; the two need the same shape, or one of them is a scalar.
 
     `check_units=False` is for a law between numbers, such as an empirical one, whose units do not agree.
@@ -35,28 +36,28 @@ def eq(left: Any, right: Any = 0.0, *, check_units: bool = True) -> Equation:
 class When(NamedTuple):
     """An event: at the moment at which `condition` becomes true, variables take new values."""
 
-    condition: Any
-    changes: dict[str, Any]
+    condition: Truth | Numbers
+    changes: dict[str, Numbers]
 
 
 class At(NamedTuple):
     """An event at known times, and after each of them again in equal intervals where `every` is given."""
 
-    time: Any
-    every: Any
-    changes: dict[str, Any]
+    time: Numbers
+    every: Numbers | None
+    changes: dict[str, Numbers]
 
 
 class Kink(NamedTuple):
     """A place at which equations bend: where `value` passes zero."""
 
-    value: Any
+    value: Numbers
 
 
 class Refuse(NamedTuple):
     """A condition that must not come true, and what to say if it does."""
 
-    condition: Any
+    condition: Truth | Numbers
     reason: str
 
 
@@ -64,7 +65,7 @@ Event: TypeAlias = When | At | Kink | Refuse
 Events: TypeAlias = dict[str, Event]
 
 
-def when(condition: Any, **changes: Any) -> When:
+def when(condition: Truth | Numbers, **changes: Numbers) -> When:
     """State what happens as soon as `condition` becomes true, as in `when(self.h < 0.0, v=-self.e * self.v)`.
 
     `condition` is a relation between real numbers, or several joined by `&`, `|` and `~`; a real number counts as true
@@ -74,7 +75,7 @@ def when(condition: Any, **changes: Any) -> When:
     return When(condition, changes)
 
 
-def at(time: Any, *, every: Any = None, **changes: Any) -> At:
+def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At:
     """State what happens at a time in s that parameters and discrete variables tell: steps end there.
 
     `time` is one time or an array of them; with `every`, each comes again after this interval, without end. What was
@@ -84,7 +85,7 @@ def at(time: Any, *, every: Any = None, **changes: Any) -> At:
     return At(time, every, changes)
 
 
-def kink(value: Any) -> Kink:
+def kink(value: Numbers) -> Kink:
     """State that equations bend, but do not jump, where `value` passes zero, as in `kink(self.u.value - self.u_max)`.
 
     Steps end there, so that neither the solution nor its derivatives lose accuracy.
@@ -92,7 +93,7 @@ def kink(value: Any) -> Kink:
     return Kink(value)
 
 
-def refuse(condition: Any, reason: str) -> Refuse:
+def refuse(condition: Truth | Numbers, reason: str) -> Refuse:
     """State that a component cannot work where `condition` is true: a run ends there with an error that tells why."""
     return Refuse(condition, reason)
 
@@ -140,7 +141,9 @@ class Component(Node, partial=True):
 
     if_singular: ClassVar[str] = ""
     elsewhere: ClassVar[Mapping[str, str]] = {}
-    nominal: Mapping[str, Any] = eqx.field(static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False)
+    nominal: Mapping[str, object] = eqx.field(
+        static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False
+    )
     _past: Past | None = eqx.field(init=False, default=None, repr=False, metadata={"is_past": True})
 
     def __check_init__(self) -> None:

@@ -52,7 +52,7 @@ def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:
 class Converter:
     """What is made of a value that a constructor is given for one field."""
 
-    convert: Callable[..., Any]
+    convert: Callable[..., object]
     unit: str
     where: str
 
@@ -60,7 +60,7 @@ class Converter:
     # a class.
     __signature__ = inspect.Signature([inspect.Parameter("value", inspect.Parameter.POSITIONAL_ONLY)])
 
-    def __call__(self, value: Any) -> Any:
+    def __call__(self, value: object) -> object:
         return self.convert(value, unit=self.unit, where=self.where)
 
 

@@ -25,7 +25,7 @@ def join(path: str, name: str) -> str:
     return f"{path}.{name}" if path else name
 
 
-def copied(node: T, changes: Mapping[str, Any]) -> T:
+def copied(node: T, changes: Mapping[str, object]) -> T:
     """A copy of a node with other values of some fields, past its constructor, which would check and convert them."""
     copy = object.__new__(type(node))
     for name, value in {**vars(node), **changes}.items():

@@ -16,13 +16,13 @@ from .node import Node, leaves_of
 T = TypeVar("T")
 
 
-def rebuilt(node: T, new: Callable[[str, Declaration, Any], Any], path: str = "", *, is_new: bool = False) -> T:
+def rebuilt(node: T, new: Callable[[str, Declaration, Any], object], path: str = "", *, is_new: bool = False) -> T:
     """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf; `is_new`, as if never started."""
     if isinstance(node, tuple | list):
         return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in enumerate(node))
     if not isinstance(node, Node):
         return node
-    changes = {"_past": None} if is_new and "_past" in vars(node) else {}
+    changes: dict[str, object] = {"_past": None} if is_new and "_past" in vars(node) else {}
     for name, declaration in dynamic_fields(type(node)):
         value, here = getattr(node, name), join(path, name)
         is_part = declaration is None
@@ -57,7 +57,7 @@ class Layout:
     structure: PyTreeDef
     places: tuple[int, ...]
 
-    def spread(self, given: Sequence[Any]) -> list[Any]:
+    def spread(self, given: Sequence[T]) -> list[T | None]:
         """All leaves; None for those that are not given."""
         return [None if place < 0 else given[place] for place in self.places]
 

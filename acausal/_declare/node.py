@@ -6,13 +6,14 @@ import sys
 import types
 import typing
 from collections.abc import Container, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn, dataclass_transform
 
 import equinox as eqx
 import jax
 import numpy as np
 
 from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, listed, suggestion
+from .._numbers import Scalar
 from .annotations import Declaration, declared
 from .arguments import check_arguments, known_here
 from .converters import CONVERTERS, Converter, plain_number
@@ -34,7 +35,7 @@ def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:
     return annotationlib.call_annotate_function(annotate, annotationlib.Format.FORWARDREF)
 
 
-def _evaluated(annotation: Any, namespace: dict[str, Any]) -> Any:
+def _evaluated(annotation: object, namespace: dict[str, Any]) -> object:
     """A postponed annotation, resolved where its names are known already; else as it is."""
     if not isinstance(annotation, str):
         return annotation
@@ -45,7 +46,7 @@ def _evaluated(annotation: Any, namespace: dict[str, Any]) -> Any:
         return annotation
 
 
-def _holds_parts(annotation: Any) -> bool:
+def _holds_parts(annotation: object) -> bool:
     """Whether an annotation stands for components, ports or records; an unresolved name is taken for one."""
     if isinstance(annotation, str | typing.TypeVar):
         return True
@@ -95,7 +96,7 @@ def _check_bases(name: str, bases: tuple[type, ...]) -> None:
             )
 
 
-def derived(cls: Any, fields: Mapping[str, Any], namespace: Mapping[str, Any]) -> Any:
+def derived(cls: Any, fields: Mapping[str, object], namespace: Mapping[str, object]) -> Any:
     """A class with more fields and other methods; unlike a model's author, the engine may derive from what is final."""
     meta: Any = NodeMeta
     return meta(cls.__name__, (cls,), {"__module__": __name__, "__annotations__": dict(fields), **namespace})
@@ -118,7 +119,7 @@ def _check_overrides(name: str, bases: tuple[type, ...], namespace: dict[str, An
         raise ModelError(f"{name}.{field} overrides a declared field without an annotation; annotate it again.")
 
 
-def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: Any) -> None:
+def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: object) -> None:
     """What is inherited as a port or another part may be declared more narrowly, but stays a part."""
     for base in bases:
         inherited = dict(dynamic_fields(base)) if isinstance(base, NodeMeta) else {}
@@ -128,7 +129,7 @@ def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: Any)
             )
 
 
-def _field(owner: str, name: str, annotation: Any, default: Any) -> Any:
+def _field(owner: str, name: str, annotation: Any, default: object) -> object:
     declaration = declared(annotation)
     where = f"{owner}.{name}"
     if isinstance(default, dataclasses.Field):
@@ -207,7 +208,7 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
 
     if not TYPE_CHECKING:
 
-        def __getattr__(self, name: str) -> Any:
+        def __getattr__(self, name: str) -> NoReturn:
             if name.startswith("__"):
                 raise AttributeError(name)
             names = [name for name, _ in dynamic_fields(type(self))]
@@ -242,7 +243,7 @@ class Port(Node, partial=True):
     reference: ClassVar[str] = ""
     storage: ClassVar[str] = ""
 
-    def power(self, d: Any) -> Any:
+    def power(self, d: Any) -> Scalar:
         """The power into the component in W, from the variables and their time derivatives `d`.
 
         Checks of components need it of every port with a flow.

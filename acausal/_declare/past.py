@@ -1,7 +1,8 @@
 """What a model that was started knows of its events."""
 
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
+from .._numbers import Numbers
 from .fields import copied
 
 T = TypeVar("T")
@@ -12,11 +13,11 @@ class Past(NamedTuple):
     `holds` has 1, whose conditions are true then.
     """
 
-    time: Any
-    holds: Any
+    time: Numbers
+    holds: Numbers
 
 
-def past_of(model: Any) -> Past | None:
+def past_of(model: object) -> Past | None:
     """What has happened in a model; None where it was never started."""
     return vars(model).get("_past")
 

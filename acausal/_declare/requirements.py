@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
+from .._numbers import Truth
 from .._tracing import is_traced
 from .annotations import Declaration
 from .fields import copied, dynamic_fields
@@ -16,14 +17,14 @@ from .fields import copied, dynamic_fields
 class Requirement(NamedTuple):
     """A condition that parameters have to meet, and the sentence that says so."""
 
-    holds: Any
+    holds: Truth
     text: str
 
 
 Requirements: TypeAlias = tuple[Requirement, ...]
 
 
-def require(holds: Any, text: str) -> Requirement:
+def require(holds: Truth, text: str) -> Requirement:
     """State what parameters must meet, as in `require(self.s_min < self.s_max, "s_max must be above s_min")`.
 
     `holds` is a truth value, or an array of them that must all be true, computed from parameters alone. `text` begins

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import numpy as np
@@ -28,7 +28,7 @@ class Sizes(dict[str, float]):
         return hash(frozenset(self.items()))
 
 
-def sized(model: M, nominal: Mapping[str, Any]) -> M:
+def sized(model: M, nominal: Mapping[str, object]) -> M:
     """The model with nominal sizes of variables, by path: `sized(model, {"c.v": 1e-5})`.
 
     A nominal size is what counts as 1 of a variable in error tolerances and in searches. It holds for all that is equal
@@ -42,14 +42,14 @@ def sized(model: M, nominal: Mapping[str, Any]) -> M:
     return copied(model, {"nominal": sizes})
 
 
-def as_sizes(nominal: Any) -> Sizes:
+def as_sizes(nominal: object) -> Sizes:
     """What the constructor of a component is given."""
     if not isinstance(nominal, Mapping):
         raise ModelError(f"nominal={nominal!r} is not a dictionary of sizes by name, such as nominal=dict(v=1e-5).")
     return Sizes(nominal)
 
 
-def checked_sizes(node: Node, nominal: Mapping[str, Any]) -> Sizes:
+def checked_sizes(node: Node, nominal: Mapping[str, object]) -> Sizes:
     """The sizes by the paths of variables, as numbers in their units."""
     known = {leaf.path: leaf for leaf in leaves_of(node) if leaf.declaration.is_variable}
     return Sizes({(leaf := _named(name, known)).path: _size(leaf, value) for name, value in nominal.items()})
@@ -72,7 +72,7 @@ def _is_member(name: str, path: str) -> bool:
     return re.fullmatch(pattern, name) is not None
 
 
-def _size(leaf: Leaf, value: Any) -> float:
+def _size(leaf: Leaf, value: object) -> float:
     unit = leaf.declaration.unit
     if is_traced(value):
         raise ModelError(f"nominal: the size of {leaf.path} must be a plain number, which is known before the run.")

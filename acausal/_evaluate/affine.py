@@ -7,7 +7,7 @@ what is traced is what one would have written by hand.
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,9 @@ class Minus:
     """The negative of an array, not computed before it has to be: most signs cancel on the way."""
 
     array: Array
+
+
+Value: TypeAlias = Numbers | Minus
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,17 +1,17 @@
 """Running a block program: explicit, linear and non-linear."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.flatten_util import ravel_pytree
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._reduce.ranges import is_within, within
-from .affine import Affine, Minus, computed, evaluate, plus, scale, solved_for, times
+from .affine import Affine, Minus, Value, computed, evaluate, plus, scale, solved_for, times
 from .elimination import SMALL, eliminated, stacked
 from .program import Arg, Program, Step
 from .roots import scaled_root
@@ -20,7 +20,7 @@ from .roots import scaled_root
 class Known:
     """What a program reads: parameters, values computed before, and time."""
 
-    def __init__(self, params: Sequence[Array], values: Sequence[Any], time: Numbers) -> None:
+    def __init__(self, params: Sequence[Array], values: Sequence[Value], time: Numbers) -> None:
         self.params, self.values, self.time = params, values, time
 
     def read(self, arg: Arg) -> Affine:
@@ -37,7 +37,7 @@ class Known:
                 return Affine()
 
 
-def run(program: Program, known: Known, guesses: Sequence[Array]) -> list[Any]:
+def run(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
     """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve.
 
     They may be `Minus` arrays, whose sign is left to whoever reads them. What lies outside its range is NaN.
@@ -48,7 +48,7 @@ def run(program: Program, known: Known, guesses: Sequence[Array]) -> list[Any]:
     ]
 
 
-def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> list[Any]:
+def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
     if program.kind == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
     if program.kind == "linear" and program.is_elementwise and program.n_tears <= SMALL:
@@ -94,7 +94,7 @@ def _tear_indices(program: Program) -> range:
     return range(len(program.steps), len(program.shapes))
 
 
-def _linear(program: Program, known: Known) -> list[Any]:
+def _linear(program: Program, known: Known) -> list[Value]:
     """Eliminate the steps symbolically; what is left is a small system for the tearing variables, A x + b = 0."""
     indices = list(_tear_indices(program))
     unknowns, rows = _symbolic(program, known)
@@ -116,7 +116,7 @@ def tear_matrix(program: Program, known: Known) -> Array:
     return stacked([[computed(row.terms.get(i)) for i in _tear_indices(program)] for row in rows])
 
 
-def _inserted(value: Affine, tears: dict[int, Any]) -> Any:
+def _inserted(value: Affine, tears: dict[int, Value]) -> Value:
     total = value.base
     for symbol, factor in value.terms.items():
         total = plus(total, times(factor, tears[symbol]))
@@ -136,18 +136,18 @@ def _residuals(program: Program, known: Known, tears: Sequence[Array]) -> list[A
     ]
 
 
-def _dense(program: Program, known: Known) -> list[Any]:
+def _dense(program: Program, known: Known) -> list[Array]:
     """A linear system with array unknowns or many of them: its matrix by differentiation, solved by LAPACK."""
     matrix, rest, unravel = _dense_system(program, known)
     return unravel(-jnp.linalg.solve(matrix, rest))
 
 
-def _dense_system(program: Program, known: Known) -> tuple[Any, Any, Callable[[Any], list[Any]]]:
+def _dense_system(program: Program, known: Known) -> tuple[Array, Array, Callable[[Array], list[Array]]]:
     """A and b of A x + b = 0, and x as tearing variables."""
     zeros = [jnp.zeros(program.shapes[i]) for i in _tear_indices(program)]
     flat, unravel = ravel_pytree(zeros)
 
-    def residual(x: Array) -> Any:
+    def residual(x: Array) -> Array:
         return ravel_pytree(_residuals(program, known, unravel(x)))[0]
 
     return jax.jacfwd(residual)(flat), residual(flat), unravel
@@ -162,13 +162,13 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
     start, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
     sizes = np.concatenate([np.full(np.size(g), size) for g, size in zip(guesses, program.sizes, strict=True)])
 
-    def residual(x: Any, args: Any) -> Array:
+    def residual(x: Array, args: PyTree) -> Array:
         params, values, time = args
-        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(sizes * x)))[0]
+        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(x * sizes)))[0]
 
-    def is_inside(x: Any, args: Any) -> Any:
+    def is_inside(x: Array, args: PyTree) -> Array:
         params, values, time = args
-        found = zip(_with_tears(program, Known(params, values, time), unravel(sizes * x)), program.ranges, strict=True)
+        found = zip(_with_tears(program, Known(params, values, time), unravel(x * sizes)), program.ranges, strict=True)
         return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
 
     values = [computed(value) for value in known.values]

@@ -7,11 +7,13 @@ from typing import Any
 
 import jax
 import numpy as np
+from jax.tree_util import PyTreeDef
 
 from .._declare.component import Component
 from .._declare.layout import complete, layout_of, rebuilt
 from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
+from .._numbers import Numbers
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flat_model import FlatModel, Instances
@@ -25,7 +27,7 @@ from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
 from .._unit_check.check import check_units
 from .plan import Plan
-from .program import programme
+from .program import program_of
 from .system import System
 
 
@@ -50,25 +52,25 @@ def system_of(model: Component) -> System:
     return system_of_leaves(structure, leaves)
 
 
-def system_of_leaves(structure: Any, leaves: Sequence[Any]) -> System:
+def system_of_leaves(structure: PyTreeDef, leaves: Sequence[Numbers]) -> System:
     """The same from the leaves of a model."""
     return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in leaves))
 
 
 @ft.lru_cache(maxsize=4096)
-def _system(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+def _system(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The same system for a model with and without start values."""
     layout = layout_of(structure)
     return _complete(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
 
 
 @ft.lru_cache(maxsize=256)
-def _complete(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> System:
+def _complete(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The system of all complete models with this tree structure and leaves of these shapes; cached."""
     return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))
 
 
-def check_structure(model: Any, system: System, what: str) -> None:
+def check_structure(model: object, system: System, what: str) -> None:
     """Raise unless a model, or a view of one, has the structure that the system was made from."""
     if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
         raise ModelError(
@@ -140,7 +142,7 @@ def mass_matrix_form(system: System) -> System:
 
 def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: list[Pair]) -> Plan:
     table = ordered.table
-    uses = [(block.level, programme(ordered, block, kinds)) for block in torn]
+    uses = [(block.level, program_of(ordered, block, kinds)) for block in torn]
     shapes = [table.flat.leaves[leaf].sizes for leaf in table.flat.leaf_of_node[table.variables]]
     states = [*ordered.states, *algebraic]
     ranges = {pair: found for pair in states if (found := ranges_of_pair(table, pair))}

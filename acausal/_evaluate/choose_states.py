@@ -1,7 +1,8 @@
 """`choose_states`: the structural passes on a model with concrete numbers."""
 
 import functools as ft
-from typing import Any, Literal
+from collections.abc import Callable, Sequence
+from typing import Literal
 
 import jax
 import jax.numpy as jnp
@@ -44,7 +45,7 @@ def choose_states(model: Component, *, algebraic: Literal["solve", "integrate"] 
     return system if algebraic == "solve" else mass_matrix_form(system)
 
 
-def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.ndarray:
+def _coefficients(leaves: Sequence[Numbers | None], merged: Merged, reduced: Reduced) -> np.ndarray:
     """The derivative of the equation of each table entry by its variable, for equations that get differentiated."""
     table = reduced.incidence
     starts = Starts(table.flat, merged)
@@ -62,7 +63,9 @@ def _coefficients(leaves: list[Any], merged: Merged, reduced: Reduced) -> np.nda
     return result
 
 
-def _slopes(family: Family, row: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> list[tuple[int, float]]:
+def _slopes(
+    family: Family, row: int, leaves: Sequence[Numbers | None], starts: Starts, inputs: Inputs
+) -> list[tuple[int, float]]:
     template = family.template
     values = [_input(family, row, i, leaves, starts, inputs) for i in range(len(template.inputs))]
     live = [i for i in template.unknowns if int(family.nodes[row, i]) >= 0]
@@ -71,14 +74,16 @@ def _slopes(family: Family, row: int, leaves: list[Any], starts: Starts, inputs:
 
 
 @ft.lru_cache(maxsize=256)
-def _jacobian(template: Template) -> Any:
+def _jacobian(template: Template) -> Callable[..., Sequence[Array]]:
     """The gradient of the sum over the elements of a residual."""
     residual = as_function(template.jaxpr)
     positions = tuple(range(len(template.inputs)))
     return jax.jit(jax.grad(lambda *values: jnp.sum(residual(*values)), argnums=positions))
 
 
-def _input(family: Family, row: int, position: int, leaves: list[Any], starts: Starts, inputs: Inputs) -> Numbers:
+def _input(
+    family: Family, row: int, position: int, leaves: Sequence[Numbers | None], starts: Starts, inputs: Inputs
+) -> Numbers:
     item, shape = family.template.inputs[position], family.template.jaxpr.in_avals[position].shape
     if item.source in ("param", "discrete"):
         assert family.instances is not None
@@ -89,9 +94,11 @@ def _input(family: Family, row: int, position: int, leaves: list[Any], starts: S
     return int(family.signs[row, position]) * starts.values(inputs, [node]).reshape(shape)
 
 
-def _parameter(family: Family, row: int, slot: int, leaves: list[Any]) -> Array:
+def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | None]) -> Numbers | None:
     instances = family.instances
     assert instances is not None
     member, inside = instances.place(int(family.members[row]))
     value = leaves[instances.first_leaf[member] + slot]
-    return value.reshape(-1, *instances.kind.sizes[slot])[inside] if instances.stacks[member] else value
+    if not instances.stacks[member]:
+        return value
+    return np.reshape(np.asarray(value), (-1, *instances.kind.sizes[slot]))[inside]

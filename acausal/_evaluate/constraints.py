@@ -4,13 +4,12 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import jax.scipy.linalg as jsl
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PyTree
 
 from .._numbers import Numbers
 from .._reduce.graph import sharing
@@ -19,10 +18,10 @@ from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals, row_scale
 from .groups import Group, Store, over_members
-from .implicit import Function, Inverse, nearest, settled
+from .implicit import Function, Inverse, nearest, refined
 from .packing import ModelParameters
 from .plan import Plan
-from .program import residual_programme
+from .program import residual_program_of
 
 SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error
 EXACT, CLOSE = 1e-14, 1e-9  # violations of a constraint, relative to its size, to aim at and to accept
@@ -32,6 +31,7 @@ LOOSE = 1e-8  # singular value, relative to the largest, below which a constrain
 GIVEN = 1e-20  # weight of a start value that is given, where a dependent variable has 1: see `weights`
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 STATE = 1e-6  # weight of a state
+Solve = Callable[[Callable[[Array], Array], Array, Array, Inverse], tuple[Array, Array]]  # `back` or `find`
 
 
 @dataclasses.dataclass(eq=False)
@@ -81,15 +81,13 @@ class Constraints:
             x = self._moved(group, Store(t, {0: x}), weight, params, find if far else back)
         return x
 
-    def _moved(
-        self, group: Group, store: Store, weight: Any, params: ModelParameters, solve: Callable[..., Any]
-    ) -> Array:
+    def _moved(self, group: Group, store: Store, weight: Numbers, params: ModelParameters, solve: Solve) -> Array:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
-        def one(g: Function, values: Array, args: Any, weight: Array, sizes: Array) -> Array:
+        def one(g: Function, values: Array, args: PyTree, weight: Array, sizes: Array) -> Array:
             return sizes * projected(_in_sizes(g), values / sizes, weight, (args, sizes), solve)
 
-        moved = _of_members(group, store, params, one, weight[index], jnp.asarray(self.sizes[index]))
+        moved = _of_members(group, store, params, one, jnp.asarray(weight)[index], jnp.asarray(self.sizes[index]))
         return placed(store.flat(0), np.ravel(index), jnp.ravel(moved))
 
 
@@ -108,14 +106,14 @@ def _in_sizes(g: Function) -> Function:
 
 
 def projected(
-    g: Function, z: Array, weight: Numbers, args: Any, solve: Callable[..., Any], inverse: Inverse | None = None
+    g: Function, z: Array, weight: Numbers, args: PyTree, solve: Solve, inverse: Inverse | None = None
 ) -> Array:
     """The point with g(z, args) = 0 nearest to z by `weight`, from where `solve` ends, as a function of z and args."""
     inverse = _inverse if inverse is None else inverse
     start, fixed = jax.lax.stop_gradient((z, args))
     root = jnp.sqrt(weight)
 
-    def measured(move: Array, args: Any) -> Array:
+    def measured(move: Array, args: PyTree) -> Array:
         z, root, rows, args = args
         return g(z + root * move, args) / rows
 
@@ -124,7 +122,7 @@ def projected(
     # Where nothing is found, no derivative may be infinite.
     move = jnp.where(found, (end - start) / root, origin)
     if solve is find:
-        move = settled(measured, inverse, move, origin, (start, root, rows, fixed))
+        move = refined(measured, inverse, move, origin, (start, root, rows, fixed))
     moved = z + root * nearest(measured, inverse, move, origin, (z, root, rows, args))
     return jnp.where(found, moved, jnp.nan)
 
@@ -144,14 +142,14 @@ def loose_inverse(matrix: Array) -> Array:
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
 
-def _basis(g: Callable[[Any], Any], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
+def _basis(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """A direction for each constraint that changes it by its size, and no other one; and the sizes of constraints."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
     return root[:, None] * inverse(root * slopes / rows[:, None]), rows
 
 
-def back(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tuple[Any, Any]:
+def back(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """A few steps of Newton's method with one Jacobian."""
     basis, rows = _basis(g, z, root, inverse)
     for _ in range(SWEEPS):
@@ -159,10 +157,10 @@ def back(g: Callable[[Any], Any], z: Array, root: Any, inverse: Inverse) -> tupl
     return z, rows
 
 
-def find(g: Callable[[Any], Any], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
+def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """Newton's method, of each step the share that reduces the violation most, until a point is good."""
 
-    def step(carry: Any) -> Any:
+    def step(carry: PyTree) -> PyTree:
         z = carry[-1]
         basis, rows = _basis(g, z, root, inverse)
         missing = g(z) / rows
@@ -171,7 +169,7 @@ def find(g: Callable[[Any], Any], z: Numbers, root: Array, inverse: Inverse) -> 
         best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))
         return carry[0] + 1, jnp.max(jnp.abs(missing)), z, rows, trials[best]
 
-    def goes_on(carry: Any) -> Numbers:
+    def goes_on(carry: PyTree) -> Numbers:
         return (carry[1] > EXACT) & (carry[0] < MOST)
 
     m = jax.eval_shape(g, z).shape[0]
@@ -180,14 +178,16 @@ def find(g: Callable[[Any], Any], z: Numbers, root: Array, inverse: Inverse) -> 
     return jnp.where(violated <= CLOSE, z, jnp.nan), rows
 
 
-def _of_members(group: Group, store: Store, params: ModelParameters, function: Callable[..., Any], *extra: Any) -> Any:
+def _of_members(
+    group: Group, store: Store, params: ModelParameters, function: Callable[..., Array], *extra: Array
+) -> Array:
     """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) is what a set
     wants to be zero; values are flat.
     """
     shapes = [read.shape for read in group.reads]
     splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
 
-    def g(flat: Array, args: Any) -> Array:
+    def g(flat: Array, args: PyTree) -> Array:
         pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
         found = residuals(group.program, Known(args[0], pieces, args[1]))
         return jnp.concatenate([jnp.ravel(value) for value in found])
@@ -202,7 +202,7 @@ def _of_members(group: Group, store: Store, params: ModelParameters, function: C
 def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
     """All constraints, or those connected sets that hold an invariant, on which a run must be kept."""
     chosen = [rows for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
-    sets = [residual_programme(ordered, rows, kinds) for rows in chosen]
+    sets = [residual_program_of(ordered, rows, kinds) for rows in chosen]
     used = {pair for use in sets for pair in use.values}
     pairs = [pair for pair in ordered.constrained if pair in used] if only_invariant else ordered.constrained
     own = Plan([], pairs, plan.shapes)

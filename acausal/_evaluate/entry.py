@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -37,7 +36,7 @@ class Entry:
         """What the compiled functions take, from a model."""
         return self.inputs_of(complete_leaves(model)[0])
 
-    def inputs_of(self, leaves: Sequence[Any]) -> Inputs:
+    def inputs_of(self, leaves: Sequence[Numbers | None]) -> Inputs:
         """The same from the leaves of a model, None where a start value is not given."""
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 

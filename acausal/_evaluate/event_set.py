@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
+from .._numbers import Numbers
 from .._reduce.flat_model import indexed
 from .._reduce.instants import Instants
 from .._reduce.logic import Expression
@@ -45,7 +46,7 @@ class Function:
     closed: ClosedJaxpr
     leaves: tuple[int, ...]
 
-    def __call__(self, values: Sequence[jax.Array]) -> list[jax.Array]:
+    def __call__(self, values: Sequence[Numbers]) -> list[jax.Array]:
         return list(jaxpr_as_fun(self.closed)(*values))
 
 

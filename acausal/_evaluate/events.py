@@ -9,9 +9,10 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import At, Component, Event, Kink, Refuse, When
+from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .._reduce.aliases import TIME, Merged
 from .._reduce.bounds import check_bounds
 from .._reduce.connections import children
@@ -32,7 +33,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     """
     entries: list[EventEntry] = []
 
-    def stated(*leaves: Any) -> tuple[list[Any], list[Any], list[Any]]:
+    def stated(*leaves: jax.Array) -> tuple[list[jax.Array], list[jax.Array], list[jax.Array]]:
         found = list(_events(flat.structure.unflatten(leaves), "", 0))
         entries[:] = [_entry(flat, *item) for item in found]
         events = [event for _, _, _, event in found]
@@ -52,7 +53,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
 
-    def real(*leaves: Any) -> list[jax.Array]:
+    def real(*leaves: jax.Array) -> list[jax.Array]:
         margins, logic[:] = relations(closed, leaves, n)
         return [jnp.asarray(margin, float) for margin in margins]
 
@@ -76,11 +77,11 @@ def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tup
     return tuple(expression for part in parts for expression in part)
 
 
-def _condition(event: When | Kink | Refuse) -> Numbers:
+def _condition(event: When | Kink | Refuse) -> Numbers | Truth:
     return event.value if isinstance(event, Kink) else event.condition
 
 
-def _changes(event: Event) -> dict[str, jax.Array]:
+def _changes(event: Event) -> dict[str, Numbers]:
     return event.changes if isinstance(event, When | At) else {}
 
 
@@ -120,7 +121,7 @@ def time_leaves(flat: FlatModel, merged: Merged) -> frozenset[int]:
     return frozenset(set(flat.leaf_of_node[is_time].tolist()) - others)
 
 
-def _events(view: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
+def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
     """The events of a component and its parts, those of an array of components member by member; `depth` counts the
     arrays around it.
     """
@@ -139,10 +140,10 @@ def _events(view: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, E
             yield from _events(part, part_path, depth)
 
 
-def _stacked(item: Any, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
-    names: list[tuple[str, str, int, Any]] = []
+def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
+    names: list[tuple[str, str, int, Event]] = []
 
-    def members(part: Any) -> list[Any]:
+    def members(part: Component) -> list[list[Any]]:
         found = list(_events(part, path, depth + 1))
         names[:] = found
         return [[item for item in event if not isinstance(item, str)] for *_, event in found]

@@ -2,11 +2,11 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
@@ -36,7 +36,7 @@ class GivenUnknowns:
     given: np.ndarray
     pairs: list[Pair]
 
-    def moved(self, x: Array, bad: Array) -> tuple[Any, Any]:
+    def moved(self, x: Array, bad: Array) -> tuple[Array, Array]:
         """The nearest point to x where they hold, as the constraints do; and `bad` with what is contradicted.
 
         Where no such point is found, x stays as it is.
@@ -53,12 +53,12 @@ class GivenUnknowns:
         clash = jnp.any(shift) & (jnp.abs(before) > TOLERANCE) | ~(jnp.abs(after) <= TOLERANCE)
         return x, jnp.concatenate([clash, bad])
 
-    def _residual(self, z: Any, args: Any) -> Any:
+    def _residual(self, z: Array, args: PyTree) -> Array:
         (t0, inputs), constraints = args, self.system.constraints
-        x = constraints.sizes * z
+        x = z * constraints.sizes
         return jnp.concatenate([constraints.residuals(x, t0, inputs.params), self._lack(x, t0, inputs)])
 
-    def _lack(self, x: Array, t0: Numbers, inputs: Inputs) -> Any:
+    def _lack(self, x: Array, t0: Numbers, inputs: Inputs) -> Array:
         return lack_of_given(self.system, t0, x[self.system.constraints.states], inputs, self.pairs)
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -11,12 +11,13 @@ from jax import Array
 
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
-from .affine import Minus, computed
+from .affine import Minus, Value, computed
 from .blocks import Known, residuals, run
 from .packing import ModelParameters
 from .program import Program, Use
 
-Guess = Callable[[Sequence[Pair]], Any]
+Guess = Callable[[Sequence[Pair]], Array]
+T = TypeVar("T")
 UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
 
 
@@ -47,10 +48,10 @@ class Group:
 class Store:
     """Segments computed so far; segment 0 is the state vector."""
 
-    def __init__(self, time: Numbers, segments: dict[int, Any]) -> None:
+    def __init__(self, time: Numbers, segments: dict[int, Value]) -> None:
         self.time, self.segments = time, segments
 
-    def add(self, segment: int, value: Any) -> None:
+    def add(self, segment: int, value: Value) -> None:
         """Keep a segment; it may be a `Minus` array."""
         self.segments[segment] = value
 
@@ -73,7 +74,7 @@ class Store:
             picked = source[index]
         return picked.reshape(len(read.elements), *read.shape)
 
-    def single(self, read: Read) -> Any:
+    def single(self, read: Read) -> Value:
         segment = self.segments[read.segments[0]]
         bare = segment.array if isinstance(segment, Minus) else segment
         if np.shape(bare) == read.shape and np.size(read.elements) == np.size(bare):
@@ -81,7 +82,7 @@ class Store:
         return self.gather(read)[0]
 
 
-def guesses_of(group: Group, guess: Guess) -> list[Any]:
+def guesses_of(group: Group, guess: Guess) -> list[Array]:
     """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
     if group.program.kind != "nonlinear":
         return []
@@ -89,35 +90,37 @@ def guesses_of(group: Group, guess: Guess) -> list[Any]:
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
 
 
-def outputs(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
+def outputs(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     """What a group gives, one segment for each unknown of its program."""
     return (_run_mapped if group.is_mapped else _run_single)(group, store, params, starts)
 
 
-def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
+def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.single(read) for read in group.reads]
     return run(group.program, Known(own, values, store.time), [stacked[0] for stacked in starts])
 
 
-def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Any]) -> list[Any]:
-    def one(known: Known, guesses: list[Any]) -> list[Any]:
+def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
+    def one(known: Known, guesses: list[Array]) -> list[Array]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
     return over_members(group, store, params, one, starts)
 
 
-def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Any]:
+def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Array]:
     """The residuals of a group without unknowns, stacked over its members."""
     return over_members(group, store, params, lambda known, _: residuals(group.program, known), [])
 
 
-def over_members(group: Group, store: Store, params: ModelParameters, function: Any, extra: list[Any]) -> list[Any]:
+def over_members(
+    group: Group, store: Store, params: ModelParameters, function: Callable[[Known, list[Array]], T], extra: list[Array]
+) -> T:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
     own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
-    def one(params: list[Array], values: list[Array], extra: list[Any]) -> list[Any]:
+    def one(params: list[Array], values: list[Array], extra: list[Array]) -> T:
         return function(Known(params, values, store.time), extra)
 
     return jax.vmap(one, axis_size=len(group.uses))(own, values, extra)

@@ -2,11 +2,12 @@
 
 import functools as ft
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._tangents import array_of, pushed
@@ -15,8 +16,8 @@ MOST = 20  # rounds of Newton's method for the nearest point
 STILL = 1e-14  # a step this small, in the unit of the unknowns, ends the method
 FARTHER = 1e-6  # by this share the distance may grow by errors of rounding
 
-Function = Callable[[Any, Any], Any]
-Inverse = Callable[[Any], Any]
+Function = Callable[[Array, PyTree], Array]
+Inverse = Callable[[Array], Array]
 
 
 class _Here(NamedTuple):
@@ -36,7 +37,7 @@ class _Here(NamedTuple):
         return onto - free @ jnp.linalg.solve(one + free @ self.bend @ free, along)
 
 
-def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
+def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
     r"""The point `x`, made differentiable: of all with g(x, args) = 0, the one nearest to `start`.
 
     Its value stays what it was. Its derivatives are those of the solution of
@@ -53,13 +54,15 @@ def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) ->
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
-def _nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
+def _nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
     del g, inverse, start, args
     return x
 
 
 @ft.partial(_nearest.defjvp, symbolic_zeros=True)
-def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Array, Numbers]:
+def _tangent(
+    g: Function, inverse: Inverse, primals: Sequence[PyTree], tangents: Sequence[PyTree]
+) -> tuple[Array, Numbers]:
     x, start, args = primals
     _, dstart, dargs = tangents
     x = _nearest(g, inverse, x, start, args)
@@ -69,17 +72,17 @@ def _tangent(g: Function, inverse: Inverse, primals: Sequence[Any], tangents: Se
     return x, here.moved(pull - array_of(dstart), lack)
 
 
-def settled(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> Array:
+def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
     """The point nearest to `start` with g(x, args) = 0, from a point x near it that has this, by Newton's method on
     the equations of `nearest`; the given one where that does not converge.
     """
 
-    def step(carry: Any) -> Any:
+    def step(carry: PyTree) -> PyTree:
         count, _, x = carry
         move = _here(g, inverse, x, start, args).moved(x - start, g(x, args))
         return count + 1, jnp.max(jnp.abs(move), initial=0.0), x + move
 
-    def goes_on(carry: Any) -> Numbers:
+    def goes_on(carry: PyTree) -> Numbers:
         count, size, x = carry
         return (count < MOST) & (size > STILL * (1.0 + jnp.max(jnp.abs(x), initial=0.0)))
 
@@ -93,13 +96,13 @@ def settled(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) ->
     return jnp.where(is_good, end, x)
 
 
-def _here(g: Function, inverse: Inverse, x: Array, start: Array, args: Any) -> _Here:
+def _here(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> _Here:
     slopes = jax.jacfwd(g)(x, args)
     found = inverse(slopes)
     multipliers = -(found.T @ (x - start))
     return _Here(slopes, found, multipliers, jax.jacfwd(lambda x: _pull(g, multipliers, x, args))(x))
 
 
-def _pull(g: Function, multipliers: Array, x: Array, args: Any) -> Array:
+def _pull(g: Function, multipliers: Array, x: Array, args: PyTree) -> Array:
     """C^T m."""
     return jax.vjp(lambda x: g(x, args), x)[1](multipliers)[0]

@@ -4,13 +4,14 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from .._declare.fields import join
+from .._numbers import Numbers
 from .._reduce.flat_model import FlatModel, indexed
 from .._reduce.jaxpr import as_function
 from .._reduce.stated import initial_templates
@@ -80,7 +81,9 @@ class InitialEquations:
                     if self.flat.leaves[leaf].declaration.is_variable and not self.flat.leaves[leaf].in_port
                 )
 
-    def residuals(self, params: Mapping[int, Any], values: Mapping[int, Any], rates: Mapping[int, Any]) -> Any:
+    def residuals(
+        self, params: Mapping[int, Numbers], values: Mapping[int, Numbers], rates: Mapping[int, Numbers]
+    ) -> Array:
         """What is to vanish, from parameters and from the values and derivatives of variables, by number."""
         parts = [jnp.zeros(0)]
         for entry in self._entries:
@@ -92,7 +95,7 @@ class InitialEquations:
         return jnp.concatenate(parts)
 
 
-def _mapped(entry: _Entry, read: Sequence[Any]) -> Array:
+def _mapped(entry: _Entry, read: Sequence[Numbers]) -> Array:
     """The residuals of all members."""
     residual, count = as_function(entry.template.jaxpr), math.prod(entry.stack)
     sizes = [aval.shape for aval in entry.template.jaxpr.in_avals]

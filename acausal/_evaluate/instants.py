@@ -1,8 +1,7 @@
 """The times at which the equations of a model change their law, as far as time and parameters tell."""
 
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +31,7 @@ class _Rows:
     members: np.ndarray
     shapes: tuple[tuple[int, ...], ...]
 
-    def mapped(self, function: Any, params: ModelParameters) -> Numbers:
+    def mapped(self, function: Callable[[list[Array]], Array], params: ModelParameters) -> Numbers:
         """`function(known)` for each row."""
 
         def one(own: list[Array]) -> Array:

@@ -6,7 +6,7 @@ from jax import Array
 from .._numbers import Numbers
 from .constraints import placed
 from .groups import group_residuals
-from .program import residual_programme
+from .program import residual_program_of
 from .starts import Inputs
 from .system import System
 
@@ -15,7 +15,7 @@ def missed_invariants(system: System, t: Numbers, y: Array, inputs: Inputs) -> A
     """The invariants as functions of the state vector, zero where they hold."""
     ordered = system.ordered
     rows = sorted(ordered.invariants)
-    groups = system.plan.residual_groups(residual_programme(ordered, [row], system.kind_index) for row in rows)
+    groups = system.plan.residual_groups(residual_program_of(ordered, [row], system.kind_index) for row in rows)
     store = system.evaluate(t, y, inputs, [], {segment for group in groups for segment in group.depends})
     parts = [jnp.ravel(r) for group in groups for r in group_residuals(group, store, inputs.params)]
     return jnp.concatenate(parts) if parts else jnp.zeros(0)

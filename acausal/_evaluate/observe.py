@@ -1,7 +1,6 @@
 """Values of a model's leaves at a point of the solution."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +30,7 @@ def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
 
 def observe_with_rates(
     system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int], moving: Sequence[int]
-) -> tuple[dict[int, Any], dict[int, Any]]:
+) -> tuple[dict[int, Numbers], dict[int, Numbers]]:
     """The values of variable leaves by number, and the derivatives of `moving` ones along the motion.
 
     Most derivatives are themselves among what a system computes. Others take its vector field for a direction.

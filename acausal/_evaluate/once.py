@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import jax
 import numpy as np
 
-from .._jax_private import ClosedJaxpr, JaxprEqn, Literal, jaxpr_as_fun
+from .._jax_private import Atom, ClosedJaxpr, JaxprEqn, Literal, jaxpr_as_fun
 from .._reduce.jaxpr import assembled
 
 T = TypeVar("T")
@@ -26,7 +26,7 @@ def without_repetition(closed: ClosedJaxpr) -> ClosedJaxpr:
     kept: list[JaxprEqn] = []
     places: dict[Hashable, int] = {}
     for eqn in jaxpr.eqns:
-        inputs = [atom if isinstance(atom, Literal) else same.get(atom, atom) for atom in eqn.invars]
+        inputs: list[Any] = [atom if isinstance(atom, Literal) else same.get(atom, atom) for atom in eqn.invars]
         key = _computes(eqn, inputs)
         place = places.get(key)
         if place is None:
@@ -36,11 +36,11 @@ def without_repetition(closed: ClosedJaxpr) -> ClosedJaxpr:
         pairs = list(zip(kept[place].outvars, eqn.outvars, strict=True))
         same.update((new, old) for old, new in pairs if old in read)
         kept[place] = kept[place].replace(outvars=[old if old in read else new for old, new in pairs])
-    outputs = [atom if isinstance(atom, Literal) else same.get(atom, atom) for atom in jaxpr.outvars]
+    outputs: list[Any] = [atom if isinstance(atom, Literal) else same.get(atom, atom) for atom in jaxpr.outvars]
     return ClosedJaxpr(assembled(jaxpr.invars, outputs, _needed(kept, outputs), jaxpr.constvars), closed.consts)
 
 
-def _needed(eqns: Sequence[JaxprEqn], outputs: Sequence[Any]) -> list[JaxprEqn]:
+def _needed(eqns: Sequence[JaxprEqn], outputs: Sequence[Atom]) -> list[JaxprEqn]:
     needed, found = {_name(atom) for atom in outputs}, []
     for eqn in reversed(eqns):
         if any(var in needed for var in eqn.outvars):
@@ -49,7 +49,7 @@ def _needed(eqns: Sequence[JaxprEqn], outputs: Sequence[Any]) -> list[JaxprEqn]:
     return found[::-1]
 
 
-def _computes(eqn: JaxprEqn, inputs: Sequence[Any]) -> Hashable:
+def _computes(eqn: JaxprEqn, inputs: Sequence[Atom]) -> Hashable:
     """What an operation does, and with which numbers; something of its own where that cannot be told."""
     key = eqn.primitive, tuple(map(_name, inputs)), tuple(sorted(eqn.params.items()))
     try:
@@ -59,6 +59,6 @@ def _computes(eqn: JaxprEqn, inputs: Sequence[Any]) -> Hashable:
     return key
 
 
-def _name(atom: Any) -> Hashable:
+def _name(atom: Atom) -> Hashable:
     """A variable; of a literal the type and all bits, since zeros of both signs are equal."""
     return (atom.aval, np.asarray(atom.val).tobytes()) if isinstance(atom, Literal) else atom

@@ -52,9 +52,9 @@ class ModelParameters:
     """
 
     slots: dict[tuple[int, int], SlotValues] = dataclasses.field(default_factory=dict)
-    leaves: dict[int, Any] = dataclasses.field(default_factory=dict)
+    leaves: dict[int, Numbers] = dataclasses.field(default_factory=dict)
 
-    def changed(self, values: Mapping[int, Array]) -> "ModelParameters":
+    def changed(self, values: Mapping[int, Numbers]) -> "ModelParameters":
         """With other values of some leaves; the slots are to be filled anew."""
         return ModelParameters(leaves=self.leaves | dict(values))
 
@@ -67,7 +67,7 @@ def discrete_start(leaf: FlatLeaf, value: Numbers | None) -> Any:
     return jnp.broadcast_to(value, shape) if shape else value
 
 
-def slot_values(flat: FlatModel, leaves: Mapping[int, Array], kind: int, slot: int) -> SlotValues:
+def slot_values(flat: FlatModel, leaves: Mapping[int, Numbers], kind: int, slot: int) -> SlotValues:
     """One parameter of a component kind, from leaves by number."""
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
@@ -76,7 +76,7 @@ def slot_values(flat: FlatModel, leaves: Mapping[int, Array], kind: int, slot: i
         # Thousands of separate numbers are collected fastest on the host.
         xp = jnp if any(is_traced(value) for value in values) else np
         return SlotValues(xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values]))
-    members: list[Any] = []
+    members: list[Numbers] = []
     for value, stack in zip(values, instances.stacks, strict=True):
         members += list(jnp.reshape(value, (-1, *sizes))) if stack else [value]
     return SlotValues(tuple(members))

@@ -3,7 +3,7 @@
 import functools as ft
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +13,7 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, within
+from .affine import Value
 from .groups import UNROLLED, Group, Guess, Read, Store, guesses_of, outputs
 from .once import once
 from .packing import ModelParameters
@@ -178,15 +179,15 @@ class Plan:
 
 @ft.partial(jax.jit, static_argnums=(0, 1), inline=True)
 def _segments(
-    plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Any]]
-) -> dict[int, Any]:
+    plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Array]]
+) -> dict[int, Value]:
     """What some groups compute, each named by its first segment; traced once, however often a run asks for it.
 
     At each place the operations stand among the others there, so that XLA need not put together what calls separate.
     """
     groups = {group.first_segment: group for group in plan.groups}
 
-    def segments() -> dict[int, Any]:
+    def segments() -> dict[int, Value]:
         store = Store(time, {0: plan.within_ranges(y)})
         for first, starts in zip(chosen, guesses, strict=True):
             group = groups[first]

@@ -65,12 +65,12 @@ class Use(NamedTuple):
     gives: tuple[Pair, ...]
 
 
-def residual_programme(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
+def residual_program_of(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
     """Equations as a program that solves nothing: their residuals from known values."""
     return _Writer(ordered, Torn([], [], rows, "explicit", 0), kind_index).write()
 
 
-def programme(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
+def program_of(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
     """Write a torn block as a program and say what this block feeds it."""
     return _Writer(ordered, torn, kind_index).write()
 

@@ -1,14 +1,14 @@
 """Roots of small systems of non-linear equations."""
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import optimistix as optx
 from jax import Array
+from jaxtyping import PyTree
 
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .affine import computed
 from .elimination import SMALL, eliminated
 
@@ -20,11 +20,15 @@ NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
 # Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
 DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
 
-Test = Callable[[Any, Any], Any]
+Test = Callable[[Array, PyTree], Truth]
 
 
 def scaled_root(
-    residual: Callable[[Any, Any], Any], start: Array, args: Any, scale: Numbers, is_inside: Test | None = None
+    residual: Callable[[Array, PyTree], Array],
+    start: Array,
+    args: PyTree,
+    scale: Numbers,
+    is_inside: Test | None = None,
 ) -> Array:
     """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
 
@@ -33,17 +37,17 @@ def scaled_root(
     ends that fails, the function may have no derivative.
     """
 
-    def scaled(x: Array, args: Any) -> Array:
+    def scaled(x: Array, args: PyTree) -> Array:
         scale, args = args
         # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
         value = residual(x, args) / scale
         return jnp.where(jnp.isfinite(value), value, HUGE)
 
-    def fenced(x: Array, args: Any) -> Array:
+    def fenced(x: Array, args: PyTree) -> Array:
         value = scaled(x, args)
         return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
 
-    def search(x: Array, args: Any) -> Array:
+    def search(x: Array, args: PyTree) -> Array:
         root, is_good = _found(scaled, NEWTON, x, args)
         if is_inside is not None:
             is_good &= is_inside(root, args[1])
@@ -53,7 +57,9 @@ def scaled_root(
     return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), start, lambda _, x: search(x, held), _solved)
 
 
-def _found(function: Callable[[Any, Any], Any], method: Any, start: Array, args: Any) -> tuple[Array, Array]:
+def _found(
+    function: Callable[[Array, PyTree], Array], method: optx.Newton | optx.Dogleg, start: Array, args: PyTree
+) -> tuple[Array, Array]:
     found = optx.root_find(function, method, start, args, max_steps=ITERATIONS, throw=False)
     return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
 
@@ -62,7 +68,7 @@ def _or_nan(root: Array, is_good: Array) -> Array:
     return jnp.where(is_good, root, jnp.nan)
 
 
-def _solved(slope: Callable[[Any], Any], value: Array) -> Array:
+def _solved(slope: Callable[[Array], Array], value: Array) -> Array:
     """The x of a linear function at which it has a value."""
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
     if len(value) > SMALL:

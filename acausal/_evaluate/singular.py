@@ -1,7 +1,5 @@
 """Blocks of linear equations that determine their unknowns by rounding errors only."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -24,7 +22,7 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
     Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
     determinant then is far smaller than it becomes when the numbers that it is computed from are changed a little.
     """
-    parts: list[Any] = [jnp.zeros(0, bool)]
+    parts: list[Array] = [jnp.zeros(0, bool)]
     for group in system.plan.groups:
         if group.program.kind == "linear":
             parts.append(

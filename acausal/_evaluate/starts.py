@@ -4,7 +4,7 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +32,7 @@ class Inputs:
     params: ModelParameters
     starts: Float[Numbers, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
-    discrete: Any = None
+    discrete: Array | None = None
 
 
 class _Sources(NamedTuple):
@@ -69,7 +69,7 @@ class Starts:
         """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
-    def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Numbers:
+    def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Array:
         """How far the start values of the aliases of a node are at most from their mean; zero where none is given."""
         sources = self._sources(inputs.given, tuple(nodes))
         if sources.places.shape[1] == 1:
@@ -188,7 +188,7 @@ class PairStarts:
 
         return guess
 
-    def _without_rates(self, values: Any, pairs: Sequence[Pair]) -> Any:
+    def _without_rates(self, values: Float[Array, " elements"], pairs: Sequence[Pair]) -> Array:
         is_rate = np.repeat([k > 0 for _, k in pairs], [self.plan.size(v) for v, _ in pairs]).astype(bool)
         return jnp.where(is_rate, 0.0, values) if np.any(is_rate) else values
 

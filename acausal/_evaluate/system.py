@@ -3,7 +3,6 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +28,7 @@ from .groups import Group, Store, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
 from .plan import Plan
-from .program import residual_programme
+from .program import residual_program_of
 from .requirements import ModelRequirements
 from .starts import Inputs, PairStarts, Starts
 from .stored import declared_by, read
@@ -56,7 +55,7 @@ class System:
     plan: Plan
     kind_index: dict[int, int]
     algebraic: list[Pair]
-    made: tuple[Callable[..., "System"], tuple[Any, ...]]  # what it was made by, and from
+    made: tuple[Callable[..., "System"], tuple[object, ...]]  # what it was made by, and from
     solved: "System | None" = None
 
     @property
@@ -68,11 +67,11 @@ class System:
         size = f"{len(self.states)} states, {len(self.torn)} blocks in {len(self.plan.groups)} groups"
         return f"<System of {self.name}: {size}>"
 
-    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., "System"], tuple[object, ...]]:
         # Traced equations cannot be stored; what is stored is what they are made from.
         return read, (self.made, declared_by(self.flat))
 
-    def __deepcopy__(self, memo: Any) -> "System":
+    def __deepcopy__(self, memo: object) -> "System":
         return self
 
     def __copy__(self) -> "System":
@@ -239,7 +238,7 @@ class System:
         if self.solved is None:
             return []
         rows = [row for torn in self.torn for row in torn.residuals]
-        return self.plan.residual_groups(residual_programme(self.ordered, [row], self.kind_index) for row in rows)
+        return self.plan.residual_groups(residual_program_of(self.ordered, [row], self.kind_index) for row in rows)
 
     @property
     def _rates(self) -> list[Pair]:

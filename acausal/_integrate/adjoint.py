@@ -4,11 +4,11 @@ import functools as ft
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any
 
 import diffrax
 import jax
 import numpy as np
+from jaxtyping import PyTree
 
 from .._diffrax_private import with_short_start
 from .._equinox_private import while_loop
@@ -21,7 +21,7 @@ class Forwards(diffrax.ForwardMode):
     """`diffrax.ForwardMode` that compiles less."""
 
     @property
-    def _loop(self) -> Callable[..., Any]:
+    def _loop(self) -> Callable[..., PyTree]:
         return with_short_start(super()._loop)
 
 
@@ -33,18 +33,31 @@ class BothModes(diffrax.DirectAdjoint):
     """
 
     @property
-    def _loop(self) -> Callable[..., Any]:
+    def _loop(self) -> Callable[..., PyTree]:
         return with_short_start(super()._loop)
 
     def loop(
-        self, *, max_steps: Any, throw: Any, passed_solver_state: Any, passed_controller_state: Any, **others: Any
-    ) -> Any:
+        self,
+        *,
+        max_steps: int | None,
+        throw: object,
+        passed_solver_state: object,
+        passed_controller_state: object,
+        **others: PyTree,
+    ) -> PyTree:
         del throw, passed_solver_state, passed_controller_state
         saves = ft.partial(while_loop, kind="bounded")
         return self._loop(max_steps=max_steps, inner_while_loop=saves, outer_while_loop=nested_loop, **others)
 
 
-def nested_loop(cond: Callable[..., Any], body: Callable[..., Any], init: Any, *, max_steps: int, buffers: Any) -> Any:
+def nested_loop(
+    cond: Callable[..., PyTree],
+    body: Callable[..., PyTree],
+    init: PyTree,
+    *,
+    max_steps: int,
+    buffers: Callable[[PyTree], PyTree],
+) -> PyTree:
     """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of `BASE` rounds.
 
     Reverse mode keeps the state before each of the innermost loops. Where there is too much of it, as when every step
@@ -54,10 +67,10 @@ def nested_loop(cond: Callable[..., Any], body: Callable[..., Any], init: Any, *
     saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))
     is_much = saved * math.ceil(max_steps / BASE) > HELD
 
-    def goes_on(counted: Any) -> Any:
+    def goes_on(counted: PyTree) -> PyTree:
         return (counted[0] < max_steps) & cond(counted[1])
 
-    def run(counted: Any, level: int) -> Any:
+    def run(counted: PyTree, level: int) -> PyTree:
         if level == 0:
             return counted[0] + 1, body(counted[1])
         inner = ft.partial(run, level=level - 1)

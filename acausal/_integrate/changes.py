@@ -1,7 +1,5 @@
 """What events change at one point: discrete variables, states, and by way of the constraints what is tied to them."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -27,7 +25,7 @@ def changed(
     return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
 
 
-def with_discrete(events: RunEvents, y: Any, values: list[Any], fired: Array) -> Any:
+def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
     """The vector with the discrete variables that these events set."""
     new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
     for number, element, is_own in events.writes:
@@ -35,9 +33,9 @@ def with_discrete(events: RunEvents, y: Any, values: list[Any], fired: Array) ->
     return events.layout.with_part(y, events.layout.discrete, discrete)
 
 
-def _wanted(events: RunEvents, values: list[Any], fired: Array) -> dict[int, tuple[Any, Any]]:
+def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, tuple[Array, Array]]:
     """For each other leaf that events set the new value, and where these do."""
-    wanted: dict[int, tuple[Any, Any]] = {}
+    wanted: dict[int, tuple[Array, Array]] = {}
     for (first, count, leaf), value in zip(events.targets, values, strict=True):
         if leaf in events.system.carried.discrete_places:
             continue
@@ -48,7 +46,7 @@ def _wanted(events: RunEvents, values: list[Any], fired: Array) -> dict[int, tup
 
 
 def _reset(
-    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Any, Any]], given: Given
+    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], given: Given
 ) -> tuple[Array, Array]:
     """The vector with new values of variables: those of states directly, others by way of the constraints."""
     system, constraints = events.system, events.system.constraints
@@ -66,12 +64,14 @@ def _reset(
     return placed(y, constraints.in_state_vector, new), is_bad
 
 
-def _followed(events: RunEvents, t: Numbers, y: Array, aimed: Any, touched: Any, given: Given) -> tuple[Any, Any]:
+def _followed(
+    events: RunEvents, t: Numbers, y: Array, aimed: Array, touched: Array, given: Given
+) -> tuple[Array, Array]:
     """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
     system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
     weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
 
-    def project(x: Array, _: None) -> tuple[Any, None]:
+    def project(x: Array, _: None) -> tuple[Array, None]:
         start = jnp.where(touched, aimed, x)
         return constraints.projected(start, weight, t, inputs.params, far=True), None
 

@@ -48,7 +48,7 @@ def variables(solution: "Solution") -> list[str]:
     ]
 
 
-def _named(items: Sequence[Item]) -> Iterator[tuple[str, Any]]:
+def _named(items: Sequence[Item]) -> Iterator[tuple[str, str | Callable[[Any], Any]]]:
     for item in items:
         if isinstance(item, Mapping):
             yield from item.items()
@@ -58,7 +58,9 @@ def _named(items: Sequence[Item]) -> Iterator[tuple[str, Any]]:
             yield item if isinstance(item, str) else getattr(item, "__name__", "expression"), item
 
 
-def _column(solution: "Solution", leaves: list[Array], label: str, what: Any, units: Sequence[str]) -> Column:
+def _column(
+    solution: "Solution", leaves: list[Array], label: str, what: str | Callable[[Any], Any], units: Sequence[str]
+) -> Column:
     flat, times = solution.system.flat, np.shape(solution.ts)
     if isinstance(what, str):
         values, unit = solution._pick(leaves, what), solution.unit(what)

@@ -1,7 +1,7 @@
 """Conditions of events, from the relations between numbers that they are made of."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -27,8 +27,8 @@ class EventConditions(NamedTuple):
     - `moves`: the margins that change with time.
     """
 
-    margins: Callable[[Any], Any]
-    logic: Callable[[Any, Any], Any]
+    margins: Callable[[Array], Array]
+    logic: Callable[[Array, Array], Array]
     reads: np.ndarray
     either: np.ndarray
     moves: np.ndarray

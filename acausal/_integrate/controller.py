@@ -7,7 +7,9 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .state_vector import StateVector
@@ -103,14 +105,14 @@ class Steps(diffrax.PIDController):
         return jnp.minimum(t1, y[self.layout.next_instant])
 
 
-def has_leapt(y0: Array, y1: Array, sizes: Any) -> Array:
+def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
     """Whether a step of the linearised equations throws a state out of all proportion. It has failed then, however
     small its error is beside where it ends.
     """
     return jnp.any(jnp.abs(y1) > LEAP * (jnp.abs(y0) + sizes))
 
 
-def core_norm(layout: StateVector) -> Callable[[Any], Any]:
+def core_norm(layout: StateVector) -> Callable[[PyTree], PyTree]:
     """The root mean square of what is integrated; what is only carried along has no error."""
 
     def norm(error: Array) -> Array:

@@ -1,20 +1,20 @@
 """Derivatives of a run in both modes, from a program that is little larger than the run."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.custom_derivatives import SymbolicZero
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._progress import differentiating
 from .._tangents import array_of
 
-Arrays = list[Any]
-Function = Callable[[Arrays], Any]
+Arrays = list[Array]
+Function = Callable[[Arrays], PyTree]
 
 FEW = 100  # with up to so many numbers that vary, derivatives are computed along each of them
 HELD = 1_000_000  # if all derivatives together have no more numbers than this
@@ -30,10 +30,10 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
     """
 
     @jax.custom_jvp
-    def function(arrays: Arrays) -> Any:
+    def function(arrays: Arrays) -> PyTree:
         return quick(arrays)
 
-    def rule(primals: tuple[Arrays], tangents: tuple[Arrays]) -> tuple[Any, Any]:
+    def rule(primals: tuple[Arrays], tangents: tuple[Arrays]) -> tuple[PyTree, PyTree]:
         differentiating()
         (arrays,), (changes,) = primals, tangents
         moving = [i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero)]
@@ -52,7 +52,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
 def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
     """The value of a function, and its derivatives along each number of some of its arrays, stacked."""
 
-    def both(arrays: Arrays) -> Any:
+    def both(arrays: Arrays) -> PyTree:
         shapes = [np.shape(arrays[i]) for i in moving]
         ends = np.cumsum([0, *(np.prod(shape, dtype=int) for shape in shapes)])
 
@@ -60,7 +60,7 @@ def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
             whole = dict(enumerate(arrays)) | dict(zip(moving, parts, strict=True))
             return function(list(whole.values()))
 
-        def along(direction: Array) -> Any:
+        def along(direction: Array) -> PyTree:
             parts = [direction[a:b].reshape(shape) for a, b, shape in zip(ends, ends[1:], shapes, strict=False)]
             return jax.jvp(of_moving, ([arrays[i] for i in moving],), (parts,))
 
@@ -71,7 +71,7 @@ def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
     return both
 
 
-def _stacked(one: Any) -> Any:
+def _stacked(one: PyTree) -> PyTree:
     """As a batch of one; `jax.vmap` would compile more for it."""
     return jax.tree.map(lambda x: x[None], one)
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import Component, Energy
+from .._declare.node import Node
 from .._extras import Axes
 from .._numbers import Numbers, Scalar
 from .._reduce.connections import children
 
 
-def accounts(view: Any, path: str = "") -> Iterator[tuple[str, Energy]]:
+def accounts(view: Node, path: str = "") -> Iterator[tuple[str, Energy]]:
     """The account of every component that has one, at the values that a view of the model holds.
 
     The members of an array of components are summed.
@@ -31,20 +32,20 @@ def accounts(view: Any, path: str = "") -> Iterator[tuple[str, Energy]]:
             yield from accounts(part, part_path)
 
 
-def _stacked(item: Any, path: str) -> Iterator[tuple[str, Energy]]:
-    def members(part: Any) -> dict[str, Energy]:
+def _stacked(item: Node, path: str) -> Iterator[tuple[str, Energy]]:
+    def members(part: Node) -> dict[str, Energy]:
         return dict(accounts(part, path))
 
     for name, account in jax.vmap(members)(item).items():
         yield name, Energy(*(jnp.sum(value) for value in account))
 
 
-def powers(view: Any) -> dict[str, tuple[Scalar, Scalar]]:
+def powers(view: Node) -> dict[str, tuple[Scalar, Scalar]]:
     """Dissipated and supplied power of each component, in W."""
     return {path: (account.dissipated, account.supplied) for path, account in accounts(view)}
 
 
-def stored(view: Any) -> dict[str, Scalar]:
+def stored(view: Node) -> dict[str, Scalar]:
     """Stored energy of each component, in J."""
     return {path: account.stored for path, account in accounts(view)}
 
@@ -73,7 +74,7 @@ class EnergyAccount:
         supplied, stored, dissipated = self.totals
         return supplied - stored - dissipated - sum(self.events.values())
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
         from .energy_plot import plot_energy
 

@@ -1,7 +1,7 @@
 """The energy account of a run as a picture: where it came from on the left, where it went on the right."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def _merged(side: list[Flow], least: float) -> list[Flow]:
     return large
 
 
-def plot_energy(account: EnergyAccount, ax: Axes | None) -> Any:
+def plot_energy(account: EnergyAccount, ax: Axes | None) -> Axes:
     """See `EnergyAccount.plot`."""
     if np.ndim(account.imbalance):
         raise ModelError("The account is one of a batch: take one run of it.")

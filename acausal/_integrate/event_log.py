@@ -1,7 +1,6 @@
 """What happened when in a run."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -61,7 +60,7 @@ class EventLog(eqx.Module):
             raise ModelError(f"The model has no event {name!r}.{suggestion(name, self.labels)}")
         return jnp.where(self.numbers == self.labels.index(name), self.times, jnp.inf)
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Mark the events of a single run on a time axis, a row for each; returns the matplotlib axes."""
         times, names = np.asarray(self.times), self.names
         rows = list(dict.fromkeys(names))

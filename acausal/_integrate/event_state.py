@@ -1,6 +1,6 @@
 """What is kept of events from step to step, and whether they accumulate."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +8,7 @@ from jax import Array
 
 from .._numbers import Numbers
 from .field import Given
-from .interval import Point
+from .interval import Seen
 from .look import TOO_SOON
 from .record import Record
 from .run_events import RunEvents
@@ -23,14 +23,14 @@ class EventState(NamedTuple):
     when scheduled events are due; what happened so far, and how many in a row were close to the time `mark`.
     """
 
-    holds: Any
+    holds: Array
     fresh: Array
-    point: Point
-    due: Any
+    seen: Seen
+    due: Array
     record: Record
-    mark: Any
-    crowd: Any
-    jumped: Any
+    mark: Array
+    crowd: Array
+    jumped: Array
 
 
 def crowded(

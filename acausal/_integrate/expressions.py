@@ -1,13 +1,14 @@
 """Trajectories of expressions in the variables of a model, and their units."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import jax
 from jax import Array
+from jaxtyping import PyTree
 
 from .._declare.annotations import Declaration
 from .._errors import ModelError
+from .._numbers import Numbers
 from .._reduce.flat_model import FlatModel
 from .._unit_check.interpret import Interpreter
 from .._unit_check.values import Value, constant
@@ -16,7 +17,9 @@ from .._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, as_function, trace
 
 
-def expression(flat: FlatModel, leaves: Sequence[Array], times: tuple[int, ...], function: Callable[..., Any]) -> Array:
+def expression(
+    flat: FlatModel, leaves: Sequence[Array], times: tuple[int, ...], function: Callable[..., PyTree]
+) -> Array:
     """The values of a scalar function of the variables, from the leaves of a view with trajectories."""
     quantity, constants = _traced(function, flat)
     axes = [0 if varies(flat, i) else None for i in quantity.leaves]
@@ -30,14 +33,14 @@ def varies(flat: FlatModel, leaf: int) -> bool:
     return flat.leaves[leaf].declaration.role != "param" or flat.leaves[leaf].stack != ()
 
 
-def _traced(function: Callable[..., Any], flat: FlatModel) -> tuple[UserFunction, list[Any]]:
+def _traced(function: Callable[..., PyTree], flat: FlatModel) -> tuple[UserFunction, list[Numbers]]:
     quantity, constants = trace(as_function(function, "An expression"), flat, "An expression")
     if quantity.n_outputs != 1:
         raise ModelError(f"An expression must be one real number, but this one returned {quantity.n_outputs}.")
     return quantity, constants
 
 
-def unit_of_expression(function: Callable[..., Any], flat: FlatModel) -> str:
+def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel) -> str:
     """The unit that a function of the variables has in SI; "" where it does not follow from what it computes."""
     quantity, constants = _traced(function, flat)
     declared = [flat.leaves[i].declaration for i in quantity.leaves]
@@ -71,7 +74,7 @@ def shown_unit(unit: str, wanted: Sequence[str]) -> str:
         return unit
 
 
-def _measured(unit: str) -> tuple[Any, ...]:
+def _measured(unit: str) -> tuple[object, ...]:
     """What has to agree between units for one to be converted into the other."""
     found = parsed(unit)
     return found.dimension, found.has_angle, found.counts

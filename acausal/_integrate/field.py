@@ -12,6 +12,8 @@ from .._evaluate.groups import Store
 from .._evaluate.observe import leaf_value, pairs_of
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._numbers import Numbers
+from .._reduce.incidence import Pair
 from .settings import RunNumbers, Settings
 
 
@@ -34,7 +36,7 @@ class Given:
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
 
 
-Field = Callable[[Any, Any, Given], Any]
+Field = Callable[[Numbers, Array, Given], Array]
 
 
 def vector_field(settings: Settings) -> Field:
@@ -42,7 +44,7 @@ def vector_field(settings: Settings) -> Field:
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
-    def field(t: Array, core: Array, given: Given) -> Array:
+    def field(t: Numbers, core: Array, given: Given) -> Array:
         point = jnp.concatenate([core[:n], given.carried])
         if integrand is None or settings.n_integrals == 0:
             rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
@@ -56,20 +58,20 @@ def vector_field(settings: Settings) -> Field:
     return field
 
 
-def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Any]:
+def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Pair]:
     """What has to be computed for the values of leaves."""
     return pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
 
 
 def values_of(
-    system: System, t: Any, point: Array, given: Given, store: Store | None, leaves: Iterable[int]
-) -> dict[int, Any]:
+    system: System, t: Numbers, point: Array, given: Given, store: Store | None, leaves: Iterable[int]
+) -> dict[int, Numbers]:
     """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
     was computed there.
     """
     discrete = system.carried.discrete_values(point, given.inputs)
 
-    def value(leaf: int) -> Any:
+    def value(leaf: int) -> Numbers:
         if leaf in discrete:
             return discrete[leaf]
         if not system.flat.is_variable(leaf):

@@ -9,7 +9,7 @@ from .._numbers import Numbers
 from .conditions import EventConditions
 from .event_state import EventState
 from .field import Given
-from .interval import Point
+from .interval import Seen
 from .look import Found, look
 from .run_events import RunEvents
 from .schedule import tick
@@ -29,7 +29,7 @@ class FirstEvent(NamedTuple):
     before: Array
     begins: Array
     holds: Array
-    point: Point  # the margins at the end
+    seen: Seen  # the margins at the end
     cut: Array
 
 
@@ -42,12 +42,12 @@ def first_event(
     arrives = _reaches(t1, instant, given) & (instant < run_end)
     end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
     none = jnp.zeros(events.total, bool)
-    found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.point, end)
+    found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.seen, end)
     if events.is_searched:
         span = jnp.abs(numbers.t1 - numbers.t0)
         margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
         conditions = EventConditions(margins, events.conditions, events.reads, events.either, events.moves)
-        start = state.point._replace(t=t0)
+        start = state.seen._replace(t=t0)
         found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, span, short)
     t = jnp.where(found.is_any, found.t, end)
     is_there = arrives & (instant <= t + short)

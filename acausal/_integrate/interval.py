@@ -16,16 +16,16 @@ PARTS = 4  # a step in which events may lie is looked at in this many parts
 TURN = 0.5 * math.pi  # most by which the fastest angle may turn on a part
 
 
-class Point(NamedTuple):
+class Seen(NamedTuple):
     """Margins and the angles that they are computed with, the rates of both at a time, and the sum of the steps of
     stairs on which they are.
     """
 
     t: Any
-    g: Any
+    g: Array
     rate: Array
-    angle: Any
-    speed: Any
+    angle: Array
+    speed: Array
     steps: Any
 
 
@@ -38,13 +38,13 @@ class Verdict(NamedTuple):
     x: Array
 
 
-def seen(margins: Callable[[Any], Any], t: Numbers) -> Point:
+def seen(margins: Callable[[Array], Array], t: Numbers) -> Seen:
     """What is there at a time."""
     here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
-    return Point(t, here.value, rates.value, here.angles, rates.angles, here.steps)
+    return Seen(t, here.value, rates.value, here.angles, rates.angles, here.steps)
 
 
-def advance(low: Point, high: Point) -> Array:
+def advance(low: Seen, high: Seen) -> Array:
     """By how much the fastest angle turns on an interval: by the difference, and lest it turns there and back, by what
     the rates at both ends agree on.
     """
@@ -53,14 +53,14 @@ def advance(low: Point, high: Point) -> Array:
     return jnp.max(jnp.where(jnp.isfinite(turned), turned, 0.0), initial=0.0)
 
 
-def may_turn(conditions: EventConditions, low: Point, high: Point, above: Array) -> Array:
+def may_turn(conditions: EventConditions, low: Seen, high: Seen, above: Array) -> Array:
     """Which margins may be zero in between, though they need not be of another sign at the ends of an interval: those
     that come near zero, and where angles turn fast, all that move.
     """
     return _is_near(low, high, above) | (conditions.moves & (advance(low, high) > TURN))
 
 
-def _is_near(low: Point, high: Point, above: Array) -> Array:
+def _is_near(low: Seen, high: Seen, above: Array) -> Array:
     """Which margins may become zero on an interval by as much as they vary there, or are not known; those that are
     infinite at both ends, as at a stop that is infinitely far away, do not.
     """
@@ -75,8 +75,8 @@ def judged(
     length: Array,
     short: Numbers,
     count: Array,
-    low: Point,
-    high: Point,
+    low: Seen,
+    high: Seen,
     above: Array,
     holds: Array,
 ) -> Verdict:

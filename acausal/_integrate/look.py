@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .conditions import EventConditions, signs
-from .interval import PARTS, TURN, Point, advance, judged, may_turn, over, seen
+from .interval import PARTS, TURN, Seen, advance, judged, may_turn, over, seen
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -30,7 +31,7 @@ class Found(NamedTuple):
     begins: Array
     leaps: Array
     holds: Array
-    end: Point
+    end: Seen
     reached: Numbers
 
 
@@ -42,9 +43,9 @@ class _Search(NamedTuple):
     in between.
     """
 
-    low: Point
-    high: Point
-    end: Point
+    low: Seen
+    high: Seen
+    end: Seen
     above: Array
     holds: Array
     offset: Array
@@ -57,7 +58,7 @@ class _Search(NamedTuple):
 
 def look(
     conditions: EventConditions,
-    start: Point,
+    start: Seen,
     is_known: Array,
     end: Array,
     holds: Array,
@@ -106,7 +107,7 @@ def look(
             is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, at_once & is_end)
         )
 
-    def narrowed(s: _Search, new: Point, at_once: Array) -> _Search:
+    def narrowed(s: _Search, new: Seen, at_once: Array) -> _Search:
         """The search after a look at a point between `low` and `high`."""
         now = jnp.any(at_once)
         above = signs(new.g, s.above)
@@ -166,9 +167,9 @@ def look(
     return Found(s.is_found, s.high.t, s.low.t, begins, leaps, s.holds, last, reached)
 
 
-def _both(a: Any, b: Any) -> Any:
+def _both(a: PyTree, b: PyTree) -> PyTree:
     return jax.tree.map(lambda x, y: jnp.stack([x, y]), a, b)
 
 
-def _pick(condition: Array, a: Any, b: Any) -> Any:
+def _pick(condition: Array, a: PyTree, b: PyTree) -> PyTree:
     return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)

@@ -9,7 +9,6 @@ import sys
 import time
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import diffrax
 import equinox
@@ -18,6 +17,7 @@ import jaxlib
 import lineax
 import numpy as np
 import optimistix
+from jax.tree_util import PyTreeDef
 
 from .._evaluate.system import System
 from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
@@ -29,7 +29,7 @@ from .settings import Settings
 _IMPORTED = time.time()
 
 
-def key_of(settings: Settings, structure: Any, kinds: tuple[tuple[tuple[int, ...], Any], ...]) -> str:
+def key_of(settings: Settings, structure: PyTreeDef, kinds: tuple[tuple[tuple[int, ...], object], ...]) -> str:
     """The digest for a run by numbers of some structure and shapes. Raises `NoFingerprintError` where it has none."""
     if os.environ.get("XLA_FLAGS") != programs.flags:
         raise NoFingerprintError("flags that XLA may have read or not")
@@ -40,7 +40,7 @@ def key_of(settings: Settings, structure: Any, kinds: tuple[tuple[tuple[int, ...
 
 
 @ft.cache
-def machine() -> tuple[Any, ...]:
+def machine() -> tuple[object, ...]:
     """What programs from the same contents differ by: the packages, the library itself, the processor."""
     packages = (jax, jaxlib, diffrax, equinox, lineax, optimistix, np)
     info = Path("/proc/cpuinfo")
@@ -71,7 +71,7 @@ def _folder(package: ModuleType) -> Path:
     return Path(package.__file__).parent
 
 
-def _run(settings: Settings) -> list[Any]:
+def _run(settings: Settings) -> list[object]:
     """All that a run is traced from, but for the library itself."""
     if settings.adjoint is not None or not isinstance(settings.progress, diffrax.NoProgressMeter):
         raise NoFingerprintError("a way of differentiating, or a meter of progress")
@@ -84,7 +84,7 @@ def _run(settings: Settings) -> list[Any]:
     ]
 
 
-def contents(system: System) -> list[Any]:
+def contents(system: System) -> list[object]:
     """What a system is made from: what was declared and connected, and all that the components state.
 
     The choices that the passes have made belong to it, too: a solution is read by those of the process that reads it.
@@ -127,7 +127,7 @@ def equations_of(system: System) -> str | None:
         return None
 
 
-def _choice(system: System) -> list[Any]:
+def _choice(system: System) -> list[object]:
     """By what its states were chosen, and in which form it is."""
     made, numbers = system.made
     return [made.__name__, [_choice(x) if isinstance(x, System) else x for x in numbers if not _is_model(x)]]

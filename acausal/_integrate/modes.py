@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._evaluate.system import System
 from .._numbers import Numbers
@@ -25,7 +26,7 @@ class Modes(NamedTuple):
     that are refused; and those whose condition is true, that have happened.
     """
 
-    x: Any
+    x: PyTree
     discrete: Array
     happen: Array
     refused: Array
@@ -33,11 +34,11 @@ class Modes(NamedTuple):
 
 
 class _Point(NamedTuple):
-    x: Any
+    x: PyTree
     y: Array
     holds: Array
     truths: Array
-    values: Any  # what events would set
+    values: list[Array]  # what events would set
     lack: Array  # by how much each condition of the search is missed
 
 
@@ -61,9 +62,9 @@ class Solver(NamedTuple):
     - `at(x, given)`: the states at a point, and the numbers of the run with the parameters found there.
     """
 
-    root: Callable[[Any], tuple[Any, Any]]
-    followed: Callable[[Any, Any], Any]
-    at: Callable[[Any, Given], tuple[Any, Given]]
+    root: Callable[[Array], tuple[PyTree, Array]]
+    followed: Callable[[PyTree, Array], PyTree]
+    at: Callable[[PyTree, Given], tuple[Array, Given]]
 
 
 def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
@@ -88,7 +89,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     matters = events.responds
     most, single = 4 * events.total + TOGETHER + 16, np.eye(events.total, dtype=bool)[matters]
 
-    def point(y: Array, holds: Array) -> tuple[_Point, Any]:
+    def point(y: Array, holds: Array) -> tuple[_Point, Array]:
         """The point that belongs to modes, and the events that begin there."""
         discrete = y[layout.discrete]
         x, lack = solver.root(discrete)

@@ -2,11 +2,12 @@
 
 import functools as ft
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._tangents import array_of, pushed
@@ -15,18 +16,18 @@ from .._tangents import array_of, pushed
 class Laws(Protocol):
     """What moves a stepped vector, and the margins whose zeros are moments."""
 
-    def rates(self, t: Numbers, y: Array, given: Any) -> Numbers:
+    def rates(self, t: Numbers, y: Array, given: PyTree) -> Numbers:
         """The derivative of the vector in time."""
         ...
 
-    def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: Any) -> Array:
+    def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
         """What is zero at the moment of an event."""
         ...
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def carried_to_moment(
-    laws: Laws, number: Array, t: Numbers, before: Array, ys: Array, due: Array, given: Any
+    laws: Laws, number: Array, t: Numbers, before: Array, ys: Array, due: Array, given: PyTree
 ) -> tuple[Numbers, Numbers]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
@@ -44,20 +45,20 @@ def carried_to_moment(
 
 
 @ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
-def _derivative(laws: Laws, primals: Sequence[Any], tangents: Sequence[Any]) -> tuple[Any, Any]:
+def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[PyTree, PyTree]:
     number, t, before, ys, due, given = primals
     _, dt, _, dys, ddue, dgiven = tangents
     moment, there = carried_to_moment(laws, number, t, before, ys, due, given)
     dt, dys = array_of(dt), array_of(dys)
 
-    def rates(t: Numbers, ys: Array, given: Any) -> Numbers:
+    def rates(t: Numbers, ys: Array, given: PyTree) -> Numbers:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
     f, df = pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
     # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
     dys = dys + (moment - t) * df
 
-    def margin(t: Numbers, y: Array, due: Array, given: Any) -> Array:
+    def margin(t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
         return laws.margin(number, t, y, due, given)
 
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))

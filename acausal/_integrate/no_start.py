@@ -1,7 +1,6 @@
 """What to raise where no start values are found."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -114,7 +113,7 @@ def _about_modes(problem: Problem) -> str:
     )
 
 
-def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Any], t0: Numbers) -> str:
+def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Numbers | None], t0: Numbers) -> str:
     """The ranges at whose edges a search ended, or out of which its next step leads."""
     system, constraints = problem.system, problem.system.constraints
     table, count = system.ordered.table, len(constraints.sizes)

@@ -14,6 +14,7 @@ from .._declare.converters import as_parameter
 from .._declare.past import Past
 from .._errors import ModelError, suggestion
 from .._evaluate.system import System
+from .._numbers import Numbers, Truth
 from .._tracing import known
 from .schedule import tick
 from .settings import RunNumbers
@@ -26,12 +27,12 @@ HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # o
 class Demand(NamedTuple):
     """What an option has to meet, the sentence that says so, and the option's name."""
 
-    holds: Any
+    holds: Truth
     text: str
     name: str
 
 
-def number(value: Any, name: str, unit: str = "s") -> Any:
+def number(value: object, name: str, unit: str = "s") -> Any:
     """An option that is one number; raises `ParameterError` or `ModelError` for anything else."""
     if isinstance(value, float | int):
         return np.asarray(float(value))
@@ -78,7 +79,7 @@ def count(value: Any, name: str) -> int:
     return found
 
 
-def times_of(save: Any) -> Array | None:
+def times_of(save: object) -> Array | None:
     """The times to save at; None where steps are saved, or the end."""
     if isinstance(save, str):
         if save not in SAVES:
@@ -99,7 +100,7 @@ def kind_of(value: object, name: str, kind: type[T], example: str) -> T:
     return value
 
 
-def one_of(value: Any, name: str, known_ones: Mapping[Any, Any]) -> Any:
+def one_of(value: object, name: str, known_ones: Mapping[Any, T]) -> T:
     """What a name stands for."""
     if not isinstance(value, str | None) or value not in known_ones:
         names = [repr(one) for one in known_ones]
@@ -132,19 +133,19 @@ def demands(system: System, numbers: RunNumbers) -> list[Demand]:
     return found
 
 
-def begun_late(system: System, past: Past, t0: Any, remedy: str = "begin there", name: str = "t0") -> Demand:
+def begun_late(system: System, past: Past, t0: Numbers, remedy: str = "begin there", name: str = "t0") -> Demand:
     """That a model which was started is begun no earlier, where it knows of events at known times."""
     text = f"The start is that of a later time, until which events have happened: {remedy}"
     return Demand((t0 >= past.time - tick(past.time, t0)) | (not _counts_times(system)), text, name)
 
 
-def check_begun_late(system: System, past: Past | None, t0: Any, name: str = "t0") -> None:
+def check_begun_late(system: System, past: Past | None, t0: Numbers, name: str = "t0") -> None:
     """Raise `ModelError` for a time that is known and before that of a start."""
     if past is not None:
         _check(begun_late(system, past, t0, name=name), t0)
 
 
-def _is_positive(value: Any) -> Any:
+def _is_positive(value: Numbers) -> Truth:
     return (value > 0.0) & (value < np.inf)
 
 
@@ -170,7 +171,7 @@ def check_known(system: System, numbers: RunNumbers) -> None:
         _check(demand, values[demand.name])
 
 
-def _check(demand: Demand, value: Any) -> None:
+def _check(demand: Demand, value: Numbers | None) -> None:
     met = known(demand.holds)
     if met is not None and not np.all(met):
         raise ModelError(f"{demand.text}, got {demand.name}={_shown(value)}.")
@@ -193,7 +194,7 @@ def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
 def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
     """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
     given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
-    safe: dict[str, Any] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
+    safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
     if "dt0" in safe:
         safe["dt0"] = jnp.where(safe["t1"] < safe["t0"], -safe["dt0"], safe["dt0"])
     return dataclasses.replace(numbers, **safe)

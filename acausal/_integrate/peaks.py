@@ -1,7 +1,7 @@
 """The largest values that functions of the variables take over a run, and when."""
 
 import dataclasses
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -52,7 +52,7 @@ class Peaks:
     def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array, Array]:
         """The functions at a time on the path of a step, their rates, and the time as it moves with the step's ends."""
 
-        def values(t: Any) -> tuple[Array, Any]:
+        def values(t: Array) -> tuple[Array, Numbers]:
             moved, there = path.moving(t)
             return self.values(given.direction * moved, there, given), moved
 

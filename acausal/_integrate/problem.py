@@ -3,12 +3,13 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._declare.component import Equation
 from .._errors import ModelError, suggestion
@@ -24,7 +25,7 @@ from .options import names_of
 from .trim import Trim
 from .user_function import DERIVATIVES, VARIABLES, UserFunction, as_function, trace
 
-Conditions = Callable[[Any, Any], Mapping[str, Equation]]
+Conditions = Callable[[PyTree, PyTree], Mapping[str, Equation]]
 
 
 class Values(NamedTuple):
@@ -33,8 +34,8 @@ class Values(NamedTuple):
     """
 
     inputs: Inputs
-    t0: Any
-    constants: list[Any]
+    t0: Array
+    constants: list[Numbers]
     sizes: Array
 
     def in_modes(self, system: System, discrete: Array | None) -> "Values":
@@ -139,10 +140,10 @@ def problem_of(
     *,
     steady: bool = False,
     moving: Sequence[str] = (),
-    free: Any = None,
+    free: object = None,
     strict: bool = False,
     trimmed: tuple[int, ...] = (),
-) -> tuple[Problem, list[Any]]:
+) -> tuple[Problem, list[Numbers]]:
     """What `initialise` is asked for, and the numbers in its conditions; by default, to meet the initial equations of
     components.
     """
@@ -167,14 +168,14 @@ def problem_of(
     ), constants
 
 
-def _residuals(conditions: Conditions, s: Any, d: Array) -> dict[str, Array]:
+def _residuals(conditions: Conditions, s: PyTree, d: PyTree) -> dict[str, Numbers]:
     stated = conditions(s, d)
     if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
         raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")
     return {name: equation.residual for name, equation in stated.items()}
 
 
-def _free(system: System, given: frozenset[int], steady: bool, free: Any) -> frozenset[int]:
+def _free(system: System, given: frozenset[int], steady: bool, free: object) -> frozenset[int]:
     if free is None:
         free = "all" if steady else ()
     if free == "all":

@@ -3,14 +3,14 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
@@ -46,10 +46,10 @@ def _run(settings: Settings, given: Given) -> Solution:
     if settings.adjoint is not None:
         return _solution(settings, given, _integrated(settings, settings.adjoint, given))
     leaves, structure = jax.tree.flatten(given)
-    others: list[Any] = []  # what is the same for all numbers
+    others: list[PyTree] = []  # what is the same for all numbers
 
-    def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Any]], Any]:
-        def arrays(leaves: list[Array]) -> Any:
+    def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Array]], PyTree]:
+        def arrays(leaves: list[Array]) -> PyTree:
             found, rest = eqx.partition(_integrated(settings, adjoint, structure.unflatten(leaves)), eqx.is_array)
             others[:] = [rest]
             return found
@@ -64,8 +64,8 @@ def _run(settings: Settings, given: Given) -> Solution:
 class _Integrated(NamedTuple):
     """What the loop over the steps started with, which start values are bad, and what it leaves."""
 
-    start: Any
-    bad_starts: Any
+    start: Array
+    bad_starts: Array
     raw: diffrax.Solution
 
 
@@ -99,7 +99,12 @@ def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Giv
 
 def _saved(settings: Settings, numbers: RunNumbers) -> int:
     """How many numbers are kept along a run."""
-    points = {"end": 1, "times": np.size(numbers.times), "steps": settings.max_steps, "dense": 10 * settings.max_steps}
+    points = {
+        "end": 1,
+        "times": 0 if numbers.times is None else numbers.times.size,
+        "steps": settings.max_steps,
+        "dense": 10 * settings.max_steps,
+    }
     return points[settings.save] * settings.layout.size
 
 
@@ -161,7 +166,7 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
 
 def _outcome(
     settings: Settings, given: Given, raw: diffrax.Solution, t: Array, y: Array, bad_starts: Array
-) -> tuple[Any, Array]:
+) -> tuple[Result, Array]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
     bad_values = system.entry.bad_values(inputs)

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -131,7 +131,7 @@ class RunEvents(EventNumbers):
             [_spread(own, self.scheduled[: self.n_model], jnp.inf), jnp.full(self.total - self.n_model, jnp.inf)]
         )
 
-    def done(self, given: Given) -> Any:
+    def done(self, given: Given) -> Array | np.ndarray:
         """Those that have happened already where they are true at the start, as far as discrete variables go."""
         if given.numbers.past is None:
             return self._done
@@ -144,13 +144,13 @@ class RunEvents(EventNumbers):
     def _curved(self, t: Numbers, y: Array, given: Given) -> Array:
         return self.system.instants.curved(t, self.bound(y, given).params)
 
-    def _stop(self, given: Given, values: dict[int, Array]) -> Array:
+    def _stop(self, given: Given, values: dict[int, Numbers]) -> Array:
         stop = self.settings.stop
         assert stop is not None
         value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
         return -value if self.settings.direction is False else value
 
-    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Any, Any, slice]]:
+    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array, slice]]:
         """Time or times, and period, of each entry that is scheduled, and its place among the events."""
         events = self.system.events
         if events is None:
@@ -165,7 +165,7 @@ class RunEvents(EventNumbers):
 
     def _values(
         self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
-    ) -> dict[int, Array]:
+    ) -> dict[int, Numbers]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
 
     def with_algebraic(self, t: Array, y: Array, given: Given) -> Array:

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -10,10 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from jax import Array
+from jaxtyping import PyTree
 
 from .._evaluate.blocks import row_scale
 from .._evaluate.constraints import CLOSE
-from .._evaluate.implicit import nearest, settled
+from .._evaluate.implicit import nearest, refined
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
@@ -45,7 +45,7 @@ class Search:
     `residual` must not close over numbers that are differentiated.
     """
 
-    residual: Callable[[Any, Any], Any]
+    residual: Callable[[Array, PyTree], Array]
     sizes: np.ndarray
     weight: np.ndarray
 
@@ -53,7 +53,7 @@ class Search:
     def _scale(self) -> np.ndarray:
         return self.sizes * np.sqrt(self.weight)
 
-    def _measured(self, z: Array, args: Any) -> Array:
+    def _measured(self, z: Array, args: PyTree) -> Array:
         x0, numbers, rows = args
         return self.residual(x0 + self._scale * z, numbers) / rows
 
@@ -62,7 +62,7 @@ class Search:
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
-    def best(self, x0: Array, numbers: Any, easy: Any = None) -> tuple[Array, Array]:
+    def best(self, x0: Array, numbers: PyTree, easy: PyTree = None) -> tuple[Array, Array]:
         """The x that comes nearest to satisfying the conditions, or the nearest one that does, and what is lacking
         there; constants.
 
@@ -73,19 +73,19 @@ class Search:
         args = (x0, numbers, self._rows(x0, numbers))
         direct = _least(self._measured, jnp.zeros_like(x0), args)
         z, lack = jax.lax.cond(is_met(direct[1]), lambda: direct, lambda: _in_stages(self._measured, args, easy))
-        return self._settled(z, args), lack
+        return self._refined(z, args), lack
 
-    def direct(self, x0: Array, numbers: Any) -> Array:
+    def direct(self, x0: Array, numbers: PyTree) -> Array:
         """As `best`, but without stages; x0 where nothing satisfies the conditions."""
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         args = (x0, numbers, self._rows(x0, numbers))
         z, lack = _least(self._measured, jnp.zeros_like(x0), args)
-        return jnp.where(is_met(lack), self._settled(z, args), x0)
+        return jnp.where(is_met(lack), self._refined(z, args), x0)
 
-    def _settled(self, z: Array, args: Any) -> Array:
-        return args[0] + self._scale * settled(self._measured, _inverse, z, jnp.zeros_like(z), args)
+    def _refined(self, z: Array, args: PyTree) -> Array:
+        return args[0] + self._scale * refined(self._measured, _inverse, z, jnp.zeros_like(z), args)
 
-    def found(self, best: Array, x0: Array, numbers: Any) -> NearestPoint:
+    def found(self, best: Array, x0: Array, numbers: PyTree) -> NearestPoint:
         """The point that `best` found as the implicit function of x0 and numbers that it is."""
         moves, held = self._scale > 0, self._held(x0, numbers)
         z = self._moved(best, held[0])
@@ -95,12 +95,12 @@ class Search:
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
         return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
 
-    def followed(self, best: Array, x0: Array, numbers: Any) -> Array:
+    def followed(self, best: Array, x0: Array, numbers: PyTree) -> Array:
         """The end of `best`, made differentiable by x0 and numbers, also where conditions are not met."""
         held = self._held(x0, numbers)
         return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
 
-    def _held(self, x0: Array, numbers: Array) -> Any:
+    def _held(self, x0: Array, numbers: Array) -> PyTree:
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         return x0, numbers, self._rows(x0, numbers)
 
@@ -108,7 +108,7 @@ class Search:
         """How far x is from x0, in the unit of each unknown."""
         return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
 
-    def _nearest(self, z: Array, x0: Array, numbers: Any, rows: Array) -> Array:
+    def _nearest(self, z: Array, x0: Array, numbers: PyTree, rows: Array) -> Array:
         return x0 + self._scale * nearest(self._measured, _inverse, z, jnp.zeros_like(x0), (x0, numbers, rows))
 
 
@@ -121,7 +121,7 @@ def is_met(lack: Array) -> Array:
     return jnp.all(jnp.abs(lack) <= CLOSE)
 
 
-def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tuple[Array, Array]:
+def _in_stages(measured: Callable[[Array, PyTree], Array], args: PyTree, easy: PyTree) -> tuple[Array, Array]:
     """Along a homotopy, each stage from where the last one ended; and what is lacking at its end."""
     origin = jnp.zeros_like(args[0])
     if easy is None:
@@ -139,6 +139,6 @@ def _in_stages(measured: Callable[[Any, Any], Any], args: Any, easy: Any) -> tup
     return z, lacks[-1]
 
 
-def _least(function: Callable[[Any, Any], Any], z: Array, args: Any) -> tuple[Array, Array]:
+def _least(function: Callable[[Array, PyTree], Array], z: Array, args: PyTree) -> tuple[Array, Array]:
     found = optx.least_squares(function, METHOD, z, args, max_steps=ITERATIONS, throw=False).value
     return found, function(found, args)

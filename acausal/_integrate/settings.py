@@ -2,13 +2,14 @@
 
 import dataclasses
 import functools as ft
-from typing import Any
 
 import diffrax
 import jax
+from jax import Array
 
 from .._declare.past import Past
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .state_vector import StateVector
 from .user_function import UserFunction
 
@@ -40,7 +41,7 @@ class Settings:
         return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
     @property
-    def choices(self) -> tuple[tuple[str, Any], ...]:
+    def choices(self) -> tuple[tuple[str, str | int | None], ...]:
         """The options that are no numbers, as text, and the limits."""
         solver = f"{type(self.solver).__module__.partition('.')[0]}.{type(self.solver).__name__}"
         adjoint = None if self.adjoint is None else type(self.adjoint).__name__
@@ -79,15 +80,15 @@ class Settings:
 class RunNumbers:
     """The options of a run that are numbers, and the numbers in its functions."""
 
-    t0: Any
-    t1: Any
-    dt0: Any
-    dtmin: Any
-    rtol: Any
-    times: Any
-    stop: list[Any]  # numbers in the stop condition
-    rates: list[Any]  # numbers in the integrands
-    peaks: list[Any]  # in the functions whose peaks are wanted
-    stored: list[Any]  # and in the energy
-    unmet: Any = None  # 1 where no start values meet the initial equations of components, else 0
+    t0: Array
+    t1: Array
+    dt0: Array | None
+    dtmin: Array | None
+    rtol: Array
+    times: Array | None
+    stop: list[Numbers]  # numbers in the stop condition
+    rates: list[Numbers]  # numbers in the integrands
+    peaks: list[Numbers]  # in the functions whose peaks are wanted
+    stored: list[Numbers]  # and in the energy
+    unmet: Numbers | None = None  # 1 where no start values meet the initial equations of components, else 0
     past: Past | None = None  # what has happened before the run

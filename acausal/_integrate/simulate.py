@@ -8,17 +8,19 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import ArrayLike
+from jaxtyping import ArrayLike, PyTree
 
 from .._declare.annotations import Scalar
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
+from .._declare.node import Node
 from .._declare.past import past_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
 from .energy import powers, stored
@@ -47,12 +49,12 @@ def simulate(
     t0: ArrayLike = 0.0,
     until: Callable[[M], Scalar] | None = None,
     direction: Literal["up", "down"] | None = None,
-    save: Any = "steps",
-    integrals: Callable[[M], Any] | None = None,
-    peaks: Callable[[M], Any] | None = None,
+    save: object = "steps",
+    integrals: Callable[[M], PyTree] | None = None,
+    peaks: Callable[[M], PyTree] | None = None,
     energy: bool = False,
     rtol: ArrayLike = 1e-6,
-    nominal: Mapping[str, Any] | None = None,
+    nominal: Mapping[str, object] | None = None,
     solver: diffrax.AbstractSolver | None = None,
     dt0: ArrayLike | None = None,
     dtmin: ArrayLike | None = None,
@@ -110,12 +112,12 @@ def simulate(
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
     leaves, unmet = layout.spread(given), None
-    t0 = instant(t0, "t0")
+    begin = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")
     if system.initial_equations is not None and not resume:
         with compiling("the start", model, search_start, progress):
-            leaves, unmet = started(system, leaves, t0, past, throw=throw)
+            leaves, unmet = started(system, leaves, begin, past, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     watched, peak_constants = _traced(peaks, system, "peaks")
@@ -140,7 +142,7 @@ def simulate(
     handed = system.entry.handed(params, _read(settings))
     inputs = Inputs(handed, system.entry.starts.pack(leaves), system.entry.given(leaves))
     numbers = RunNumbers(
-        t0=t0,
+        t0=begin,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
         dtmin=None if dtmin is None else number(dtmin, "dtmin"),
@@ -175,11 +177,13 @@ def _as_number(value: Any) -> Any:
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
 
 
-def _traced(function: Callable[[Any], Any] | None, system: System, what: str) -> tuple[UserFunction | None, list[Any]]:
+def _traced(
+    function: Callable[[PyTree], PyTree] | None, system: System, what: str
+) -> tuple[UserFunction | None, list[Numbers]]:
     return (None, []) if function is None else trace(as_function(function, what), system.flat, what)
 
 
-def _rates(integrals: Callable[[Any], Any] | None, energy: bool) -> Callable[[Any], Any] | None:
+def _rates(integrals: Callable[[PyTree], PyTree] | None, energy: bool) -> Callable[[PyTree], PyTree] | None:
     """The rates to integrate: the user's, and the powers of the components."""
     if integrals is None and not energy:
         return None
@@ -199,7 +203,7 @@ def _read(settings: Settings) -> set[int]:
     return wanted
 
 
-def _total_stored(s: Any) -> Scalar:
+def _total_stored(s: Node) -> Scalar:
     return sum(stored(s).values(), jnp.asarray(0.0))
 
 

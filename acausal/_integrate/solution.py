@@ -10,6 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.tree_util import PyTreeDef
+from jaxtyping import PyTree
 
 from .._declare.array import deepened
 from .._declare.by_name import parameters
@@ -18,6 +20,7 @@ from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._extras import Panels
 from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
@@ -26,6 +29,7 @@ from .energy import EnergyAccount, stored
 from .event_log import EventLog
 from .made_from import equations_of
 from .peaks import Peak
+from .record import Record
 from .result import sentence
 from .state_vector import StateVector
 from .trajectories import both_sides, over_batch, trajectories
@@ -48,13 +52,13 @@ class Solution(eqx.Module, Generic[M]):
     t1: Array
     result: Any
     stats: dict[str, Scalar]
-    _start: tuple[Any, Any]  # time and state vector
-    _end: tuple[Any, Any]
-    _path: tuple[Any, Any]  # at the saved times, padded with infinities after the end
-    _end_integrals: Any
-    _path_integrals: Any
+    _start: tuple[Array, Array]  # time and state vector
+    _end: tuple[Array, Array]
+    _path: tuple[Array, Array]  # at the saved times, padded with infinities after the end
+    _end_integrals: Array
+    _path_integrals: Array
     _culprit: Array  # the bad parameter or start value, if there is one
-    _params: dict[int, Any]  # parameters of the model, by the number of their leaves
+    _params: dict[int, Array]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None
     _losses: Array  # energies lost at events
@@ -62,14 +66,14 @@ class Solution(eqx.Module, Generic[M]):
     _errors: Array  # of the states in the last step, in tolerances
     _largest: Array  # absolute values of the states in the run
     _unresolved: Array  # which states are so small that the tolerance means little for them
-    _record: Any  # of the events
+    _record: Record | None  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
-    _numbers: dict[str, Any]  # that the run was called with
-    _choices: tuple[tuple[str, Any], ...] = eqx.field(static=True)  # that it was compiled for
+    _numbers: dict[str, Array | None]  # that the run was called with
+    _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # that it was compiled for
     _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
-    _peaks_tree: Any = eqx.field(static=True)
-    _integrals_tree: Any = eqx.field(static=True)
+    _peaks_tree: PyTreeDef | None = eqx.field(static=True)
+    _integrals_tree: PyTreeDef | None = eqx.field(static=True)
 
     @property
     def is_batched(self) -> bool:
@@ -86,7 +90,7 @@ class Solution(eqx.Module, Generic[M]):
         return self._rows[1][..., : len(self.system.nominals)]
 
     @property
-    def _rows(self) -> tuple[Any, Any]:
+    def _rows(self) -> tuple[Array | np.ndarray, Array | np.ndarray]:
         """The saved times and vectors."""
         return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
 
@@ -159,17 +163,17 @@ class Solution(eqx.Module, Generic[M]):
         return unresolved(self)
 
     @property
-    def integrals(self) -> Any:
+    def integrals(self) -> PyTree:
         """Trajectories of the `integrals` asked for."""
         return self._integrals(self._both_sides(self._path_integrals, self._layout.integrals))["user"]
 
-    def _integrals(self, columns: Array | np.ndarray) -> Any:
+    def _integrals(self, columns: Array | np.ndarray) -> PyTree:
         if self._integrals_tree is None:
             raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
         return self._integrals_tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
 
     @property
-    def peaks(self) -> Any:
+    def peaks(self) -> PyTree:
         """The largest values over the run of the `peaks` asked for, each a `Peak` with `value` and `time`."""
         if self._peaks_tree is None:
             raise ModelError("No peaks were asked for: pass peaks=... to simulate.")
@@ -264,11 +268,11 @@ class Solution(eqx.Module, Generic[M]):
         return self.system.flat.leaves[self._place(name)[0]].declaration.unit
 
     @property
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         """What `simulate` was asked for: times, tolerances, limits, solver."""
-        return self._numbers | dict(self._choices)
+        return {**self._numbers, **dict(self._choices)}
 
-    def _described(self) -> dict[str, Any]:
+    def _described(self) -> dict[str, object]:
         """For the file that it is saved to."""
         return {
             "model": self.system.name,
@@ -297,7 +301,9 @@ class Solution(eqx.Module, Generic[M]):
         """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
         return to_xarray(self, items, units)
 
-    def plot(self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Any = None) -> np.ndarray:
+    def plot(
+        self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Panels | None = None
+    ) -> np.ndarray:
         """Draw variables over time, a panel for each unit; returns the matplotlib axes.
 
         - `items`: paths, scalar functions of the variables, or several of both by label, as in

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from .._errors import ModelError
-from .._extras import Axes, panels
+from .._extras import Axes, Panels, panels
 from .columns import Column, Item, columns
 from .solution import Solution
 
 
 def plot_solution(
-    solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Any
+    solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Panels | None
 ) -> np.ndarray:
     """A panel for each unit; see `Solution.plot`."""
     found = columns(solution, items or _states(solution), units)
@@ -34,7 +34,7 @@ def compare(
     *items: Item,
     units: Sequence[str] = (),
     events: bool = False,
-    axes: Any = None,
+    axes: Panels | None = None,
 ) -> np.ndarray:
     """Draw several runs over each other, a panel for each variable or expression; returns the matplotlib axes.
 
@@ -70,7 +70,7 @@ def _common_states(solutions: Sequence[Solution]) -> list[str]:
     return [name for name in _states(solutions[0]) if all(name in other for other in solutions[1:])]
 
 
-def axes_below(axes: Any, count: int) -> np.ndarray:
+def axes_below(axes: Panels | None, count: int) -> np.ndarray:
     """So many axes over time, one below the other, unless they are given."""
     axes = panels(axes, count, 1, (7.0, 1.0 + 1.7 * count), sharex=True)[:, 0]
     for ax in axes:

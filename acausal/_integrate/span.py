@@ -2,13 +2,13 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
 
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .state_vector import StateVector, Vector
@@ -24,7 +24,7 @@ class Span(diffrax.AbstractLocalInterpolation):
     memory: Vector  # at the end
     layout: StateVector = eqx.field(static=True)
 
-    def evaluate(self, t0: Numbers, t1: Any | None = None, left: bool = True) -> Vector:
+    def evaluate(self, t0: Numbers, t1: Numbers | None = None, left: bool = True) -> Vector:
         """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
         if t1 is not None:
             return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
@@ -54,6 +54,6 @@ class SpanOf:
     layout: StateVector
 
     def __call__(
-        self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, memory: Vector, **info: Any
+        self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, memory: Vector, **info: PyTree
     ) -> Span:
         return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)

@@ -1,12 +1,14 @@
 """The search for start values, together with the modes that they imply."""
 
 import functools as ft
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._declare.past import Past
 from .._evaluate.constraints import CLOSE, placed
@@ -37,7 +39,7 @@ class Outcome(NamedTuple):
     refused: Array
     is_open: Numbers
     unmet: Array
-    params: dict[int, Any]  # those found, by number
+    params: Mapping[int, Numbers]  # those found, by number
     is_bad: Array
     past: Past | None
 
@@ -65,7 +67,7 @@ class _Searches:
         if problem.system.initial_equations is not None:
             self._own = Search(problem.of_components.residual, constraints.sizes, own)
 
-    def best(self, x0: Array, unknowns: Array, values: Values, easier: Values | None) -> tuple[Ends, Any]:
+    def best(self, x0: Array, unknowns: Array, values: Values, easier: Values | None) -> tuple[Ends, Array]:
         """What each of them ends at, from states x0 and further unknowns, and what is lacking there."""
         x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
@@ -75,12 +77,12 @@ class _Searches:
             shift = jnp.where(k == 0, 0.0, guess - unknowns)
             return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
 
-        def another(found: Any) -> Any:
+        def another(found: PyTree) -> PyTree:
             k, first = found[0], found[1:]
             new = attempt(k)
             return k + 1, *jax.tree.map(lambda a, b: jnp.where((k == 0) | is_met(new[2]), a, b), new, first)
 
-        def goes_on(found: Any) -> Array:
+        def goes_on(found: PyTree) -> Array:
             return (found[0] == 0) | (~is_met(found[3]) & (found[0] < len(self._guesses)))
 
         if len(self._guesses) == 1:
@@ -112,11 +114,11 @@ def search_start(
     problem: Problem,
     params: ModelParameters,
     easy: ModelParameters | None,
-    starts: Any,
-    t0: Any,
-    constants: list[Any],
+    starts: Array,
+    t0: Array,
+    constants: list[Numbers],
     past: Past | None,
-) -> tuple[Outcome, dict[int, Any]]:
+) -> tuple[Outcome, dict[int, Numbers]]:
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
@@ -127,14 +129,14 @@ def search_start(
         easier = Values(easy_inputs, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
-    def root(discrete: Array | None) -> tuple[Ends, Any]:
+    def root(discrete: Array | None) -> tuple[Ends, Array]:
         here = None if easy is None else easier.in_modes(system, discrete)
         return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
 
     def followed(best: Ends, discrete: Array) -> Ends:
         return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
 
-    def at(best: Ends, given: Given) -> tuple[Any, Given]:
+    def at(best: Ends, given: Given) -> tuple[Array, Given]:
         return best.whole[states], trim.given(best.whole, jax.lax.stop_gradient(sizes), given)
 
     if system.events is None:

@@ -5,9 +5,11 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.past import Past
 from .._evaluate.system import System
+from .._numbers import Numbers
 from .._tracing import is_traced
 from .no_start import report_no_start
 from .options import check_begun_late
@@ -16,8 +18,8 @@ from .start_search import search_start
 
 
 def started(
-    system: System, leaves: Sequence[Any], t0: Any, past: Past | None, *, throw: bool = True
-) -> tuple[list[Any], Any]:
+    system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
+) -> tuple[list[Numbers | None], Array | None]:
     """The leaves of a model, with start values that meet its initial equations; and 1 where there are none, else 0.
 
     They are then in the modes that the start values imply, past events have happened. Raises `SimulationError` where

@@ -1,6 +1,6 @@
 """What is at the start of a run, before anything is integrated: past events, and what they lead to."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import diffrax
 import jax.numpy as jnp
@@ -78,7 +78,7 @@ def why_ended(system: System, outcome: float, holds: Array) -> str:
     return sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)
 
 
-def refusal(events: EventSet, refused: Any) -> str:
+def refusal(events: EventSet, refused: Array | np.ndarray) -> str:
     """What the first component says that cannot do what is asked of it."""
     label = events.labels[int(np.argmax(refused))]
     return f"{label}: {events.reasons[label]}"

@@ -8,6 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._equinox_private import unvmap_any
 from .._numbers import Numbers
@@ -44,11 +45,11 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
 
     solver: Any
     layout: StateVector = eqx.field(static=True)
-    project: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
-    remember: Callable[[Any, Any, Any], Any] | None = eqx.field(static=True)
+    project: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
+    remember: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
     peaks: Peaks | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
-    begin: Any  # the `EventState` to start with, None without events
+    begin: EventState | None  # the `EventState` to start with, None without events
 
     @property
     def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -76,7 +77,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
     def error_order(self, terms: Any) -> int:
         return self.solver.error_order(terms)
 
-    def init(self, terms: Any, t0: Numbers, t1: Any, y0: Vector, args: Given) -> SolverState:
+    def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> SolverState:
         inner = self.solver.init(terms, t0, t1, self.layout.core(y0), args.carrying(y0[self.layout.carried]))
         return SolverState(inner, self.begin)
 
@@ -87,8 +88,15 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
 
     @eqx.filter_jit  # diffrax traces a step several times
     def step(
-        self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: SolverState, made_jump: Any
-    ) -> tuple[Vector, Vector, dict[str, Any], SolverState, diffrax.RESULTS]:
+        self,
+        terms: Any,
+        t0: Any,
+        t1: Any,
+        y0: Vector,
+        args: Given,
+        solver_state: SolverState,
+        made_jump: Numbers,
+    ) -> tuple[Vector, Vector, dict[str, PyTree], SolverState, diffrax.RESULTS]:
         layout, state = self.layout, solver_state.events
         carried = y0[layout.carried]
         end = t1 if state is None else short_of(t1, y0[layout.next_instant], args)
@@ -145,7 +153,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
         unchanged = EventState(
-            found.holds, idle, found.point, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
+            found.holds, idle, found.seen, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
         )
 
         def happening() -> tuple[Vector, EventState]:
@@ -161,7 +169,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, found.point, due, settled.record, mark, crowd, found.is_any
+                settled.holds, settled.fresh, found.seen, due, settled.record, mark, crowd, found.is_any
             )
 
         def idling() -> tuple[Vector, EventState]:

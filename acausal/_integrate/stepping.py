@@ -3,12 +3,13 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable
-from typing import Any
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._evaluate.invariants import onto_invariants
 from .._numbers import Numbers
@@ -26,11 +27,11 @@ from .settle import settle
 from .stepper import Stepper
 
 
-def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
+def term_of(settings: Settings) -> Callable[[PyTree, PyTree, PyTree], PyTree]:
     """The vector field for a solver: of the core where it is told what is carried along, else of the whole vector."""
     field, layout = vector_field(settings), settings.layout
 
-    def rates(t: Numbers, y: Array, given: Given) -> Numbers:
+    def rates(t: Array, y: Array, given: Given) -> Numbers:
         if given.carried is not None:
             return field(t, y, given)
         carried = y[layout.carried]
@@ -39,7 +40,7 @@ def term_of(settings: Settings) -> Callable[[Any, Any, Any], Any]:
     return rates
 
 
-def solver_of(settings: Settings, events: RunEvents | None, begin: EventState | None) -> Any:
+def solver_of(settings: Settings, events: RunEvents | None, begin: EventState | None) -> diffrax.AbstractSolver:
     """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
     if system.mass is not None:

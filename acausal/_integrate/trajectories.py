@@ -2,12 +2,12 @@
 
 import functools as ft
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
@@ -40,7 +40,7 @@ def both_sides(
     return xp.concatenate([before, rows])[order]
 
 
-def over_batch(function: Callable[..., Any], dimensions: int) -> Callable[..., Any]:
+def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:
     """The function mapped over leading axes of all its arguments."""
     return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
 

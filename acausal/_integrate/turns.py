@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
-from .interval import Point, advance, over, seen
+from .interval import Seen, advance, over, seen
 
 NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
 TURN = 0.25 * math.pi  # most by which the fastest angle turns on a part, so that the square of a sine turns once there
@@ -39,10 +40,10 @@ class _Walk(NamedTuple):
     `last` is the point that was looked at before, `x` the time that is looked at next.
     """
 
-    node: Point
-    low: Point
-    high: Point
-    last: Point
+    node: Seen
+    low: Seen
+    high: Seen
+    last: Seen
     part: Array
     fall: Array
     narrows: Array
@@ -52,7 +53,7 @@ class _Walk(NamedTuple):
     top: Turn
 
 
-def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, best: Array) -> Turn:
+def highest_turns(values: Callable[[Array], Array], start: Numbers, end: Numbers, best: Array) -> Turn:
     """For each function the turn between two times that leads highest, if any leads beyond the `best` so far.
 
     Rates are looked at at both ends and in the middle; and in more places where an angle, of which a sine is taken, or
@@ -67,7 +68,7 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
         new = points._replace(g=jnp.diagonal(points.g), rate=jnp.diagonal(points.rate))
         return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
 
-    def walked(walk: _Walk, new: Point) -> _Walk:
+    def walked(walk: _Walk, new: Seen) -> _Walk:
         """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
@@ -90,12 +91,12 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
             x=jnp.where(is_far, back, jnp.where(opens, secant, onward(new))),
         )
 
-    def onward(node: Point) -> Array:
+    def onward(node: Seen) -> Array:
         speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
         part = jnp.maximum(over(TURN * jnp.ones(n), speed), LEAST * width)
         return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
 
-    def narrowed(walk: _Walk, new: Point) -> _Walk:
+    def narrowed(walk: _Walk, new: Seen) -> _Walk:
         """After a look between `low` and `high`."""
         rises = new.rate > 0.0
         low, high = _pick(rises, new, walk.low), _pick(rises, walk.high, new)
@@ -130,7 +131,7 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
     nothing, none = jnp.zeros(n), jnp.zeros(n, bool)
     angles = jax.eval_shape(lambda t: seen(values, t), start).angle.shape
     unknown = jnp.full((n, *angles), jnp.inf)
-    point = Point(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
+    point = Seen(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
     begin = _Walk(
         node=point, low=point, high=point, last=point, part=nothing, fall=nothing, narrows=none,
         age=jnp.zeros(n, int), x=jnp.full(n, start), best=best, top=Turn(point.t, point.t, nothing - 1.0, ~none, none),
@@ -138,12 +139,12 @@ def highest_turns(values: Callable[[Any], Array], start: Numbers, end: Numbers, 
     return jax.lax.while_loop(is_on_the_way, look, begin).top
 
 
-def _within(x: Array, low: Point, high: Point, part: Array) -> Array:
+def _within(x: Array, low: Seen, high: Seen, part: Array) -> Array:
     """A time between two others, not quite at either, so that both close in on what is near one of them."""
     least = 0.5 * CLOSE * part
     return jnp.clip(x, low.t + least, high.t - least)
 
 
-def _pick(condition: Array, a: Any, b: Any) -> Any:
+def _pick(condition: Array, a: PyTree, b: PyTree) -> PyTree:
     """Function by function one or the other."""
     return jax.tree.map(lambda x, y: jnp.where(condition.reshape(-1, *[1] * (x.ndim - 1)), x, y), a, b)

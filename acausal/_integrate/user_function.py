@@ -13,12 +13,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.tree_util import PyTreeDef
+from jaxtyping import PyTree
 
 from .._declare.component import Component
 from .._declare.node import nodes_of
 from .._errors import ModelError
 from .._fingerprint import NoFingerprintError, fingerprint
-from .._jax_private import ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
+from .._jax_private import Atom, ClosedJaxpr, Jaxpr, Literal, Var, jaxpr_as_fun
+from .._numbers import Numbers
 from .._reduce.bounds import check_bounds
 from .._reduce.flat_model import FlatModel
 from .._reduce.jaxpr import assembled, is_floating, structs
@@ -35,19 +38,19 @@ class UserFunction:
     text: str
     closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
     leaves: tuple[int, ...]  # the leaves of the model that it reads; those of a second argument are counted on
-    tree: Any  # the structure in which the function returned its results
-    owner: Any = dataclasses.field(default=None, compare=False)  # what `text` names by its address
+    tree: PyTreeDef  # the structure in which the function returned its results
+    owner: object = dataclasses.field(default=None, compare=False)  # what `text` names by its address
 
     @property
     def n_outputs(self) -> int:
         return self.tree.num_leaves
 
-    def __call__(self, constants: list[Array], values: list[Array]) -> list[Array]:
+    def __call__(self, constants: Sequence[Numbers], values: Sequence[Numbers]) -> list[Array]:
         """Evaluate from the constants and the values of `leaves`."""
         return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
 
-_traced: dict[Hashable, tuple[UserFunction, list[Any]]] = {}
+_traced: dict[Hashable, tuple[UserFunction, list[Numbers]]] = {}
 _MOST = 512  # traces that are kept
 
 
@@ -55,7 +58,7 @@ VARIABLES = "the variables, s"
 DERIVATIVES = "their derivatives, d"
 
 
-def as_function(value: Any, what: str, given: Sequence[str] = (VARIABLES,)) -> Callable[..., Any]:
+def as_function(value: object, what: str, given: Sequence[str] = (VARIABLES,)) -> Callable[..., PyTree]:
     """What a user gives for a function, which is called with what is `given`."""
     if not callable(value):
         raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
@@ -68,7 +71,9 @@ def as_function(value: Any, what: str, given: Sequence[str] = (VARIABLES,)) -> C
     return value
 
 
-def trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int = 1) -> tuple[UserFunction, list[Any]]:
+def trace(
+    function: Callable[..., PyTree], flat: FlatModel, what: str, n_views: int = 1
+) -> tuple[UserFunction, list[Numbers]]:
     """A user's function of `n_views` views of the model, and the numbers it holds.
 
     It is traced once where it surely computes the same again.
@@ -103,7 +108,7 @@ def _key_of(function: Callable[..., Any]) -> Hashable | None:
     return None
 
 
-def _refers_to(function: Any) -> tuple[Any, ...]:
+def _refers_to(function: object) -> tuple[object, ...]:
     """The code of a plain function and what it refers to; anything else itself."""
     if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
         return (function,)
@@ -123,10 +128,12 @@ _NUMBERS = (bool, int, float)
 _LIBRARIES = frozenset(map(id, (jax, jnp, np, math)))  # modules that do not change
 
 
-def _trace(function: Callable[..., Any], flat: FlatModel, what: str, n_views: int) -> tuple[UserFunction, list[Any]]:
-    trees: list[Any] = []
+def _trace(
+    function: Callable[..., PyTree], flat: FlatModel, what: str, n_views: int
+) -> tuple[UserFunction, list[Numbers]]:
+    trees: list[PyTreeDef] = []
 
-    def of_leaves(*values: Any) -> list[Array]:
+    def of_leaves(*values: Array) -> list[Array]:
         views = [flat.structure.unflatten(values[i : i + len(shapes)]) for i in range(0, len(values), len(shapes))]
         results, tree = jax.tree_util.tree_flatten(function(*views))
         trees.append(tree)
@@ -171,13 +178,13 @@ def _check_real(results: list[Array], what: str) -> None:
             )
 
 
-def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Any]]:
+def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Numbers]]:
     """The jaxpr with its constants and its literal numbers turned into leading inputs."""
     jaxpr = closed.jaxpr
-    variables: list[Any] = list(jaxpr.constvars)
-    constants: list[Any] = list(closed.consts)
+    variables: list[Var] = list(jaxpr.constvars)
+    constants: list[Numbers] = list(closed.consts)
 
-    def lift(atom: Any) -> Any:
+    def lift(atom: Atom) -> Atom:
         if not isinstance(atom, Literal) or not is_floating(atom):
             return atom
         variables.append(Var(atom.aval))

@@ -4,11 +4,12 @@ takes, and samples between which it looks something up.
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
 from .jaxpr import bind, called, differentiable_call, interpreted, is_floating, shape_of
@@ -25,11 +26,11 @@ class Traced(NamedTuple):
     """
 
     value: Array
-    angles: Any
-    steps: Any
+    angles: Array
+    steps: Array
 
 
-def with_angles(function: Callable[[Any], Any]) -> Callable[[Any], Traced]:
+def with_angles(function: Callable[[Array], PyTree]) -> Callable[[Array], Traced]:
     """The function, and what turns in it, besides what a loop inside it computes."""
 
     def both(x: Array) -> Traced:
@@ -92,7 +93,7 @@ def _looks_up(eqn: JaxprEqn) -> bool:
     return is_search and len(shape_of(table)) > 0
 
 
-def _place(table: Any, x: Array, rank: int) -> Array:
+def _place(table: Array, x: Array, rank: int) -> Array:
     """Where x is among the samples of a table; a whole number at each of them. What is found has `rank` axes."""
     if table.ndim > 1:  # those of an array of components, with one x for each of them, or for all
         axis = 0 if jnp.ndim(x) == rank else None

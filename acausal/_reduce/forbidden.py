@@ -1,6 +1,6 @@
 """What stands where a component's own code may use nothing."""
 
-from typing import Any
+from typing import NoReturn
 
 from .._errors import ModelError
 
@@ -11,10 +11,10 @@ class Forbidden:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def _raise(self, *args: Any) -> Any:
+    def _raise(self, *args: object) -> NoReturn:
         raise ModelError(self._text)
 
-    def __getitem__(self, index: Any) -> "Forbidden":
+    def __getitem__(self, index: object) -> "Forbidden":
         return self
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _raise

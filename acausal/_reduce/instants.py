@@ -6,7 +6,7 @@ difference is a margin, zero at an instant; being affine in time between instant
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -32,9 +32,9 @@ class _Value(NamedTuple):
 class _Found:
     """Margins that are zero at instants: `affine` in time, `curved`; `stairs` change their step at integers."""
 
-    affine: list[Any] = dataclasses.field(default_factory=list)
-    stairs: list[Any] = dataclasses.field(default_factory=list)
-    curved: list[Any] = dataclasses.field(default_factory=list)
+    affine: list[Numbers] = dataclasses.field(default_factory=list)
+    stairs: list[Numbers] = dataclasses.field(default_factory=list)
+    curved: list[Numbers] = dataclasses.field(default_factory=list)
 
     def compare(self, margin: Array, degree: int) -> None:
         if degree == 1:
@@ -42,7 +42,7 @@ class _Found:
         elif degree == 2:
             self.curved.append(margin)
 
-    def compare_all(self, values: Array, others: Any, degree: int) -> None:
+    def compare_all(self, values: Array, others: Array, degree: int) -> None:
         """Each of some values with each of others."""
         self.compare(jnp.ravel(values)[:, None] - jnp.ravel(others), degree)
 
@@ -67,14 +67,14 @@ class Instants:
     def n_curved(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.closed.out_avals[self.n_scheduled :])
 
-    def margins(self, t: Numbers, known: Sequence[Array]) -> list[Array]:
+    def margins(self, t: Numbers, known: Sequence[Numbers]) -> list[Array]:
         return list(jaxpr_as_fun(self.closed)(t, *known))
 
-    def curved(self, t: Numbers, known: Sequence[Any]) -> Array:
+    def curved(self, t: Numbers, known: Sequence[Numbers]) -> Array:
         """The margins whose zeros cannot be told in advance, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
-    def following(self, t: Numbers, known: Sequence[Array], direction: Array) -> Array:
+    def following(self, t: Numbers, known: Sequence[Numbers], direction: Array) -> Array:
         """The first instant after t in the direction of time; infinite if there is none."""
 
         def scheduled(t: Numbers) -> tuple[Array, Array]:
@@ -102,14 +102,14 @@ def _flat(values: Sequence[Array]) -> Array:
     return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(value) for value in values)])
 
 
-def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[Any]) -> Instants | None:
+def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[tuple[int, ...]]) -> Instants | None:
     """Where the outputs of a jaxpr change their law, as far as time and known inputs tell; None where they never do.
 
     `Instants.closed` takes a scalar time, then the known inputs, which have the given `shapes`.
     """
     counts: list[tuple[int, int]] = []
 
-    def traced(t: Numbers, *known: Any) -> list[Array]:
+    def traced(t: Numbers, *known: Array) -> list[Array]:
         remaining, found = iter(known), _Found()
         items = [_input(item, var.aval, t, remaining) for item, var in zip(inputs, closed.jaxpr.invars, strict=True)]
         _walk(closed, items, found)
@@ -121,7 +121,7 @@ def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[
     return Instants(made, *counts[-1]) if made.jaxpr.outvars else None
 
 
-def _input(item: Knowledge, aval: Any, t: Numbers, known: Any) -> _Value | None:
+def _input(item: Knowledge, aval: Any, t: Numbers, known: Iterator[Array]) -> _Value | None:
     if item == "unknown":
         return None
     return _Value(jnp.broadcast_to(t, aval.shape), 1) if item == "time" else _Value(next(known), 0)
@@ -160,7 +160,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
     return [_Value(result, degree) for result in results]
 
 
-def _note_loop(values: list[Any], degrees: list[int], found: _Found) -> None:
+def _note_loop(values: list[Array], degrees: list[int], found: _Found) -> None:
     """A loop may compare what moves with all numbers that it is given, as a search in a sorted list does."""
     real = [(x, degree) for x, degree in zip(values, degrees, strict=True) if jnp.issubdtype(x.dtype, jnp.floating)]
     for x, degree in real:

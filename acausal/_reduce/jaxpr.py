@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._errors import ModelError
-from .._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
+from .._jax_private import Atom, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
 from .._numbers import Numbers
 
 T = TypeVar("T")
@@ -80,13 +80,13 @@ def check_effects(closed: ClosedJaxpr, where: str) -> None:
 
 
 def assembled(
-    invars: Sequence[Any], outvars: Sequence[Any], eqns: Sequence[JaxprEqn], constvars: Sequence[Any] = ()
+    invars: Sequence[Var], outvars: Sequence[Atom], eqns: Sequence[JaxprEqn], constvars: Sequence[Var] = ()
 ) -> Jaxpr:
     """A jaxpr of equations without side effects."""
     return Jaxpr(constvars, invars, outvars, eqns, debug_info=DebugInfo("acausal", "equation", None, None))
 
 
-def as_function(closed: ClosedJaxpr) -> Callable[..., Any]:
+def as_function(closed: ClosedJaxpr) -> Callable[..., Array]:
     """The jaxpr with one output as a function of its inputs."""
     function = jaxpr_as_fun(closed)
     return lambda *args: function(*args)[0]

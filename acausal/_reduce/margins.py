@@ -13,15 +13,15 @@ from .jaxpr import bind, called, interpreted, is_floating
 from .logic import Expression, both, choice, differ, either, folded, mapped, negation
 
 LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
-_Known: TypeAlias = tuple[Any, np.ndarray | None]  # a value, and expressions for its elements, where there are any
+_Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and expressions for its elements, where there are any
 
 
-def _margin_of(difference: Callable[[Any, Any], Any], of_equals: float) -> Callable[[Any, Any], Any]:
+def _margin_of(difference: Callable[[Array, Array], Array], of_equals: float) -> Callable[[Array, Array], Array]:
     """The difference, which keeps its derivative where it is zero."""
     return lambda a, b: difference(a, b) + jnp.where(a == b, of_equals, 0.0)
 
 
-_RELATIONS: dict[str, Callable[[Any, Any], Any]] = {
+_RELATIONS: dict[str, Callable[[Array, Array], Array]] = {
     "gt": _margin_of(lambda a, b: a - b, -LEAST),
     "ge": _margin_of(lambda a, b: a - b, LEAST),
     "lt": _margin_of(lambda a, b: b - a, -LEAST),
@@ -42,7 +42,7 @@ _FOLDED: dict[str, Callable[..., Expression]] = {"reduce_and": both, "reduce_or"
 _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 
 
-def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple[list[Any], list[np.ndarray]]:
+def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple[list[Array], list[np.ndarray]]:
     """The margins of the relations that the first outputs of a jaxpr are made of, and for each of these outputs an
     array of expressions in the elements of the margins, which are numbered one after the other.
 
@@ -50,12 +50,12 @@ def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple
     is neither a relation between real numbers nor made of them, such as a comparison of modes, has the margin 1 or -1.
     A real output is its own margin.
     """
-    margins: list[Any] = []
+    margins: list[Array] = []
     outputs = _walk(closed, [(value, None) for value in inputs], margins)[:count]
     return margins, [_expressions(value, found, margins) for value, found in outputs]
 
 
-def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], margins: list[Any]) -> list[_Known]:
+def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], margins: list[Array]) -> list[_Known]:
     """The values of the outputs with their expressions."""
 
     def outputs(eqn: JaxprEqn, args: list[_Known]) -> list[_Known]:

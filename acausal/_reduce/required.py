@@ -16,6 +16,7 @@ from .._declare.node import Node
 from .._declare.requirements import named, parameters_of, stated
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, Literal, jaxpr_as_fun
+from .._numbers import Numbers
 from .._tracing import is_traced
 from .forbidden import Forbidden
 from .jaxpr import assembled, structs
@@ -49,7 +50,7 @@ class Required:
     told: tuple[tuple[int, ...], ...]  # the slots whose values each text is about
     never: tuple[str, ...]  # those that cannot hold, whatever the numbers
 
-    def __call__(self, *values: Any) -> Array:
+    def __call__(self, *values: Numbers) -> Array:
         return jnp.stack(jaxpr_as_fun(self.jaxpr)(*values))
 
 
@@ -64,7 +65,7 @@ def required(kind: "Kind") -> Required:
     never: list[str] = []
     read: list[tuple[int, ...]] = []
 
-    def holds(*values: Any) -> list[Array]:
+    def holds(*values: Array) -> list[Array]:
         leaves: list[Any] = [_no_parameter(kind.cls.__name__, name) for name in kind.names]
         for slot, value in zip(params, values, strict=True):
             leaves[slot] = value

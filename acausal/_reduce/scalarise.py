@@ -1,8 +1,7 @@
 """Equations between arrays as equations between their elements, for models that determine an array piece by piece."""
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -39,7 +38,7 @@ def elements_of(array: Array) -> np.ndarray:
     return objects(values, jnp.shape(array))
 
 
-def objects(values: Sequence[Any], shape: tuple[int, ...]) -> np.ndarray:
+def objects(values: Sequence[object], shape: tuple[int, ...]) -> np.ndarray:
     """An array of objects, which numpy must not try to look into."""
     array = np.empty(len(values), dtype=object)
     for i, value in enumerate(values):
@@ -98,7 +97,7 @@ def _summed(array: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
     return objects([sum(row[1:], row[0]) for row in rows], shape)
 
 
-def _dot(a: np.ndarray, b: np.ndarray, axes_a: Any, axes_b: Any) -> np.ndarray:
+def _dot(a: np.ndarray, b: np.ndarray, axes_a: Iterable[int], axes_b: Iterable[int]) -> np.ndarray:
     products = np.tensordot(a.astype(object), b.astype(object), (tuple(axes_a), tuple(axes_b)))
     return products if isinstance(products, np.ndarray) else objects([products], ())
 

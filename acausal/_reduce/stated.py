@@ -52,7 +52,7 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
     inputs += [Input(slot, 1, "var") for slot in variables]
     checks: dict[str, bool] = {}  # by name of the equation
 
-    def residuals(*values: Any) -> tuple[Array, ...]:
+    def residuals(*values: Array) -> tuple[Array, ...]:
         self = kind.component(values[: len(roles)])
         d_leaves: list[Any] = [_no_derivative(where, name) for name in kind.names]
         for slot, value in zip(variables, values[len(roles) :], strict=True):
@@ -94,7 +94,7 @@ def _by_element(template: Template) -> list[Template]:
     for item, shape in zip(template.inputs, shapes, strict=True):
         inputs += [item._replace(element=i) for i in range(math.prod(shape))] if item.source == "var" else [item]
 
-    def residuals(*values: Any) -> list[Array]:
+    def residuals(*values: Array) -> list[Array]:
         remaining, arrays = list(values), []
         for item, shape in zip(template.inputs, shapes, strict=True):
             if item.source == "var":

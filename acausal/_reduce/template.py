@@ -2,7 +2,8 @@
 
 import dataclasses
 import functools as ft
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -83,7 +84,7 @@ class Template:
         position = {item: i for i, item in enumerate(inputs)}
         residual = as_function(self.jaxpr)
 
-        def derivative(*values: Any) -> Numbers:
+        def derivative(*values: Array) -> Numbers:
             tangents = []
             for item, value in zip(self.inputs, values, strict=False):
                 if item.source == "var":
@@ -112,7 +113,7 @@ class Template:
         return self if times == 0 else self.derivative.differentiated(times - 1)
 
 
-def _rate(residual: Any, point: tuple[Array, ...], tangents: list[Array], alone: int | None) -> Array:
+def _rate(residual: Callable[..., Array], point: tuple[Array, ...], tangents: list[Array], alone: int | None) -> Array:
     """The derivative of a residual in the direction of `tangents`.
 
     The slope by an input that is `alone` in entering non-linearly is taken by itself: it is likely to stand elsewhere
@@ -126,7 +127,13 @@ def _rate(residual: Any, point: tuple[Array, ...], tangents: list[Array], alone:
 
 
 def sliced(
-    name: str, owner: Kind | None, closed: ClosedJaxpr, output: int, inputs: Any, signs: Any, level: int
+    name: str,
+    owner: Kind | None,
+    closed: ClosedJaxpr,
+    output: int,
+    inputs: Sequence[Input],
+    signs: Sequence[frozenset[int]],
+    level: int,
 ) -> Template:
     """One output of a jaxpr as a template, with the inputs that it reads."""
     piece = slice_output(closed, output)
@@ -140,7 +147,7 @@ def sliced(
 def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template:
     """A sum with fixed factors is zero, as that of the flows at a connection of several ports by Kirchhoff's law."""
 
-    def residual(*values: Any) -> Numbers:
+    def residual(*values: Array) -> Numbers:
         terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]
         return sum(terms[1:], terms[0]) if terms else jnp.zeros(shape)
 

@@ -150,7 +150,7 @@ class BondGraph:
         found = self.places[place]
         return f"{found.kind}:{found.name or place}"
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw it with half arrows and causal strokes, coloured by domain; returns the matplotlib axes."""
         from .bond_plot import plot_bond_graph
 

@@ -16,7 +16,7 @@ TIED = "#b00020"  # colour of the name of a store whose energy variable is not f
 STROKE, HALF = 0.09, 0.12  # inches: half a causal stroke, and a half arrow
 
 
-def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Any:
+def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Axes:
     """See `BondGraph.plot`."""
     sizes = np.array([_size(graph, i) for i in range(len(graph.places))]).reshape(-1, 2)
     edges = np.array([(bond.tail, bond.head) for bond in graph.bonds], dtype=int).reshape(-1, 2)

@@ -70,7 +70,7 @@ class Diagram:
             for box, port in joint.ports:
                 yield f'  "joint {number}" -- "{box}" [{colour}, headlabel="{port}"];'
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw components as boxes and connections as lines, coloured by domain; returns the matplotlib axes."""
         from .diagram_plot import plot_diagram
 

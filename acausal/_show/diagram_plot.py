@@ -1,7 +1,5 @@
 """The picture of a diagram, laid out without other programs; needs matplotlib."""
 
-from typing import Any
-
 import numpy as np
 import scipy
 
@@ -13,7 +11,7 @@ HEIGHT, PER_LETTER, MARGIN = 0.46, 0.078, 0.24  # inches, of boxes
 ROUNDS = 300
 
 
-def plot_diagram(diagram: Diagram, ax: Axes | None) -> Any:
+def plot_diagram(diagram: Diagram, ax: Axes | None) -> Axes:
     """See `Diagram.plot`."""
     names = list(diagram.boxes)
     sizes = np.array([_size(name, diagram.boxes[name]) for name in names]).reshape(-1, 2)

@@ -1,7 +1,6 @@
 """`structure`: what the engine made of a model, for a person to read."""
 
 import dataclasses
-from typing import Any
 
 from .._declare.component import Component
 from .._evaluate.building import system_of
@@ -55,7 +54,7 @@ class Structure:
     def __str__(self) -> str:
         return "\n".join(_lines(self))
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the block-triangular incidence: equations down, unknowns across; returns the matplotlib axes."""
         from .structure_plot import plot_structure
 

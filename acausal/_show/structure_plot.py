@@ -1,7 +1,5 @@
 """A picture of the structure of a system; needs matplotlib."""
 
-from typing import Any
-
 import numpy as np
 
 from .._evaluate.system import System
@@ -11,7 +9,7 @@ from .._reduce.sort import Sorted
 _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:red"}
 
 
-def plot_structure(system: System, ax: Axes | None) -> Any:
+def plot_structure(system: System, ax: Axes | None) -> Axes:
     """Incidence of the sorted equations, blocks outlined, tearing variables and residual equations marked."""
     ordered = system.ordered
     rows = [row for torn in system.torn for row in torn.rows]

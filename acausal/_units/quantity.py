@@ -2,11 +2,13 @@
 
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from .._errors import ParameterError
 from .dimension import LENGTH, described
 from .parsing import Unit, UnknownUnit, parsed, pint_unit, registry, unit_of
+
+U = TypeVar("U")
 
 
 def quantity(value: Any, unit: str) -> Any:
@@ -55,13 +57,13 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     return given.to(pint_unit(unit)).magnitude
 
 
-def has_unit(value: Any) -> bool:
+def has_unit(value: object) -> bool:
     """Whether a value is a quantity of pint, whose import costs nothing where there is none."""
     pint = sys.modules.get("pint")
     return pint is not None and isinstance(value, pint.Quantity)
 
 
-def _named(where: str, read: Callable[[str], Any], unit: str) -> Any:
+def _named(where: str, read: Callable[[str], U], unit: str) -> U:
     """What `read` makes of a unit, with an error that says where the unit stands."""
     try:
         return read(unit)

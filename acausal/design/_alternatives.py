@@ -12,12 +12,14 @@ from jaxtyping import Float, Int
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError
+from .._numbers import Scalar
 from ._bounds import number_in
 from ._free import Free
 from ._free_parameters import free_parameters
 from ._sweep import MOST, listed
+from ._types import Function, Key
 
-Figures = Mapping[str, Mapping[str, Any]]  # by table and by name
+Figures = Mapping[str, Mapping[str, object]]  # by table and by name
 
 
 class Alternatives(NamedTuple):
@@ -25,8 +27,8 @@ class Alternatives(NamedTuple):
 
     title: str
     names: tuple[str, ...]
-    paths: tuple[Any, ...]
-    given: tuple[Mapping[Any, Any], ...]
+    paths: tuple[Key, ...]
+    given: tuple[Mapping[Key, object], ...]
     x: Float[np.ndarray, "n k"]
     figure_names: tuple[str, ...]
     figures: Float[np.ndarray, "n f"]
@@ -48,7 +50,7 @@ class Part(Free):
     def with_values(self, model: Any, x: Any) -> Any:
         """The model with other numbers, and the figures by table."""
         n = len(self.variables)
-        found: dict[str, dict[str, Any]] = {}
+        found: dict[str, dict[str, Scalar]] = {}
         for (table, name), value in zip(self.figures, x[n:], strict=True):
             found.setdefault(table, {})[name] = value
         return super().with_values(model, x[:n]), found
@@ -73,7 +75,7 @@ class Structure:
         """The model and the figures of a combination."""
         return self.part.with_values(self.model, self.x[i].tolist())
 
-    def span(self, path: Any) -> tuple[Any, Any]:
+    def span(self, path: Key) -> tuple[object, object]:
         """The least and the largest value that the tables offer for a path, with the units that they have there."""
         for table in self.tables:
             if path in table.paths:
@@ -83,7 +85,7 @@ class Structure:
         raise ModelError(f"The tables hold no {path!r}; they hold {known}.")
 
 
-def structure_of(name: str, model: Component, tables: Mapping[str, Any]) -> Structure:
+def structure_of(name: str, model: Component, tables: Mapping[str, object]) -> Structure:
     """All combinations of tables; raises `ModelError` or `ParameterError` for what is wrong with these."""
     if not isinstance(tables, Mapping) or not tables:
         raise ModelError(f"tables is a dictionary of at least one table, got {tables!r}.")
@@ -132,18 +134,18 @@ def _figures(title: str, names: Sequence[str], rows: Sequence[Any]) -> tuple[tup
     return tuple(rows[0]), found
 
 
-def _label(value: Any) -> str:
+def _label(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def run_of_pair(run: Callable[[Any], Any] | None, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
+def run_of_pair(run: Function | None, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
     """What functions are given out of a model with its figures."""
     model, figures = pair
     return (model if run is None else run(model)), figures
 
 
 def on_pair(function: Callable[..., Any]) -> Callable[[tuple[Any, Figures]], Any]:
-    """A function of a run, or of a run and the figures, as one of the pair of them."""
+    """A function of a run, or of a run and the figures, as a function of the pair (run, figures)."""
     return ft.partial(_with_figures if _takes_two(function) else _without, function)
 
 
@@ -160,6 +162,6 @@ def _without(function: Callable[..., Any], pair: tuple[Any, Figures]) -> Any:
     return function(pair[0])
 
 
-def held(function: Callable[..., Any], figures: Figures) -> Callable[[Any], Any]:
+def held(function: Callable[..., Any], figures: Figures) -> Function:
     """A function of the run alone, with the figures of a combination."""
     return lambda run: on_pair(function)((run, figures))

@@ -5,14 +5,14 @@ import functools as ft
 import threading
 import uuid
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
 from .._declare.component import Component
 from .._equinox_private import members_of
@@ -22,7 +22,7 @@ from .._progress import compiling
 from ._free import Free
 from ._program import Function, Program
 
-LOCKSTEP = 32  # members that are stepped together: of more, most wait for the slowest, and they leave the cache
+LOCKSTEP = 32  # members that are stepped together; more of them wait for the slowest one, and no longer fit the cache
 CHUNK = 256  # members of a task
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
 PROGRAMS = 16  # that a process keeps
@@ -114,22 +114,22 @@ class _Program:
         width = len(task.columns()[0])
 
         @jax.jit
-        def all_batches(arrays: Any, x: Array, batches: Array) -> Any:
+        def all_batches(arrays: PyTree, x: Array, batches: Array) -> PyTree:
             model = eqx.combine(arrays, rest)
 
-            def step(i: Array, found: Any) -> Any:
+            def step(i: Array, found: PyTree) -> PyTree:
                 batch = jax.vmap(lambda row: _one(program, model, row))(x[i])
                 return tuple(whole.at[i].set(part) for whole, part in zip(found, batch, strict=True))
 
             empty = jnp.zeros((*x.shape[:2], width)), jnp.zeros(x.shape[:2], "int32")
-            # As many batches as there are, so that one program does for pieces of any length.
+            # The number of batches is an argument, so that one program serves pieces of any length.
             return jax.lax.fori_loop(0, batches, step, empty)
 
         self._function = ft.partial(all_batches, arrays)
         self._first, self._is_compiled = threading.Lock(), False
 
-    def __call__(self, x: np.ndarray, batches: int) -> Any:
-        # The first piece compiles; were others begun with it, each of their threads would.
+    def __call__(self, x: np.ndarray, batches: int) -> PyTree:
+        # The first piece compiles the program; pieces begun with it would do so again, each in its thread.
         with self._first:
             if not self._is_compiled:
                 found = jax.block_until_ready(self._function(x, batches))

@@ -71,7 +71,7 @@ def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
         raise ParameterError(f"{where}: {value!r} is not a number, nor one with a unit such as '15 mm'.") from error
 
 
-def difference_in(value: Any, unit: str, where: str) -> float:
+def difference_in(value: object, unit: str, where: str) -> float:
     """A difference in `unit`: 2 degC are 2 K, although the temperature of 2 degC is 275.15 K."""
     number, written = number_in(value, unit, where)
     return number - scale_of(written, unit, where).zero

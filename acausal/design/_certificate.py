@@ -19,8 +19,8 @@ from ._solve import At
 from ._task import Point
 
 ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
-DEPENDENT = 1e-6  # by less than which gradients, scaled to length 1, are apart
-SHARE = 1e-3  # in a combination of gradients that vanishes
+DEPENDENT = 1e-6  # gradients, scaled to length 1, depend on each other where they differ by less
+SHARE = 1e-3  # least share of what takes part in a combination of gradients that vanishes
 STEP = 1e-3  # of scaled variables, for differences of gradients
 ROUGH = 1e-3  # a difference of scaled curvatures to both sides that is no rounding
 

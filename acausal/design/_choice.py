@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from ._choice_plot import plot_choice
 from ._design import Design
 from ._limits import Limit, Objective
 from ._optimise import optimise
+from ._types import Function, Key
 
 BROKEN = 1e-9  # share of a limit from which on it is broken
 
@@ -27,7 +28,7 @@ class Asked:
 
     minimise: Mapping[str, Any]
     constraints: Mapping[str, Any]
-    run: Callable[[Any], Any] | None
+    run: Function | None
     failures: Mapping[str, str]
 
 
@@ -123,7 +124,7 @@ class Choice:
                 pair[1] += len(against) == 1 and bool(self.is_computed[i])
         return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
 
-    def continuous(self, *paths: Any, i: int | None = None, **options: Any) -> Design:
+    def continuous(self, *paths: Key, i: int | None = None, **options: Any) -> Design:
         """The continuous optimum: what `optimise` finds from a combination on, by default the best one.
 
         Each of `paths` is free between the least and the largest value that the tables offer for it; other values and
@@ -143,7 +144,7 @@ class Choice:
         free = {path: structure.span(path) for path in paths}
         return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
 
-    def plot(self, ax: Axes | None = None, beside: Any = None) -> Any:
+    def plot(self, ax: Axes | None = None, beside: object = None) -> Any:
         """Feasible combinations by two objectives with the front, or in order by one.
 
         - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.

@@ -1,7 +1,7 @@
 """`choose`: the best combination of what catalogues offer."""
 
 import functools as ft
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,11 @@ from ._alternatives import Structure, on_pair, run_of_pair, structure_of
 from ._bar import bar
 from ._batches import COMPUTED, Outcomes, Task, code_names, said
 from ._choice import Asked, Choice
-from ._limits import Limit, limits_of, objectives_of
+from ._limits import Limit, Objective, limits_of, objectives_of
 from ._pieces import compile_together, evaluated
 from ._store import store_of
 from ._sweep import chunk_of
+from ._types import Executor, Function
 
 Table = Sequence[Mapping[Any, Any]]
 Tables = Mapping[str, Table]
@@ -25,13 +26,13 @@ Tables = Mapping[str, Table]
 def choose(
     model: Component | Mapping[str, Component],
     tables: Tables | Mapping[str, Tables],
-    minimise: Any,
+    minimise: object,
     *,
-    run: Callable[[Any], Any] | None = None,
-    constraints: Mapping[str, Any] | None = None,
+    run: Function | None = None,
+    constraints: Mapping[str, object] | None = None,
     failures: Mapping[str, str] | None = None,
     store: str | Path | None = None,
-    executor: Any = None,
+    executor: Executor | None = None,
     progress: bool | None = None,
 ) -> Choice:
     """Run all combinations of what tables offer, and say which are feasible, which is best and what rules others out.
@@ -102,7 +103,9 @@ def _structures(model: Any, tables: Any) -> tuple[Structure, ...]:
     return tuple(structure_of(name, one, tables[name]) for name, one in model.items())
 
 
-def _check_owners(structure: Structure, own: Sequence[str], first: Sequence[str], objectives: Any) -> None:
+def _check_owners(
+    structure: Structure, own: Sequence[str], first: Sequence[str], objectives: Sequence[Objective]
+) -> None:
     for name in (objective.name for objective in objectives):
         if own.count(name) != 1:
             raise ModelError(f"{name} returned {own.count(name)} numbers: what is minimised is one.")

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._declare.by_name import replace
 from .._declare.component import Component
@@ -15,6 +16,7 @@ from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError
 from .._integrate.options import count, flag
 from .._integrate.simulate import simulate
+from .._numbers import Numbers
 from ._bounds import number_in
 from ._course import GAPS, LEAST_WHOLE, PLANT, WHOLE, Course, course_of
 from ._free_parameters import free_parameters
@@ -22,6 +24,7 @@ from ._horizon import Horizon, Runs, Shooting, nodes_of
 from ._limits import Objective, limits_of, objectives_of
 from ._optimise import optimise
 from ._solve import Method
+from ._types import ByPath, Function, Key
 
 M = TypeVar("M", bound=Component)
 LEAST = 1e-3  # share of the largest duration that an interval keeps, where the instants of samples are free
@@ -29,16 +32,16 @@ LEAST = 1e-3  # share of the largest duration that an interval keeps, where the 
 
 def control(
     model: M,
-    signals: Mapping[str, Any],
-    duration: Any,
-    minimise: Any = None,
+    signals: Mapping[str, object],
+    duration: object,
+    minimise: object = None,
     *,
     end: Mapping[str, Any] | None = None,
     path: Mapping[str, Any] | None = None,
-    free: Mapping[Any, Any] | None = None,
+    free: ByPath[object] | None = None,
     segments: int = 1,
     switching: bool = False,
-    guess: Mapping[str, Any] | None = None,
+    guess: Mapping[str, object] | None = None,
     rtol: float = 1e-9,
     options: Mapping[str, Any] | None = None,
     method: Method = "SLSQP",
@@ -108,7 +111,7 @@ def control(
     return course_of(found, shooting)
 
 
-def _times(model: Component, signals: Mapping[str, Any], duration: Any) -> tuple[float, float, np.ndarray]:
+def _times(model: Component, signals: Mapping[str, object], duration: object) -> tuple[float, float, np.ndarray]:
     """The least and the largest duration, and times of samples to begin with."""
     if not isinstance(model, Component):
         raise ModelError(f"{model!r} is no component: control a model.")
@@ -132,7 +135,7 @@ def _times(model: Component, signals: Mapping[str, Any], duration: Any) -> tuple
     return low, high, times * first / times[-1]
 
 
-def _objective(minimise: Any, is_free: bool) -> Objective:
+def _objective(minimise: object, is_free: bool) -> Objective:
     """What is minimised: the duration, or an integral whose rate the objective's function is."""
     if minimise is None and not is_free:
         raise ModelError("There is nothing to minimise: give bounds for the duration, or a rate as `minimise`.")
@@ -151,7 +154,7 @@ def _check_limits(path: Mapping[str, Any], end: Mapping[str, Any]) -> None:
             raise ModelError(f"{name} is the name of a limit at the end and of one on the way. Rename one.")
 
 
-def _run(path: Mapping[str, Any], minimise: Any, options: Mapping[str, Any]) -> Callable[..., Any]:
+def _run(path: Mapping[str, Any], minimise: object, options: Mapping[str, Any]) -> Callable[..., Any]:
     """The run of a model between two times, with its cost and the peaks that are limited."""
     asked: dict[str, Any] = {"save": "end"}
     if minimise is not None:
@@ -160,7 +163,7 @@ def _run(path: Mapping[str, Any], minimise: Any, options: Mapping[str, Any]) -> 
         signs = {name: limit.sign for name, (_, limit) in limits_of(path).items()}
         asked["peaks"] = lambda s: {name: sign * path[name][0](s) for name, sign in signs.items()}
 
-    def run(model: Any, t0: Any, t1: Any, **others: Any) -> Any:
+    def run(model: Any, t0: Numbers, t1: Numbers, **others: Any) -> Any:
         return simulate(model, t1, t0=t0, **{**asked, **options, **others})
 
     return run
@@ -168,15 +171,15 @@ def _run(path: Mapping[str, Any], minimise: Any, options: Mapping[str, Any]) -> 
 
 def _free(
     model: Component,
-    signals: Mapping[str, Any],
-    free: Mapping[Any, Any],
+    signals: Mapping[str, object],
+    free: ByPath[object],
     shooting: Shooting,
     within: tuple[float, float],
-) -> dict[Any, Any]:
+) -> dict[Key, object]:
     """What is free in the horizon."""
     mine = {f"{name}.values": bounds for name, bounds in signals.items()} | dict(free)
     free_parameters(model, mine)  # which says what is wrong with them by the names that were given
-    found: dict[Any, Any] = {}
+    found: dict[Key, object] = {}
     for key, bounds in mine.items():
         found[tuple(PLANT + path for path in key) if isinstance(key, tuple) else PLANT + key] = bounds
     low, high = within
@@ -205,15 +208,15 @@ def _constraints(
     return found
 
 
-def _duration(runs: Runs) -> Any:
+def _duration(runs: Runs) -> Array:
     return runs.duration
 
 
-def _cost(runs: Runs) -> Any:
+def _cost(runs: Runs) -> Array:
     return jnp.sum(runs.solution.integrals[..., -1])
 
 
-def _at_end(function: Callable[[Any], Any], runs: Runs) -> Any:
+def _at_end(function: Function, runs: Runs) -> Any:
     last = runs.solution.final
     return function(jax.tree_util.tree_map(lambda x: x[-1], last) if runs.solution.is_batched else last)
 

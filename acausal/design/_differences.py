@@ -1,10 +1,11 @@
 """Derivatives by differences on one side."""
 
 from collections.abc import Mapping
-from typing import Any
+
+import numpy as np
 
 
-def from_sides(values: Mapping[int, Any], step: float) -> list[Any]:
+def from_sides(values: Mapping[int, np.ndarray], step: float) -> list[np.ndarray]:
     """The derivatives to the right and to the left of a place, of second order, by values at multiples of a step.
 
     A side of which a value is missing is left out.

@@ -178,7 +178,7 @@ class Samples(Bounded):
 Distribution: TypeAlias = Normal | Uniform | Triangular | Samples
 
 
-def _percent(value: Any) -> float | None:
+def _percent(value: object) -> float | None:
     """The share that a text such as "5 %" stands for."""
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:
@@ -188,14 +188,14 @@ def _percent(value: Any) -> float | None:
     return None
 
 
-def _difference(value: Any, unit: str, where: str, mean: float) -> float:
+def _difference(value: object, unit: str, where: str, mean: float) -> float:
     share = _percent(value)
     if share is not None:
         return share * abs(mean)
     return difference_in(value, unit, where)
 
 
-def _limit(value: Any, unit: str, where: str, nominal: float) -> float:
+def _limit(value: object, unit: str, where: str, nominal: float) -> float:
     share = _percent(value)
     return number_in(value, unit, where)[0] if share is None else nominal + share * abs(nominal)
 

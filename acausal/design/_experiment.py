@@ -7,6 +7,7 @@ from typing import Any, Generic, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Int
 
 from .._declare.by_name import replace
@@ -14,7 +15,9 @@ from .._declare.component import Component
 from .._errors import ArgumentError, ModelError
 from .._integrate.result import is_success, sentence
 from .._integrate.simulate import simulate
+from .._numbers import Numbers
 from ._free import Place, with_numbers
+from ._types import ByPath, Function
 
 M = TypeVar("M", bound=Component)
 
@@ -24,10 +27,10 @@ class Run:
     """A simulation that predicts variables by path, and `outputs` that are computed from them, at given times."""
 
     paths: tuple[str, ...]
-    outputs: tuple[tuple[str, Callable[[Any], Any]], ...]
+    outputs: tuple[tuple[str, Function], ...]
     options: tuple[tuple[str, Any], ...]
 
-    def __call__(self, model: Component, times: Any) -> dict[str, Any]:
+    def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
         solution = simulate(model, times[-1], save=times, throw=False, **dict(self.options))
         values = {path: solution[path] for path in self.paths}
         if self.outputs:
@@ -36,7 +39,7 @@ class Run:
         reached = is_success(solution.result)
         return {name: jnp.where(reached, value, jnp.inf) for name, value in values.items()}
 
-    def failure(self, model: Component, times: Any) -> str:
+    def failure(self, model: Component, times: Array) -> str:
         """What the run says that fails."""
         return sentence(simulate(model, times[-1], save=times, throw=False, **dict(self.options)).result)
 
@@ -45,9 +48,9 @@ class Run:
 class Results:
     """A user's function of the model that predicts numbers or arrays by name."""
 
-    function: Callable[[Any], Mapping[str, Any]]
+    function: Callable[[Any], Mapping[str, Numbers]]
 
-    def __call__(self, model: Component, times: Any) -> dict[str, Any]:
+    def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
         del times
         return dict(self.function(model))
 
@@ -68,25 +71,25 @@ class Experiment(Generic[M]):
     - `name`: what tables and messages call it.
     """
 
-    predict: Callable[[M], Mapping[str, Any]] | Run
-    measured: Mapping[str, Any]
-    sigma: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    changes: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    predict: Callable[[M], Mapping[str, Numbers]] | Run
+    measured: Mapping[str, object]
+    sigma: Mapping[str, object] = dataclasses.field(default_factory=dict)
+    changes: Mapping[str, object] = dataclasses.field(default_factory=dict)
     units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     name: str = ""
-    times: Any = None
-    free: Mapping[Any, Any] = dataclasses.field(default_factory=dict)
+    times: object = None
+    free: ByPath[object] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of_run(
         cls,
-        times: Any,
-        measured: Mapping[str, Any],
+        times: object,
+        measured: Mapping[str, object],
         *,
-        sigma: Mapping[str, Any] | None = None,
-        outputs: Mapping[str, Callable[[M], Any]] | None = None,
-        changes: Mapping[str, Any] | None = None,
-        free: Mapping[Any, Any] | None = None,
+        sigma: Mapping[str, object] | None = None,
+        outputs: Mapping[str, Callable[[M], Numbers]] | None = None,
+        changes: Mapping[str, object] | None = None,
+        free: ByPath[object] | None = None,
         units: Mapping[str, str] | None = None,
         name: str = "",
         **options: Any,
@@ -123,17 +126,17 @@ class Prepared(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     own: tuple[tuple[Place, ...], ...] = eqx.field(static=True)
     indices: Int[Array, " k"]
-    measured: dict[str, Any]
-    sigma: dict[str, Any]
-    changes: dict[str, Any]
+    measured: Mapping[str, Array | np.ndarray]
+    sigma: Mapping[str, Array | np.ndarray]
+    changes: Mapping[str, Array]
     times: Any
 
-    def applied(self, model: M, x: Any) -> M:
+    def applied(self, model: M, x: Array | np.ndarray) -> M:
         """The model in this experiment, with the values `x` of all free parameters."""
         changed = replace(model, self.changes)
         return with_numbers(changed, self.own, x[self.indices]) if self.own else changed
 
-    def predicted(self, model: Component) -> dict[str, Any]:
+    def predicted(self, model: Component) -> dict[str, Array]:
         """What the model predicts in this experiment, by name."""
         try:
             found = self.predict(model, self.times)

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 from collections.abc import Mapping
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import jax
 import numpy as np
@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import UnknownNameError, suggestion
-from .._extras import Axes
+from .._extras import Axes, Panels
 from ._free import Free
 from ._least_squares import Ends, Minimum, Problem
 from ._profile import Profile, profile
@@ -255,19 +255,19 @@ class Fit(Generic[M]):
             raise UnknownNameError(f"The fit has no parameter {name!r}.{suggestion(name, self.names)}")
         return profile(self, self.names.index(name), points, self.level if level is None else level)
 
-    def plot(self, axes: Any = None) -> np.ndarray:
+    def plot(self, axes: Panels | None = None) -> np.ndarray:
         """What was measured, with the fitted model; a panel for each channel. Returns the matplotlib axes."""
         from ._fit_plots import plot_fit
 
         return plot_fit(self, axes)
 
-    def plot_residuals(self, axes: Any = None) -> np.ndarray:
+    def plot_residuals(self, axes: Panels | None = None) -> np.ndarray:
         """Weighted residuals in order, and against the quantiles of the normal distribution."""
         from ._fit_plots import plot_residuals
 
         return plot_residuals(self, axes)
 
-    def plot_correlation(self, ax: Axes | None = None) -> Any:
+    def plot_correlation(self, ax: Axes | None = None) -> Axes:
         """The correlation matrix of the estimates."""
         from ._fit_plots import plot_correlation
 

@@ -1,17 +1,17 @@
 """Pictures of fits; needs matplotlib."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._extras import Axes, given_or_new, panels
+from .._extras import Axes, Panels, given_or_new, panels
 
 if TYPE_CHECKING:
     from ._fit import Channel, Fit
     from ._profile import Profile
 
 
-def plot_fit(fit: "Fit", axes: Any) -> np.ndarray:
+def plot_fit(fit: "Fit", axes: Panels | None) -> np.ndarray:
     """Measured values as dots and the fitted model as a line, or one against the other where there are no times."""
     axes = _panels(axes, len(fit.channels), 1)
     for ax, channel in zip(axes[:, 0], fit.channels, strict=True):
@@ -27,7 +27,7 @@ def plot_fit(fit: "Fit", axes: Any) -> np.ndarray:
     return axes
 
 
-def plot_residuals(fit: "Fit", axes: Any) -> np.ndarray:
+def plot_residuals(fit: "Fit", axes: Panels | None) -> np.ndarray:
     """A row for each channel: residuals in their order, and their quantiles over those of the normal distribution."""
     from scipy.special import ndtri
 
@@ -55,7 +55,7 @@ def _draw_order(ax: Axes, channel: "Channel", residuals: np.ndarray) -> None:
     ax.grid(alpha=0.3)
 
 
-def plot_correlation(fit: "Fit", ax: Axes | None) -> Any:
+def plot_correlation(fit: "Fit", ax: Axes | None) -> Axes:
     """A square for each pair, blue for negative and red for positive correlation, with its number."""
     n = len(fit.names)
     ax = given_or_new(ax, 2.6 + 0.6 * n, 1.8 + 0.6 * n)
@@ -72,7 +72,7 @@ def plot_correlation(fit: "Fit", ax: Axes | None) -> Any:
     return ax
 
 
-def plot_profile(profile: "Profile", ax: Axes | None) -> Any:
+def plot_profile(profile: "Profile", ax: Axes | None) -> Axes:
     """chi2 over the parameter, the threshold, and the interval in colour."""
     ax = given_or_new(ax, 5.5, 3.5)
     ax.plot(profile.values, profile.chi2, ".-", color="tab:blue")
@@ -87,5 +87,5 @@ def plot_profile(profile: "Profile", ax: Axes | None) -> Any:
     return ax
 
 
-def _panels(axes: Any, rows: int, columns: int) -> np.ndarray:
+def _panels(axes: Panels | None, rows: int, columns: int) -> np.ndarray:
     return panels(axes, rows, columns, (4.4 * columns + 1.6, 2.2 * rows + 0.4))

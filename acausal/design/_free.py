@@ -2,10 +2,11 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Float
 
 from .._declare.by_name import replace
@@ -15,6 +16,7 @@ from .._errors import ModelError, ParameterError, suggestion
 from ._bounds import Scale, number_in
 
 M = TypeVar("M", bound=Component)
+Vector: TypeAlias = Array | np.ndarray  # one number for each variable
 DECADE = 10.0  # a ratio of the bounds from which on a variable is scaled by its logarithm
 
 
@@ -94,11 +96,11 @@ class Free:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
         return np.array([number_at(leaves, variable.places[0]) for variable in self.variables])
 
-    def with_values(self, model: M, x: Any) -> M:
+    def with_values(self, model: M, x: Vector | Sequence[float]) -> M:
         """The model with other numbers, which may be traced."""
         return with_numbers(model, [variable.places for variable in self.variables], x)
 
-    def changed(self, x: Any, values: Mapping[str, Any]) -> Any:
+    def changed(self, x: Vector, values: Mapping[str, object]) -> np.ndarray:
         """The numbers with some of them changed, by the names of the variables."""
         new = np.array(x, float)
         for name, value in values.items():
@@ -108,21 +110,21 @@ class Free:
             new[i] = self.variables[i].checked(number_in(value, self.units[i], name)[0])
         return new
 
-    def scaled(self, x: Any) -> Any:
+    def scaled(self, x: Vector) -> Array:
         """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade."""
         origin, width = self._origin_and_width
         return (jnp.where(self._is_log, jnp.log(jnp.where(self._is_log, x, 1.0)), x) - origin) / width
 
-    def unscaled(self, z: Any) -> Any:
+    def unscaled(self, z: Vector) -> Array:
         """The numbers from those between 0 and 1."""
         origin, width = self._origin_and_width
         straight = origin + width * z
         return jnp.where(self._is_log, jnp.exp(jnp.where(self._is_log, straight, 0.0)), straight)
 
-    def slopes(self, x: Any) -> Any:
+    def slopes(self, x: Vector) -> Array:
         """dx/dz, from scaled numbers to the numbers themselves."""
         _, width = self._origin_and_width
-        return width * jnp.where(self._is_log, x, 1.0)
+        return jnp.where(self._is_log, x, 1.0) * width
 
     @property
     def _is_log(self) -> np.ndarray:
@@ -134,10 +136,10 @@ class Free:
         return np.array(origins), np.array(widths)
 
 
-def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Any) -> M:
+def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Vector | Sequence[float]) -> M:
     """The model with other numbers, each of them at one place or at several ones."""
     leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
-    changed: dict[str, Any] = {}
+    changed: dict[str, object] = {}
     for own, value in zip(places, x, strict=True):
         for path, index in own:
             whole = changed.get(path, leaves[path])

@@ -9,16 +9,17 @@ import numpy as np
 
 from .._declare.annotations import Declaration
 from .._declare.component import Component
-from .._declare.node import leaves_of
+from .._declare.node import Leaf, leaves_of
 from .._errors import ModelError, ParameterError, suggestion
 from ._bounds import Scale, number_in, scale_of
 from ._free import Free, Place, Variable, number_at, span_text
+from ._types import ByPath, Key
 
 _ELEMENT = re.compile(r"(.+)\[(\d+(?:\s*,\s*\d+)*)\]")
 _MEMBER = re.compile(r"\[(\d+)\]\.")
 
 
-def free_parameters(model: Component, free: Mapping[Any, Any]) -> Free:
+def free_parameters(model: Component, free: ByPath[object]) -> Free:
     """The free parameters that a mapping names.
 
     A key is the path of a parameter or of a start value that is given, as in `"gearbox.ratio"`, of an element of an
@@ -41,7 +42,7 @@ def free_parameters(model: Component, free: Mapping[Any, Any]) -> Free:
     return found
 
 
-def single_parameters(model: Component, keys: Iterable[Any], what: str) -> Free:
+def single_parameters(model: Component, keys: Iterable[Key], what: str) -> Free:
     """Parameters without bounds, each of which is one number; `what` begins the message where one is a whole array."""
     named = dict.fromkeys(keys)
     free = free_parameters(model, named)
@@ -50,7 +51,7 @@ def single_parameters(model: Component, keys: Iterable[Any], what: str) -> Free:
     return free
 
 
-def _variables(known: Mapping[str, Any], key: Any, bounds: Any) -> Iterator[Variable]:
+def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[Variable]:
     paths = key if isinstance(key, tuple) else (key,)
     if not paths or not all(isinstance(path, str) for path in paths):
         raise ModelError(f"A free parameter is named by its path, or by a tuple of paths that share it; got {key!r}.")
@@ -67,7 +68,7 @@ def _variables(known: Mapping[str, Any], key: Any, bounds: Any) -> Iterator[Vari
         yield _variable(known, places, low, high, scale)
 
 
-def _places(known: Mapping[str, Any], path: str) -> list[Place]:
+def _places(known: Mapping[str, Leaf], path: str) -> list[Place]:
     """The numbers that a path stands for."""
     leaf, index = known.get(path), None
     if leaf is None and (element := _ELEMENT.fullmatch(path)) and element[1] in known:
@@ -90,7 +91,7 @@ def _places(known: Mapping[str, Any], path: str) -> list[Place]:
     return [Place(leaf.path, index)]
 
 
-def _unknown(path: str, known: Mapping[str, Any]) -> str:
+def _unknown(path: str, known: Mapping[str, Leaf]) -> str:
     parameters = [name for name, leaf in known.items() if leaf.declaration.role == "param"]
     inside = [name for name in parameters if name.startswith((f"{path}.", f"{path}["))]
     same = [name for name in parameters if name.endswith(f".{path}")]
@@ -116,7 +117,7 @@ def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, flo
     return limits
 
 
-def _each(bound: Any, where: str, n: int) -> list[Any]:
+def _each(bound: Any, where: str, n: int) -> list[object]:
     if bound is None or isinstance(bound, str) or not np.ndim(getattr(bound, "magnitude", bound)):
         return [bound] * n
     if len(bound) != n:
@@ -124,7 +125,7 @@ def _each(bound: Any, where: str, n: int) -> list[Any]:
     return list(bound)
 
 
-def _variable(known: Mapping[str, Any], places: tuple[Place, ...], low: float, high: float, scale: Scale) -> Variable:
+def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, high: float, scale: Scale) -> Variable:
     name = ", ".join(place.name for place in places)
     leaves = {path: leaf.value for path, leaf in known.items()}
     starts = [number_at(leaves, place) for place in places]

@@ -1,6 +1,6 @@
 """Second derivatives of results by parameters: exact, and checked, as there are none where a slope has a kink."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -19,6 +19,7 @@ from ._differences import from_sides
 from ._free_parameters import single_parameters
 from ._limits import objectives_of
 from ._program import Evaluation, Program
+from ._types import Function
 
 STEPS = tuple(10.0**-k for k in range(2, 7))  # of the sizes of parameters: what is not smooth may lie beside the place
 APART = 1e-3  # of derivatives and of how they vary, by which differences may be apart from what they are compared with
@@ -46,7 +47,7 @@ class Hessian(NamedTuple):
         return f"{value}, second derivatives [{self.scale.unit}]\n{aligned([['', 'per', *self.names], *rows])}"
 
 
-def hessian(model: Component, over: Iterable[str], results: Any, *, run: Callable[[Any], Any] | None = None) -> Any:
+def hessian(model: Component, over: Iterable[str], results: object, *, run: Function | None = None) -> Any:
     """The second derivatives of results by parameters: a `Hessian` for one result, or one for each by name.
 
         bent = hessian(drive, ["gear.ratio", "supply.V"], (lambda s: s.t1, "ms"), run=lambda m: simulate(...))

@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._analyse.point import operating_point
 from .._declare.annotations import Param, Scalar, Vector, positive
@@ -78,7 +79,7 @@ class Shooting:
         shares = horizon.intervals / (1.0 if self.switching else jnp.sum(horizon.intervals) / horizon.duration)
         return jnp.concatenate([jnp.zeros(1), jnp.cumsum(shares)])
 
-    def model(self, horizon: Horizon) -> Any:
+    def model(self, horizon: Horizon) -> Component:
         """The model with the times of its signals."""
         times = self.times(horizon)
         return replace(horizon.plant, {f"{signal}.times": times for signal in self.signals})
@@ -90,8 +91,8 @@ class Shooting:
             return Runs(self.run(model, times[0], times[-1]), times[-1], jnp.zeros(0))
         piece, begins = self._piece(model), self._begins(model, horizon)
 
-        def segment(begin: Any, tables: Any) -> tuple[Any, Solution]:
-            def go_on(state: Any, table: Any) -> tuple[Any, Solution]:
+        def segment(begin: Array, tables: PyTree) -> tuple[Array, Solution]:
+            def go_on(state: Array, table: PyTree) -> tuple[Array, Solution]:
                 solution = piece(state, *table)
                 return ends(solution), solution
 
@@ -117,39 +118,39 @@ class Shooting:
                 begin = ends(found)
                 yield found
 
-    def _begins(self, model: Any, horizon: Horizon) -> Any:
+    def _begins(self, model: Component, horizon: Horizon) -> Array:
         """The states that segments begin with."""
         assert self.nodes is not None
         first = operating_point(model, system_of(model), None, 0.0).y
         inner = self.nodes.guess + self.nodes.sizes * horizon.nodes.reshape(self.nodes.guess.shape)
         return jnp.concatenate([first[None], inner])
 
-    def _piece(self, model: Any) -> Run:
+    def _piece(self, model: Component) -> Run:
         """The run of one piece, of the states that it begins with, the times of its samples, and these."""
         assert self.nodes is not None
         blank, states = without_starts(model, self.nodes.states), self.nodes.states
 
-        def piece(begin: Any, times: Any, samples: Any, **options: Any) -> Solution:
+        def piece(begin: Array, times: Array, samples: PyTree, **options: Any) -> Solution:
             tables = {f"{signal}.times": times for signal in self.signals}
             tables |= {f"{signal}.values": values for signal, values in zip(self.signals, samples, strict=True)}
             return self.run(replace(states.with_values(blank, begin), tables), times[0], times[-1], **options)
 
         return piece
 
-    def _tables(self, model: Any, times: Any) -> tuple[Any, list[Any]]:
+    def _tables(self, model: Component, times: Array) -> tuple[Array, list[Array]]:
         """Times and samples of all signals, by segments and pieces."""
         values = {leaf.path: leaf.value for leaf in leaves_of(model)}
         samples = [values[f"{signal}.values"] for signal in self.signals]
         return self._cut(times, len(times) - 1), [self._cut(each, len(times) - 1) for each in samples]
 
-    def _cut(self, samples: Any, intervals: int) -> Any:
+    def _cut(self, samples: Array, intervals: int) -> Array:
         """Samples by segments and pieces; those at ends belong to both sides, unless there is one for an interval."""
         n, more = intervals // (self.segments * self.pieces), len(samples) - intervals
         places = np.arange(0, intervals, n)[:, None] + np.arange(n + more)
         return samples[places.reshape(self.segments, self.pieces, -1)]
 
 
-def ends(solution: Solution) -> Any:
+def ends(solution: Solution) -> Array:
     """The state vectors at the ends of runs."""
     return solution._end[1][..., solution._layout.states]
 
@@ -162,7 +163,7 @@ def without_starts(model: Any, states: Free) -> Any:
     )
 
 
-def nodes_of(model: Any, run: Run, times: np.ndarray, given: Mapping[str, Any]) -> Nodes:
+def nodes_of(model: Component, run: Run, times: np.ndarray, given: Mapping[str, object]) -> Nodes:
     """The states at the inner ones of some times: those of a run, or, by interpolation, what is given for some."""
     system = system_of(model)
     if system.initial_equations is not None:

@@ -19,6 +19,7 @@ from ._free import Free
 from ._free_parameters import free_parameters
 from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, minimise, stacked, starts_between
 from ._prepare import Labels, prepared, with_own
+from ._types import ByPath
 
 M = TypeVar("M", bound=Component)
 ROUNDS = 30  # of estimating the noise
@@ -28,10 +29,10 @@ LEAST_NOISE = 1e-12  # of what is measured, where the model fits exactly
 
 def identify(
     model: M,
-    free: Mapping[Any, Any],
+    free: ByPath[object],
     experiments: Experiment[M] | Sequence[Experiment[M]],
     *,
-    priors: Mapping[Any, Normal] | None = None,
+    priors: ByPath[Normal] | None = None,
     starts: int = 1,
     level: float = 0.95,
     tolerance: float = 1e-9,
@@ -157,7 +158,7 @@ def _with_noise(problem: Problem, channels: Sequence[Channel], sigmas: np.ndarra
     noises = [dict(group.sigma) for group in problem.groups]
     for channel, sigma in zip(channels, sigmas, strict=True):
         noise = noises[channel.group]
-        noise[channel.name] = noise[channel.name].at[channel.place].set(sigma)
+        noise[channel.name] = jnp.asarray(noise[channel.name]).at[channel.place].set(sigma)
     groups = tuple(dataclasses.replace(g, sigma=noise) for g, noise in zip(problem.groups, noises, strict=True))
     return dataclasses.replace(problem, groups=groups)
 

@@ -1,6 +1,6 @@
 """Weighted least squares within bounds, by the Levenberg-Marquardt method of optimistix, as one compiled program."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -32,7 +32,7 @@ class Problem(eqx.Module):
     prior_mean: Float[Array, " n"]
     prior_std: Float[Array, " n"]  # infinite where there is none
 
-    def predicted(self, z: Float[Array, " n"]) -> list[dict[str, Any]]:
+    def predicted(self, z: Float[Array, " n"]) -> list[dict[str, Array]]:
         """What the model predicts for each group, by name, with an axis of experiments in front."""
         x = self.free.unscaled(z)
         model = self.shared_model(x)
@@ -78,7 +78,7 @@ def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
 
 def stacked(experiments: Sequence[Prepared]) -> tuple[tuple[Prepared, ...], list[tuple[int, int]]]:
     """Experiments of the same kind as one, and for each experiment its group and its place in it."""
-    kinds: dict[Any, list[int]] = {}
+    kinds: dict[Hashable, list[int]] = {}
     for i, experiment in enumerate(experiments):
         leaves, structure = jax.tree_util.tree_flatten(experiment)
         kinds.setdefault((structure, tuple(np.shape(leaf) for leaf in leaves)), []).append(i)

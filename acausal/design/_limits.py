@@ -3,13 +3,15 @@
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 
 from .._errors import ModelError, ParameterError
+from .._numbers import Numbers
 from ._bounds import Scale, number_in, scale_of
+from ._types import Function
 
 Sense = Literal["<=", ">=", "=="]
 _LIMIT = re.compile(r"\s*(<=|>=|==)\s*(.+?)\s*")
@@ -20,7 +22,7 @@ class Objective:
     """What is minimised: a result, and the unit that it is shown in."""
 
     name: str
-    function: Callable[[Any], Any]
+    function: Function
     scale: Scale
 
 
@@ -48,11 +50,11 @@ class Limit:
         """What a distance from the limit is compared with."""
         return abs(self.value) or self.measure
 
-    def excess(self, result: Any) -> Any:
+    def excess(self, result: Numbers) -> Numbers:
         """By how much the limit is broken, as a fraction of it; negative inside of it."""
         return self.sign * (result - self.value) / self.size
 
-    def violation(self, result: Any) -> Any:
+    def violation(self, result: Numbers) -> Numbers:
         """The excess, zero inside of the limit."""
         excess = self.excess(result)
         return np.abs(excess) if self.is_equation else np.maximum(excess, 0.0)
@@ -62,7 +64,7 @@ class Limit:
         return f"{self.sense} {self.scale.value(self.value):.6g}{self.scale.text}"
 
 
-def objectives_of(minimise: Any, name: str = "objective") -> tuple[Objective, ...]:
+def objectives_of(minimise: object, name: str = "objective") -> tuple[Objective, ...]:
     """What `minimise` says: a function, a function with the unit to show it in, or a dictionary of these by name.
 
     A single one is called `name`.
@@ -74,7 +76,7 @@ def objectives_of(minimise: Any, name: str = "objective") -> tuple[Objective, ..
     return (_objective(name, minimise),)
 
 
-def _objective(name: str, value: Any) -> Objective:
+def _objective(name: str, value: object) -> Objective:
     function, unit = value if isinstance(value, tuple) and len(value) == 2 else (value, "1")
     if not callable(function) or not isinstance(unit, str):
         raise ModelError(
@@ -84,7 +86,7 @@ def _objective(name: str, value: Any) -> Objective:
     return Objective(name, function, scale_of(unit, "", name))
 
 
-def limits_of(constraints: Mapping[str, Any] | None) -> dict[str, tuple[Callable[[Any], Any], Limit]]:
+def limits_of(constraints: Mapping[str, object] | None) -> dict[str, tuple[Function, Limit]]:
     """The functions and limits that `constraints` states, as in `{"current": (lambda s: ..., "<= 60 A")}`.
 
     Raises `ModelError` for what is no such pair, and `ParameterError` for a limit that is no number with a unit.

@@ -20,6 +20,7 @@ from ._report import reporter
 from ._search import FEASIBLE, Outcome, Trail, sample, search
 from ._solve import Method
 from ._task import Task
+from ._types import ByPath
 
 M = TypeVar("M", bound=Component)
 METHODS: Mapping[str, Method] = {"SLSQP": "SLSQP", "trust-constr": "trust-constr"}
@@ -27,13 +28,13 @@ METHODS: Mapping[str, Method] = {"SLSQP": "SLSQP", "trust-constr": "trust-constr
 
 def optimise(
     model: M,
-    free: Mapping[Any, Any],
-    minimise: Any,
+    free: ByPath[object],
+    minimise: object,
     *,
     run: Callable[[M], Any] | None = None,
-    constraints: Mapping[str, Any] | None = None,
-    scenarios: Mapping[str, Mapping[str, Any]] | None = None,
-    start: Any = None,
+    constraints: Mapping[str, object] | None = None,
+    scenarios: Mapping[str, Mapping[str, object]] | None = None,
+    start: object = None,
     starts: int = 1,
     method: Method = "SLSQP",
     most: int = 200,

@@ -21,6 +21,7 @@ from ._report import reporter
 from ._search import Outcome, Trail, search
 from ._solve import Method
 from ._task import Task
+from ._types import ByPath
 
 M = TypeVar("M", bound=Component)
 
@@ -52,7 +53,7 @@ class Front(Generic[M]):
     def __repr__(self) -> str:
         return f"<Front of {self.names[0]} and {self.names[1]}: {len(self.designs)} designs>"
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the front; returns the matplotlib axes."""
         ax = given_or_new(ax, 6.4, 4.8)
         ax.plot(*(scale.value(column) for scale, column in zip(self.scales, self.values.T, strict=True)), "o-")
@@ -64,14 +65,14 @@ class Front(Generic[M]):
 
 def pareto(
     model: M,
-    free: Mapping[Any, Any],
-    minimise: Mapping[str, Any],
+    free: ByPath[object],
+    minimise: Mapping[str, object],
     *,
     points: int = 9,
     run: Callable[[M], Any] | None = None,
-    constraints: Mapping[str, Any] | None = None,
-    scenarios: Mapping[str, Mapping[str, Any]] | None = None,
-    start: Any = None,
+    constraints: Mapping[str, object] | None = None,
+    scenarios: Mapping[str, Mapping[str, object]] | None = None,
+    start: object = None,
     method: Method = "SLSQP",
     most: int = 200,
     progress: bool | None = None,

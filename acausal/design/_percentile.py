@@ -1,12 +1,12 @@
 """A percentile of a result as a function of the design, for designs that most specimens keep up with."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._declare.component import Component
 from .._declare.node import leaves_of
@@ -15,19 +15,20 @@ from ._batches import LOCKSTEP
 from ._distributions import Distribution
 from ._scores import member_count, sobol_scores
 from ._tolerance import Tolerance
+from ._types import ByPath, Function
 
 
 def percentile_of(
     model: Component,
-    distributions: Mapping[Any, Distribution],
-    result: Callable[[Any], Any],
+    distributions: ByPath[Distribution],
+    result: Function,
     p: float,
     *,
-    run: Callable[[Any], Any] | None = None,
+    run: Function | None = None,
     correlation: Mapping[tuple[str, str], float] | None = None,
     n: int = 64,
     seed: int = 0,
-) -> Callable[[Any], Any]:
+) -> Function:
     """The p-th percentile of a result among `n` members about any design, as a function of that design.
 
         slow = percentile_of(drive, {"motor.resistor.R": Normal(std="5 %")}, lambda s: s.t1, 95.0, run=...)
@@ -47,12 +48,12 @@ def percentile_of(
     offsets = np.where(is_share, 0.0, members - x0)
     function = run if run is not None else lambda model: model
 
-    def percentile(design: Any) -> Array:
+    def percentile(design: PyTree) -> Array:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(design)}
         places = [variable.places[0] for variable in free.variables]
         base = jnp.stack([leaves[path] if at is None else leaves[path][at] for path, at in places])
 
-        def one(pair: Any) -> Array:
+        def one(pair: PyTree) -> Array:
             return result(function(free.with_values(design, base * pair[0] + pair[1])))
 
         values = jax.lax.map(one, (jnp.asarray(factors), jnp.asarray(offsets)), batch_size=LOCKSTEP)

@@ -2,7 +2,7 @@
 
 import concurrent.futures
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,16 +11,17 @@ from jaxtyping import Float
 from .._errors import ArgumentError, SimulationError
 from ._batches import CHUNK, LOCKSTEP, Outcomes, Piece, Task
 from ._store import Memory, Store
+from ._types import Executor, Progress
 
 
 def evaluated(
     task: Task,
     x: Float[np.ndarray, "n k"],
     *,
-    executor: Any = None,
+    executor: Executor | None = None,
     chunk: int = CHUNK,
     store: Store | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Outcomes:
     """The outcomes of all rows in pieces of `chunk` members; what a store has already is not computed again.
 
@@ -59,7 +60,9 @@ def _side(chunk: int, x: np.ndarray) -> int:
     return min(LOCKSTEP, chunk, len(x))
 
 
-def _done(executor: Any, task: Task, work: Mapping[int, np.ndarray], side: int) -> Iterator[tuple[int, Piece]]:
+def _done(
+    executor: Executor | None, task: Task, work: Mapping[int, np.ndarray], side: int
+) -> Iterator[tuple[int, Piece]]:
     """The outcomes of pieces of work, in the order in which they are done."""
     if executor is None:
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:

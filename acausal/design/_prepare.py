@@ -12,6 +12,7 @@ from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, UnknownNameError, suggestion
 from .._evaluate.building import system_of
+from .._numbers import Numbers
 from .._units.quantity import has_unit, magnitude
 from ._experiment import Experiment, Prepared, Results, Run
 from ._free import Free, Variable
@@ -65,7 +66,7 @@ def with_own(
     experiments: Sequence[Experiment[Any]],
     ready: Sequence[Prepared],
     labels: Sequence[Labels],
-    model: Any,
+    model: Component,
     shared: Free,
 ) -> tuple[Free, list[Prepared]]:
     """All free parameters, the shared ones first, then those of each experiment; and the experiments that know theirs.
@@ -87,7 +88,7 @@ def with_own(
     return Free(tuple(variables)), known
 
 
-def _changes(changes: Mapping[str, Any], model: Component) -> dict[str, Any]:
+def _changes(changes: Mapping[str, object], model: Component) -> dict[str, Numbers]:
     """Parameters and start values in their declared units."""
     changed = {leaf.path: leaf.value for leaf in leaves_of(replace(model, changes))}
     return {path: changed[path] for path in changes}
@@ -108,7 +109,7 @@ def _unit(experiment: Experiment[Any], model: Component, key: str, name: str) ->
     return system.flat.leaves[names[key][0]].declaration.unit
 
 
-def _plain(value: Any, unit: str, where: str) -> np.ndarray:
+def _plain(value: object, unit: str, where: str) -> np.ndarray:
     """An array of floats in a unit."""
     value = magnitude(value, unit, where) if has_unit(value) else value
     try:
@@ -117,7 +118,7 @@ def _plain(value: Any, unit: str, where: str) -> np.ndarray:
         raise ParameterError(f"{where} must hold real numbers, got {value!r}.") from error
 
 
-def _times(given: Any, name: str) -> np.ndarray:
+def _times(given: object, name: str) -> np.ndarray:
     times = _plain(given, "s", f"{name}: times")
     if times.ndim != 1 or not len(times):
         raise ParameterError(f"{name}: times must be a sequence of instants in s, got the shape {times.shape}.")
@@ -133,7 +134,7 @@ def _times(given: Any, name: str) -> np.ndarray:
     return times
 
 
-def _values(given: Any, unit: str, key: str, name: str, times: np.ndarray | None) -> np.ndarray:
+def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | None) -> np.ndarray:
     values = _plain(given, unit, f"{name}: {key}")
     if times is not None and values.shape != times.shape:
         raise ParameterError(f"{name}: {key} has the shape {values.shape}, but there are {len(times)} times.")

@@ -1,7 +1,7 @@
 """An optimisation as it is stated: a model, what is free, what is minimised, and the limits of results."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from ._limits import Limit, Objective, limits_of
 from ._program import Program
 from ._search import nearest_good
 from ._task import Task, task_of
+from ._types import ByPath, Function
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,11 +32,11 @@ class Problem:
     @staticmethod
     def of(
         model: Any,
-        free: Mapping[Any, Any],
+        free: ByPath[object],
         objectives: Sequence[Objective],
-        run: Callable[[Any], Any] | None,
-        constraints: Mapping[str, Any] | None,
-        scenarios: Mapping[str, Mapping[str, Any]] | None,
+        run: Function | None,
+        constraints: Mapping[str, object] | None,
+        scenarios: Mapping[str, Mapping[str, object]] | None,
     ) -> "Problem":
         if not isinstance(model, Component):
             raise ModelError(f"{model!r} is no component: optimise a model.")
@@ -56,13 +57,13 @@ class Problem:
         return task_of(self.program, task.evaluation(good), self.objective.name, self.limits)
 
 
-def starts_of(free: Free, model: Component, start: Any) -> list[np.ndarray]:
+def starts_of(free: Free, model: Component, start: object) -> list[np.ndarray]:
     """The values to start from: those of the model, changed by what is given."""
     given = start if isinstance(start, list) else [start]
     return [_start(free, free.values(model), one) for one in given or [None]]
 
 
-def _start(free: Free, x: np.ndarray, start: Any) -> np.ndarray:
+def _start(free: Free, x: np.ndarray, start: object) -> np.ndarray:
     if isinstance(start, str | Path):
         start = Design.load(start)
     given = start.values if isinstance(start, Design) else start

@@ -32,7 +32,7 @@ class Profile:
     low: float
     high: float
 
-    def plot(self, ax: Axes | None = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """chi2 over the parameter with the threshold and the interval."""
         from ._fit_plots import plot_profile
 
@@ -91,7 +91,7 @@ def _side(fit: "Fit", index: int, direction: float, rise: float, points: int) ->
 
 
 def _first_guess(fit: "Fit", index: int, rise: float, farthest: float) -> float:
-    """Where the covariance says that chi2 has risen so far, in scaled numbers."""
+    """The distance, in scaled numbers, at which chi2 has risen by `rise` according to the covariance."""
     slope = float(np.asarray(fit._free.slopes(fit.estimates))[index])
     guess = float(np.sqrt(rise) * fit.std[index] / slope)
     return min(guess, farthest) if np.isfinite(guess) and guess > 0.0 else min(0.1, 0.5 * farthest)

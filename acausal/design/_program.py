@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import equinox as eqx
@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._declare.by_name import replace
 from .._declare.component import Component
@@ -19,10 +20,10 @@ from .._integrate.derivative import FEW
 from .._integrate.failure import trials
 from .._integrate.result import is_success, sentence
 from .._integrate.solution import Solution
+from .._numbers import Numbers
 from .._progress import compiling
 from ._free import Free
-
-Function = Callable[[Any], Any]
+from ._types import Function
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Program:
         free: Free,
         functions: Mapping[str, Function],
         run: Function | None = None,
-        scenarios: Mapping[str, Mapping[str, Any]] | None = None,
+        scenarios: Mapping[str, Mapping[str, object]] | None = None,
     ) -> None:
         self.model, self.free, self.functions = model, free, dict(functions)
         self._run = _runs(run, scenarios)
@@ -90,8 +91,8 @@ class Program:
         """What a result mostly is, as far as has been evaluated."""
         return float(np.median([abs(found.values[row]) for found in self._seen.values() if found.is_good] or [0.0]))
 
-    def _with_jacobian(self, model: Component, x: Any) -> tuple[Any, Any, Any]:
-        def twice(x: Array) -> tuple[Any, Any]:
+    def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:
+        def twice(x: Array) -> tuple[Array, tuple[Array, list[PyTree]]]:
             values, results = self.results(self.free.with_values(model, x))
             return values, (values, results)
 
@@ -101,7 +102,7 @@ class Program:
         jacobian, (values, results) = derivative(twice, has_aux=True)(x)
         return values, jacobian, results
 
-    def results(self, model: Component) -> tuple[Any, list[Any]]:
+    def results(self, model: Component) -> tuple[Array, list[PyTree]]:
         """All numbers that the functions return, and the outcomes of the runs."""
         runs = self._run(model)
         is_solution = _is_solution
@@ -111,17 +112,17 @@ class Program:
         self.names = tuple(name for _, name, _ in named)
         return jnp.stack([value for _, _, value in named]), [_outcome(solution) for solution in solutions]
 
-    def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Any:
+    def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Component:
         """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
 
-        def combined(model: Component) -> Array:
+        def combined(model: Component) -> Numbers:
             return weights @ self.results(self.free.with_values(model, x))[0]
 
         with trials(), compiling("the sensitivities", self.model, combined):
             return eqx.filter_jit(eqx.filter_grad(combined))(self.model)
 
 
-def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, Any]] | None) -> Function:
+def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | None) -> Function:
     function = run if run is not None else lambda model: model
     if not callable(function):
         raise ModelError(f"run must be a function of the model, such as lambda m: simulate(m, 1.0); got {run!r}.")
@@ -131,7 +132,7 @@ def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, Any]] | Non
         raise ModelError(f"scenarios is a dictionary of changes by name, one at least; got {scenarios!r}.")
     changes = dict(scenarios)
 
-    def each(model: Component) -> dict[str, Any]:
+    def each(model: Component) -> dict[str, PyTree]:
         # One run is compiled for all scenarios; what one of them does not change is as in the model.
         known = {leaf.path: leaf.value for leaf in leaves_of(model)}
         changed = [_values_at(replace(model, change), change) for change in changes.values()]
@@ -148,7 +149,7 @@ def _values_at(model: Component, paths: Iterable[str]) -> dict[str, Any]:
     return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.path in set(paths)}
 
 
-def _outcome(solution: Solution) -> Any:
+def _outcome(solution: Solution) -> PyTree:
     """Why a run failed, or the first one that did of a batch."""
     result = solution.result
     if not solution.is_batched:
@@ -156,11 +157,11 @@ def _outcome(solution: Solution) -> Any:
     return jax.tree_util.tree_map(lambda x: x[jnp.argmin(is_success(result))], result)
 
 
-def _is_solution(value: Any) -> bool:
+def _is_solution(value: object) -> bool:
     return isinstance(value, Solution)
 
 
-def _returned(name: str, function: Function, runs: Any) -> list[tuple[str, Any]]:
+def _returned(name: str, function: Function, runs: PyTree) -> list[tuple[str, Array]]:
     """The numbers that a function returns, each with its name."""
     try:
         leaves, _ = jax.tree_util.tree_flatten_with_path(function(runs))
@@ -184,7 +185,7 @@ def _returned(name: str, function: Function, runs: Any) -> list[tuple[str, Any]]
     return found
 
 
-def _failure(names: tuple[str, ...], values: Array, jacobian: Array, results: list[Any]) -> str:
+def _failure(names: tuple[str, ...], values: Array, jacobian: Array, results: list[PyTree]) -> str:
     """Why an evaluation is of no use; empty where it is."""
     for result in results:
         if not bool(is_success(result)):

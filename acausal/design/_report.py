@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ def reporter(
     return said
 
 
-def _worst(task: Task, values: Any) -> str:
+def _worst(task: Task, values: np.ndarray) -> str:
     broken = [float(limit.violation(values[row])) for limit, row in zip(task.limits, task.rows, strict=True)]
     if max(broken, default=0.0) <= 1e-6:
         return ""

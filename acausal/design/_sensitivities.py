@@ -1,6 +1,6 @@
 """Sensitivities of results to all parameters, as a sorted table and chart."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,8 +12,9 @@ from .._errors import SimulationError, UnknownNameError, suggestion
 from .._extras import Axes, given_or_new
 from ._bounds import Scale
 from ._free_parameters import free_parameters
-from ._limits import objectives_of
+from ._limits import Objective, objectives_of
 from ._program import Program
+from ._types import Function
 
 MOST = 15  # rows of a chart
 
@@ -77,7 +78,7 @@ class SensitivityTable(NamedTuple):
         return ax
 
 
-def sensitivities(model: Component, results: Any, *, run: Callable[[Any], Any] | None = None) -> Any:
+def sensitivities(model: Component, results: object, *, run: Function | None = None) -> Any:
     """The sensitivities of results to all parameters of a model: a `SensitivityTable` for one result, or one for each
     by name.
 
@@ -95,7 +96,9 @@ def sensitivities(model: Component, results: Any, *, run: Callable[[Any], Any] |
     return found if isinstance(results, Mapping) else next(iter(found.values()))
 
 
-def _tables(model: Component, objectives: Mapping[str, Any], run: Any) -> Iterator[tuple[str, SensitivityTable]]:
+def _tables(
+    model: Component, objectives: Mapping[str, Objective], run: Function | None
+) -> Iterator[tuple[str, SensitivityTable]]:
     free = free_parameters(model, {path: None for path, value in parameters(model).items() if np.size(value)})
     program = Program(model, free, {name: objective.function for name, objective in objectives.items()}, run)
     x = free.values(model)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from jaxtyping import Float
 
 from .._analyse.table import aligned
@@ -37,7 +38,7 @@ class Spread:
     std_error: float = 0.0
     shares: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
-    def percentile(self, p: Any) -> Any:
+    def percentile(self, p: npt.ArrayLike) -> Any:
         """The value below which p per cent lie; several at once for a sequence."""
         if not np.all((np.asarray(p) >= 0.0) & (np.asarray(p) <= 100.0)):
             raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
@@ -46,7 +47,7 @@ class Spread:
 
             found = self.mean + self.std * ndtri(np.asarray(p, float) / 100.0)
         else:
-            found = np.percentile(self.samples, p)
+            found = np.percentile(self.samples, np.asarray(p, float))
         return float(found) if np.ndim(found) == 0 else found
 
     def share(self, low: Any = None, high: Any = None) -> "Yield":

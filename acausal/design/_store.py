@@ -122,13 +122,13 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _code(function: Any) -> bytes:
+def _code(function: object) -> bytes:
     """What a function computes: its code with that of functions within it, and what it closes over."""
     return repr(_content(function, set())).encode()
 
 
-def _content(value: Any, seen: set[int]) -> Any:
-    """What a value is, as text that is the same in each process; `seen` are functions that are told already."""
+def _content(value: object, seen: set[int]) -> object:
+    """What a value is, as text that is the same in each process; `seen` are functions that are described already."""
     if isinstance(value, functools.partial):
         return [_content(part, seen) for part in (value.func, value.args, value.keywords)]
     if isinstance(value, types.MethodType):
@@ -149,7 +149,7 @@ def _content(value: Any, seen: set[int]) -> Any:
     return repr(value) if isinstance(value, bool | int | float | str | None) else repr(type(value))
 
 
-def _own(function: types.FunctionType) -> dict[str, Any]:
+def _own(function: types.FunctionType) -> dict[str, object]:
     """The numbers and functions of its module that a function names, but for those of other modules."""
     known = {name: function.__globals__.get(name) for name in sorted(_names(function.__code__))}
     return {

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,7 +17,7 @@ from .._integrate.options import count
 from .._units.quantity import has_unit, magnitude
 from ._bar import bar
 from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Task, code_names
-from ._bounds import number_in
+from ._bounds import Scale, number_in
 from ._distributions import Distribution
 from ._free import Free
 from ._free_parameters import single_parameters
@@ -25,6 +25,7 @@ from ._limits import objectives_of
 from ._pieces import evaluated
 from ._scores import member_count, sobol_scores
 from ._store import store_of
+from ._types import ByPath, Executor, Function
 
 M = TypeVar("M", bound=Component)
 MOST = 50_000_000  # members
@@ -35,7 +36,7 @@ SWEPT = "Elements of arrays are swept"
 class Sample:
     """Members that fill a space evenly: `n` of a scrambled Sobol sequence, from bounds or distributions by path."""
 
-    of: Mapping[Any, Any]
+    of: ByPath[object]
     n: int
     seed: int = 0
 
@@ -51,12 +52,12 @@ class Members:
 
 def sweep(
     model: Component,
-    over: Any,
-    results: Any,
+    over: object,
+    results: object,
     *,
-    run: Callable[[Any], Any] | None = None,
+    run: Function | None = None,
     store: str | Path | None = None,
-    executor: Any = None,
+    executor: Executor | None = None,
     chunk: int | None = None,
     progress: bool | None = None,
 ) -> Any:
@@ -120,7 +121,7 @@ def _members(model: Component, over: Any) -> Members:
     return listed(model, over)
 
 
-def _grid(model: Component, over: Mapping[Any, Any]) -> Members:
+def _grid(model: Component, over: ByPath[object]) -> Members:
     free = single_parameters(model, over, SWEPT)
     axes = tuple(_axis(v.name, v.unit, values) for v, values in zip(free.variables, over.values(), strict=True))
     n = int(np.prod([float(len(axis)) for axis in axes]))
@@ -129,7 +130,7 @@ def _grid(model: Component, over: Mapping[Any, Any]) -> Members:
     return Members(free, np.array(list(itertools.product(*axes)), float).reshape(n, len(axes)), axes)
 
 
-def _axis(name: str, unit: str, values: Any) -> np.ndarray:
+def _axis(name: str, unit: str, values: object) -> np.ndarray:
     given: Any = magnitude(values, unit, name) if has_unit(values) else values
     is_row = isinstance(given, list | tuple | range) or (hasattr(given, "shape") and np.ndim(given) == 1)
     if not is_row or not len(given):
@@ -176,7 +177,9 @@ def _bounds(name: str, unit: str, given: Any) -> tuple[float, float]:
     return low, high
 
 
-def _dataset(members: Members, names: Sequence[str], scales: Sequence[Any], values: Any, codes: Any) -> Any:
+def _dataset(
+    members: Members, names: Sequence[str], scales: Sequence[Scale], values: np.ndarray, codes: np.ndarray
+) -> Any:
     xr = needed("xarray", "tables", "A dataset")
     units = dict(zip(members.free.names, members.free.units, strict=True))
     shape = tuple(len(axis) for axis in members.axes) or (len(members.x),)

@@ -112,7 +112,9 @@ def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping
 
 
 def _is_flat(program: Program, x: np.ndarray, row: int) -> bool:
-    """Whether a result whose derivatives are zero has none a little further inside, either: an optimum has some."""
+    """Whether a result whose derivatives are zero is constant: then they are zero a little further inside the bounds,
+    too, where beside an optimum they are not.
+    """
     z = np.asarray(program.free.scaled(x))
     beside = program(np.array(program.free.unscaled(z + np.where(z < 0.5, BESIDE, -BESIDE))))
     return not beside.is_good or not np.any(beside.jacobian[row])

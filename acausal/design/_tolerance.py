@@ -20,6 +20,7 @@ from ._pieces import evaluated
 from ._program import Program
 from ._scores import member_count, sobol_scores
 from ._spread import Spread, Spreads
+from ._types import ByPath, Executor, Progress
 from ._worst import Worst, worst
 
 M = TypeVar("M", bound=Component)
@@ -61,12 +62,12 @@ class Tolerance(Generic[M]):
     def __init__(
         self,
         model: M,
-        distributions: Mapping[Any, Distribution],
-        results: Any,
+        distributions: ByPath[Distribution],
+        results: object,
         *,
         run: Callable[[M], Any] | None = None,
         correlation: Mapping[tuple[str, str], float] | None = None,
-        executor: Any = None,
+        executor: Executor | None = None,
     ) -> None:
         self.model = model
         single = "A distribution is that of one number: name elements of arrays"
@@ -91,7 +92,7 @@ class Tolerance(Generic[M]):
 
     @property
     def covariance(self) -> Float[np.ndarray, "k k"]:
-        """Of the parameters; where one that is correlated is not normal, that of the normal distribution beside it."""
+        """From standard deviations and the correlation of the scores, which is that of parameters that are normal."""
         std = np.array([distribution.std for distribution in self.distributions])
         return std[:, None] * (self._root @ self._root.T) * std
 
@@ -133,7 +134,7 @@ class Tolerance(Generic[M]):
         return found
 
     def monte_carlo(
-        self, n: int = 1000, *, seed: int = 0, progress: Callable[[int, int], None] | None = None, scores: Any = None
+        self, n: int = 1000, *, seed: int = 0, progress: Progress | None = None, scores: np.ndarray | None = None
     ) -> Spreads:
         """From `n` independent members, drawn by numpy's `default_rng(seed)`, or from `scores` of one's own.
 
@@ -143,18 +144,16 @@ class Tolerance(Generic[M]):
             scores = np.random.default_rng(seed).standard_normal((member_count(n), len(self.names)))
         return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
 
-    def sobol_sequence(
-        self, n: int = 1024, *, seed: int = 0, progress: Callable[[int, int], None] | None = None
-    ) -> Spreads:
+    def sobol_sequence(self, n: int = 1024, *, seed: int = 0, progress: Progress | None = None) -> Spreads:
         """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
         return self._sampled("Sobol sequence", sobol_scores(len(self.names), member_count(n), seed), progress)
 
-    def members(self, scores: Float[np.ndarray, "n k"], progress: Any = None) -> Members:
+    def members(self, scores: Float[np.ndarray, "n k"], progress: Progress | None = None) -> Members:
         """The runs of members that are given by independent scores."""
         x = self.parameters_at(scores)
         return Members(x, evaluated(self._task, x, executor=self._executor, progress=progress))
 
-    def indices(self, n: int = 512, *, seed: int = 0, progress: Callable[[int, int], None] | None = None) -> Indices:
+    def indices(self, n: int = 512, *, seed: int = 0, progress: Progress | None = None) -> Indices:
         """Sobol' indices of first order and in total, by n (k + 2) runs for k parameters; these have to be independent.
 
         Estimators: Saltelli and others (2010), Computer Physics Communications 181, 259-270, table 2 (b) and (f).
@@ -194,7 +193,7 @@ class Tolerance(Generic[M]):
             raise UnknownNameError(f"There is no result {result!r}.{suggestion(result, names)}")
         return names.index(result)
 
-    def _sampled(self, method: str, scores: np.ndarray, progress: Any) -> Spreads:
+    def _sampled(self, method: str, scores: np.ndarray, progress: Progress | None) -> Spreads:
         if scores.ndim != 2 or scores.shape[1] != len(self.names):
             raise ModelError(f"scores need a column for each of {len(self.names)} parameters, got {scores.shape}.")
         outcomes = self.members(scores, progress).outcomes
@@ -225,7 +224,7 @@ class Tolerance(Generic[M]):
         return hessians_of(self._program, self.means)
 
 
-def _resolved(free: Free, distributions: Mapping[Any, Distribution], model: Component) -> tuple[Distribution, ...]:
+def _resolved(free: Free, distributions: ByPath[Distribution], model: Component) -> tuple[Distribution, ...]:
     """The distributions with numbers in the declared units."""
     found = []
     values = zip(free.variables, distributions.values(), free.values(model).tolist(), strict=True)

@@ -61,10 +61,10 @@ def _end(
     low, width = box[:, 0], box[:, 1] - box[:, 0]
     size = float(np.sum(np.abs(gradient) * width)) or 1.0
     corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
-    # A start in the corner itself would be an end at once; a little inside, the gradient there is looked at, too.
+    # In the corner itself the search would end at once; from a little inside, it follows the gradient there.
     places = [0.02 + 0.96 * corner, *np.random.default_rng(seed).random((max(starts - 1, 0), len(low)))]
 
-    def function(z: Any) -> tuple[float, np.ndarray]:
+    def function(z: np.ndarray) -> tuple[float, np.ndarray]:
         found = program(low + width * z)
         if not found.is_good:
             return REFUSED, np.zeros(len(low))

@@ -1,7 +1,6 @@
 """The checks of a component, each of which raises `CheckFailed` with all that it found."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -22,8 +21,8 @@ CREEP = 1e-6  # power that may be given back, as a share of what is dissipated: 
 def check_component(
     component: Component,
     *,
-    given: Mapping[str, Any] | None = None,
-    expected: Mapping[str, Any] | None = None,
+    given: Mapping[str, object] | None = None,
+    expected: Mapping[str, object] | None = None,
     rtol: float = 1e-6,
     atol: float = 1e-12,
     sizes: float | None = None,
@@ -52,8 +51,8 @@ def check_units(component: Component) -> None:
 
 def check_law(
     component: Component,
-    given: Mapping[str, Any],
-    expected: Mapping[str, Any],
+    given: Mapping[str, object],
+    expected: Mapping[str, object],
     *,
     rtol: float = 1e-6,
     atol: float = 1e-12,
@@ -69,8 +68,8 @@ def check_law(
 
 def _law_problems(
     component: Component,
-    given: Mapping[str, Any],
-    expected: Mapping[str, Any],
+    given: Mapping[str, object],
+    expected: Mapping[str, object],
     rtol: float,
     atol: float,
     sizes: float | None,

@@ -2,12 +2,13 @@
 
 import functools as ft
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import PyTree
 
 from .._declare.array import Array, deepened
 from .._declare.component import Component, Energy
@@ -16,16 +17,17 @@ from .._declare.layout import complete_leaves
 from .._declare.node import Port
 from .._evaluate.events import events_of
 from .._integrate.energy import accounts
+from .._numbers import Numbers
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
 from .._reduce.nominal import nominal_size
 
-Params = list[Any]  # in the order of the leaves of a component, as the modes
-Modes = list[Any]
+Params = Sequence[jax.Array | np.ndarray]  # in the order of the leaves of a component, as the modes
+Modes = Sequence[jax.Array | np.ndarray]
 
 
-def quick(function: Any) -> Any:
+def quick(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
     """A function of stacked arguments, compiled quickly rather than well, for it is called a few times."""
     return jax.jit(jax.vmap(function), compiler_options={"xla_backend_optimization_level": 0})
 
@@ -33,17 +35,17 @@ def quick(function: Any) -> Any:
 class Balance(NamedTuple):
     """Power through the ports and the three terms of the energy account, in W."""
 
-    ports: Any
-    supplied: Any
-    stored: Any
-    dissipated: Any
+    ports: Numbers
+    supplied: Numbers
+    stored: Numbers
+    dissipated: Numbers
 
 
 class OpenEquations:
     """The equations and inner connections of a component, and their derivatives in time.
 
-    A point z of shape [3, variables] holds all variables with their first and second time derivatives. What events
-    change by the way, the modes, is given apart.
+    A point z of shape [3, variables] holds all variables with their first and second time derivatives. The
+    modes, which are the discrete variables that events change, are given apart.
     """
 
     def __init__(self, component: Component, sizes: float | None = None) -> None:
@@ -56,7 +58,7 @@ class OpenEquations:
         pieces = [np.full(leaf.count, sizes or nominal_size(leaf)) for leaf in self.variables]
         self.size: np.ndarray = _joined(pieces)
         self._events = events_of(self.flat, ())
-        # An open port takes any flow, which its owner alone would set to zero.
+        # Any flow may enter an open port; a model of the component alone would set it to zero.
         own = self._own_flows()
         self._flow_sets = [joint for joint in self.flat.flow_sets if len(joint[0]) > 1 or not own.issuperset(joint[0])]
 
@@ -87,7 +89,7 @@ class OpenEquations:
         runs = [np.full(leaf.count, float(leaf.declaration.role == "time")) for leaf in self.variables]
         return np.stack([_joined(x), _joined(runs), np.zeros(self.n)])
 
-    def _leaves(self, x: Any, params: Params, modes: Modes) -> list[Any]:
+    def _leaves(self, x: jax.Array, params: Params, modes: Modes) -> list[jax.Array | np.ndarray]:
         param, mode = iter(params), iter(modes)
         return [
             jnp.reshape(x[leaf.first : leaf.first + leaf.count], leaf.stack) if leaf.declaration.is_variable
@@ -95,7 +97,7 @@ class OpenEquations:
             for leaf in self.flat.leaves
         ]  # fmt: skip
 
-    def _view(self, x: Any, params: Params, modes: Modes) -> Any:
+    def _view(self, x: jax.Array, params: Params, modes: Modes) -> Component:
         return self.flat.structure.unflatten(self._leaves(x, params, modes))
 
     @ft.cached_property
@@ -103,7 +105,7 @@ class OpenEquations:
         """What each residual belongs to."""
         names: list[str] = []
 
-        def values(x: Any, params: Params, modes: Modes) -> list[Any]:
+        def values(x: jax.Array, params: Params, modes: Modes) -> list[jax.Array]:
             found = self._residuals(x, x, params, modes)
             names[:] = found
             return list(found.values())  # as a dictionary, it would come back sorted
@@ -115,7 +117,7 @@ class OpenEquations:
             for i in range(math.prod(shape.shape))
         ]
 
-    def _residuals(self, x: Any, dx: Any, params: Params, modes: Modes) -> dict[str, Any]:
+    def _residuals(self, x: jax.Array, dx: jax.Array, params: Params, modes: Modes) -> dict[str, jax.Array]:
         here, slope = self._view(x, params, modes), self._view(dx, params, modes)
         found = {name: jnp.asarray(value, float) for name, value in _stated(here, slope, "").items()}
         for i, (a, b) in enumerate(self.flat.across):
@@ -127,19 +129,19 @@ class OpenEquations:
                 found[f"{leaf.path} as the time"] = dx[leaf.first : leaf.first + leaf.count] - 1.0
         return found
 
-    def residual(self, x: Any, dx: Any, params: Params, modes: Modes) -> Any:
+    def residual(self, x: jax.Array, dx: jax.Array, params: Params, modes: Modes) -> jax.Array:
         """What is left of the equations; zero at a point that meets them."""
         found = self._residuals(x, dx, params, modes)
         return jnp.concatenate([jnp.zeros(0), *map(jnp.ravel, found.values())])
 
     @ft.cached_property
-    def linearised(self) -> Any:
+    def linearised(self) -> Callable[..., PyTree]:
         """For stacks of points, parameters and modes: what is left of the equations and of their derivatives in time,
         and its Jacobian.
         """
 
-        def both(z: Any, params: Params, modes: Modes) -> Any:
-            def residuals(z: Any) -> Any:
+        def both(z: jax.Array, params: Params, modes: Modes) -> tuple[jax.Array, jax.Array]:
+            def residuals(z: jax.Array) -> jax.Array:
                 value = lambda x, dx: self.residual(x, dx, params, modes)  # noqa: E731
                 return jnp.concatenate(jax.jvp(value, (z[0], z[1]), (z[1], z[2])))
 
@@ -147,17 +149,17 @@ class OpenEquations:
 
         return quick(both)
 
-    def energy(self, x: Any, params: Params, modes: Modes) -> Energy:
+    def energy(self, x: jax.Array, params: Params, modes: Modes) -> Energy:
         """The sum of the energy accounts of the component and its parts."""
         found = [account for _, account in accounts(self._view(x, params, modes))]
         sums = [sum(terms) for terms in zip(*found, strict=True)] or [0.0] * 3
         return Energy(*(jnp.asarray(term, float) for term in sums))
 
     @ft.cached_property
-    def balance(self) -> Any:
+    def balance(self) -> Callable[..., PyTree]:
         """The power balance at stacks of points, parameters and modes."""
 
-        def at(z: Any, params: Params, modes: Modes) -> Balance:
+        def at(z: jax.Array, params: Params, modes: Modes) -> Balance:
             account = lambda x: self.energy(x, params, modes)  # noqa: E731
             now, rate = jax.jvp(account, (z[0],), (z[1],))
             here, slope = (children(self._view(x, params, modes), "") for x in (z[0], z[1]))
@@ -168,13 +170,15 @@ class OpenEquations:
         return quick(at)
 
     @ft.cached_property
-    def happens(self) -> Any:
+    def happens(self) -> Callable[..., PyTree]:
         """For stacks of points: which conditions of events hold, the modes after those that did not hold before, and
         whether what the component refuses is the case.
         """
         return quick(self._happens)
 
-    def _happens(self, x: Any, params: Params, modes: Modes, before: Any) -> tuple[Any, Modes, Any]:
+    def _happens(
+        self, x: jax.Array, params: Params, modes: Modes, before: Sequence[jax.Array]
+    ) -> tuple[Sequence[jax.Array], Modes, jax.Array]:
         if self._events is None:
             return before, modes, jnp.asarray(False)
         leaves = self._leaves(x, params, modes)
@@ -199,9 +203,9 @@ class OpenEquations:
         return [np.zeros((k, *entry.stack), bool) for entry in entries]
 
 
-def _stated(node: Any, d: Any, path: str) -> dict[str, Any]:
+def _stated(node: Any, d: Any, path: str) -> dict[str, Numbers]:
     """The residuals of the equations of a node and its parts, by path."""
-    found: dict[str, Any] = {}
+    found: dict[str, Numbers] = {}
     if isinstance(node, Component):
         found = {join(path, name): equation.residual for name, equation in node.equations(d).items()}
     for (where, part), (_, slope) in zip(children(node, path), children(d, path), strict=True):

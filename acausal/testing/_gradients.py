@@ -1,10 +1,11 @@
 """Derivatives of a component's laws in both modes, against central differences."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from ._equations import Modes, OpenEquations, Params, quick
 from ._points import Points
@@ -43,17 +44,17 @@ def _directions(value: np.ndarray, draw: np.random.Generator) -> np.ndarray:
 class _Found(NamedTuple):
     """What is computed at each point.
 
-    `value` and `forward` are the laws and their derivatives in forward mode, `differences` those by differences over
-    each step, of numbers as large as `of`. The sums of `one` and `other` are equal: a weighted sum of the derivatives,
-    by forward mode and by reverse mode.
+    `value` and `forward` are the laws and their derivatives in forward mode, `differences` the derivatives by central
+    differences over each of `STEPS`, and `of` the sizes of the numbers that are subtracted for them. The terms of `one`
+    and `other` have the same sum, the weighted derivatives, computed in forward mode and in reverse mode.
     """
 
-    value: Any
-    forward: Any
-    differences: Any
-    of: Any
-    one: Any
-    other: Any
+    value: Array | np.ndarray
+    forward: Array | np.ndarray
+    differences: Array | np.ndarray
+    of: Array | np.ndarray
+    one: Array | np.ndarray
+    other: Array | np.ndarray
 
 
 class _Derivatives:
@@ -62,11 +63,11 @@ class _Derivatives:
     def __init__(self, equations: OpenEquations) -> None:
         self.equations = equations
 
-    def laws(self, z: Any, params: Params, modes: Modes) -> Any:
+    def laws(self, z: Array, params: Params, modes: Modes) -> Array:
         terms = jnp.stack(self.equations.energy(z[0], params, modes))
         return jnp.concatenate([self.equations.residual(z[0], z[1], params, modes), terms])
 
-    def __call__(self, z: Any, params: Params, modes: Modes, z_way: Any, p_way: Params, weight: Any) -> _Found:
+    def __call__(self, z: Array, params: Params, modes: Modes, z_way: Array, p_way: Params, weight: Array) -> _Found:
         law = lambda z, params: self.laws(z, params, modes)  # noqa: E731
         # Reverse mode is the transpose of what forward mode computes, and both are compiled with one copy of the law.
         value, tangent = jax.linearize(law, z, params)
@@ -76,7 +77,7 @@ class _Derivatives:
         # An infinite parameter does not vary.
         reverse = [jnp.where(way == 0.0, 0.0, slope * way).ravel() for slope, way in pairs]
 
-        def moved(share: Any) -> Any:
+        def moved(share: Array | np.ndarray) -> Array:
             return law(z + share * z_way, [p + share * way for p, way in zip(params, p_way, strict=True)])
 
         both_ways = jax.vmap(moved)(np.concatenate([STEPS, -STEPS])) / (2.0 * np.tile(STEPS, 2)[:, None])
@@ -86,7 +87,7 @@ class _Derivatives:
 
 
 def _told(labels: list[str], found: _Found) -> list[str]:
-    """What is wrong with derivatives at points, the last of which is that of the start values."""
+    """What is wrong with the derivatives at points; the last point is that of the start values."""
     is_infinite = np.isfinite(found.value[-1]) & ~np.isfinite(found.forward[-1])
     problems = [
         f"The derivative of {labels[i]} is not finite at the start values." for i in np.flatnonzero(is_infinite)
@@ -100,7 +101,7 @@ def _told(labels: list[str], found: _Found) -> list[str]:
         k = int(np.argmax(wrong[:, i]))
         numbers = f"{forward[k, 0, i]:.9g} in forward mode, {differences[k, nearest[k, i], i]:.9g} by differences"
         problems.append(f"The derivative of {labels[i]} is {numbers}.")
-    # Where forward mode is wrong, reverse mode is so, too.
+    # Reverse mode is the transpose of forward mode, and wrong wherever that is: this is said once.
     return problems or _modes_differ(found)
 
 

@@ -1,7 +1,6 @@
 """The law of a component: what follows from given values."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ._points import Points, nearby
 GUESSES = 3
 
 
-def solved(component: Component, given: Mapping[str, Any], *, sizes: float | None = None) -> dict[str, np.ndarray]:
+def solved(component: Component, given: Mapping[str, object], *, sizes: float | None = None) -> dict[str, np.ndarray]:
     """What follows from given values of some variables, by the equations of a component and their time derivatives.
 
     `given` names variables and derivatives, as in `{"w": 10.0, "der(w)": 2.0}`; a value may be an array of several

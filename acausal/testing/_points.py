@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 import numpy as np
+from jax import Array
 
 from .._declare.by_name import parameters, replace
 from .._declare.component import Component
@@ -34,9 +35,9 @@ class Points:
         return ENOUGH * int(self.ok.sum()) < len(self.ok)
 
     def or_else(self, others: "Points") -> "Points":
-        """These where they meet the equations, and others with the same parameters elsewhere."""
+        """These points where they meet the equations, else `others`, which have the same parameters."""
 
-        def chosen(own: np.ndarray, other: np.ndarray) -> np.ndarray:
+        def chosen(own: Array | np.ndarray, other: Array | np.ndarray) -> np.ndarray:
             return np.where(np.reshape(self.ok, (-1, *(1,) * (own.ndim - 1))), own, other)
 
         modes = [chosen(*pair) for pair in zip(self.modes, others.modes, strict=True)]
@@ -50,7 +51,7 @@ class Points:
 def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
     """Points near random guesses; the first one with the parameters that are given, the others with random ones.
 
-    A component that refuses much of what it is guessed to be in is guessed in again.
+    Where too few guesses lead to points, because the component refuses many of them, new guesses are drawn.
     """
     draw = np.random.default_rng(seed)
     variants = [equations.component] + [_varied(equations.component, draw) for _ in range(count - 1)]
@@ -83,7 +84,7 @@ def _stacked(given: Iterable[tuple[Params, Modes]]) -> tuple[Params, Modes]:
 
 
 def _varied(component: Component, draw: np.random.Generator, spread: float = 0.4) -> Component:
-    """The component with other parameters that meet what it requires of them; zeros stay in half of the cases."""
+    """The component with other parameters that it accepts; a zero stays zero in half of the cases."""
     noise = {path: draw.normal() for path in parameters(component)}
     stay = {path: draw.random() < 0.5 for path in noise}
     for _ in range(6):
@@ -109,14 +110,14 @@ def _replaced(component: Component, values: dict[str, np.ndarray]) -> Component 
 
 
 def nearby(equations: OpenEquations, guess: Points, fixed: np.ndarray | None = None) -> Points:
-    """Points near others that meet the equations; `fixed` are the places of a point that stay."""
+    """Points that meet the equations, found from guesses; the numbers of a point that are `fixed` stay."""
     z, params, modes, ok = guess.z, guess.params, guess.modes, guess.ok
     free = np.ones(3 * equations.n, bool) if fixed is None else ~fixed
     scale = np.tile(equations.size, 3)
     before, stays, refused = equations.quiet(len(z)), np.zeros(len(z), bool), np.zeros(len(z), bool)
     for _ in range(ROUNDS):
         z, ok = _newton(equations, z, params, modes, scale, free)
-        # Values that jump come from the next search; here, only the modes follow each other.
+        # Modes may change each other until they agree; the variables follow in the next search.
         for i in range(ROUNDS):
             before, new, refused = equations.happens(z[:, 0], params, modes, before)
             same = _alike(modes, new)
@@ -137,7 +138,7 @@ def _alike(modes: Modes, others: Modes) -> np.ndarray:
 def _newton(
     equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray, free: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Steps of least norm, in shares of the scale, from stacks of points; and which of them arrived."""
+    """Newton's method with steps of least norm, measured by `scale`: where it ends, and which points it has found."""
     for _ in range(STEPS):
         residual, slope, finite = _rows(equations, z, params, modes, scale)
         if np.max(np.abs(residual), initial=0.0) < 1e-3 * MET:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from acausal import Scalar
+
 
 class Terminal(NamedTuple):
     """Rows that pick what is across, its rate, and the flow into the element."""
@@ -35,11 +37,11 @@ def capacitor(p: Terminal, n: Terminal, v: Inner, *, C: float) -> list[Any]:
     return [p.f - C * v.dy, v.y - (p.x - n.x), p.f + n.f]
 
 
-def effort_source(p: Terminal, n: Terminal, value: Any) -> list[Any]:
+def effort_source(p: Terminal, n: Terminal, value: Scalar) -> list[Any]:
     return [p.x - n.x - value, p.f + n.f]
 
 
-def flow_source(p: Terminal, n: Terminal, value: Any) -> list[Any]:
+def flow_source(p: Terminal, n: Terminal, value: Scalar) -> list[Any]:
     return [p.f - value, p.f + n.f]
 
 

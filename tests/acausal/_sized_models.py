@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from acausal import Component, Connections, connect
+from acausal import Component, Connections, Scalar, connect
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 from components.rotational import ConstantTorque, Damper, Fixed, Inertia, Spring
 
@@ -25,7 +25,7 @@ class Circuit(Component):
         )
 
 
-def circuit(volt: Any = 1.0, ampere: Any = 1.0, R: float = 0.4, L: float = 1.0, C: float = 1.0) -> Circuit:
+def circuit(volt: Scalar = 1.0, ampere: Any = 1.0, R: float = 0.4, L: float = 1.0, C: float = 1.0) -> Circuit:
     """A circuit in which all voltages and currents grow with these numbers."""
     ohm = volt / ampere
     return Circuit(source=ConstantVoltage(V=volt), r=Resistor(R=R * ohm), l=Inductor(L=L * ohm), c=Capacitor(C=C / ohm))

@@ -127,4 +127,4 @@ def test_picture() -> None:
     ax = graph.plot()
     assert {text.get_text() for text in ax.texts} >= {"1", "R", "C"}
     assert len([line for line in str(graph).splitlines() if "|" in line]) == len(graph.bonds)
-    plt.close(ax.figure)
+    plt.close("all")

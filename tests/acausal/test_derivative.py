@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from acausal import Scalar
 from acausal._integrate.derivative import FEW, HELD, differentiable
 from acausal._tracing import is_traced
 
@@ -58,7 +59,7 @@ def test_arrays_and_batches(mode: str) -> None:
     def total(arrays: list[Any]) -> Any:
         return jax.lax.while_loop(lambda s: s[0] < 3, lambda s: (s[0] + 1, s[1] * arrays[0] + arrays[1]), (0, 1.0))[1]
 
-    def by_hand(x: Any, y: Any) -> Any:
+    def by_hand(x: Scalar, y: Scalar) -> Scalar:
         return x**3 + y * (x**2 + x + 1.0)
 
     function = differentiable(lambda a: total([a[0].sum(), a[1]]), not_called, 1)

@@ -37,7 +37,10 @@ def test_bands_are_as_wide_as_their_amounts() -> None:
     assert any(text.startswith("source: supplied") for text in texts)
     assert any(text.startswith("c: stored") for text in texts)
     (_, *bands, _) = ax.collections  # what was supplied, where it went, the bar in the middle
-    heights = [np.ptp(vertices[vertices[:, 0] == 1.0, 1]) for vertices in (b.get_paths()[0].vertices for b in bands)]
+    heights = [
+        np.ptp(vertices[vertices[:, 0] == 1.0, 1])
+        for vertices in (np.asarray(b.get_paths()[0].vertices) for b in bands)
+    ]
     went = np.array([account.dissipated["r"], account.stored["c"]])
     np.testing.assert_allclose(heights, went / max(went.sum(), account.supplied["source"]), rtol=1e-6)
     plt.close("all")

@@ -74,7 +74,7 @@ def test_failure_under_jit_shows_whatever_is_read(reader: str) -> None:
     """A result that is not the end time must not hide that the run went wrong."""
 
     @eqx.filter_jit
-    def run(R: Any) -> Any:
+    def run(R: Scalar) -> Scalar:
         model = eqx.tree_at(lambda m: m.r.R, rc(), R)
         sol = simulate(model, 0.1, save=jnp.array([0.05, 0.1]), integrals=lambda s: {"charge": s.c.i})
         return READERS[reader](sol)

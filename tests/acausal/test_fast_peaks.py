@@ -38,7 +38,7 @@ def wanted(s: Spindle) -> dict[str, Any]:
     }
 
 
-def found(w: Any, k: Any, save: Any = "end") -> dict[str, Any]:
+def found(w: Scalar, k: Scalar, save: Any = "end") -> dict[str, Any]:
     return simulate(replace(Spindle(), {"w": w, "k": k}), 1.0, save=save, rtol=1e-9, peaks=wanted).peaks
 
 

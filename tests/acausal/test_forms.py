@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from acausal import Scalar
 from acausal._reduce.forms import POSITIVE, Form, interpret, parameter, variable
 
 N_UNKNOWNS, N_PARAMS = 3, 2
@@ -119,7 +120,7 @@ def points() -> np.ndarray:
     return np.array([[*u, *params[i % 2]] for i, u in enumerate(unknowns)])
 
 
-def close(a: Any, b: Any) -> bool:
+def close(a: Scalar, b: Scalar) -> bool:
     return np.allclose(a, b, rtol=1e-10, atol=1e-8)
 
 

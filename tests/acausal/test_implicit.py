@@ -27,7 +27,7 @@ from acausal import (
     simulate,
 )
 from acausal._evaluate.building import system_of
-from acausal._evaluate.implicit import nearest, settled
+from acausal._evaluate.implicit import nearest, refined
 from acausal._evaluate.initial import initial_state
 from acausal._evaluate.invariants import onto_invariants
 from acausal._evaluate.observe import observe
@@ -120,7 +120,7 @@ def test_higher_derivatives_of_a_nearest_point() -> None:
 
     def point(t: Any) -> Any:
         start, radius = jnp.stack([1.0 + t, 2.0 - t**2]), 1.5 + jnp.sin(t)
-        found = settled(on_circle, jnp.linalg.pinv, radius * jnp.array([0.6, 0.8]), start, radius)
+        found = refined(on_circle, jnp.linalg.pinv, radius * jnp.array([0.6, 0.8]), start, radius)
         return nearest(on_circle, jnp.linalg.pinv, found, start, radius)
 
     def closed(t: Any) -> Any:

@@ -380,7 +380,7 @@ def test_plots(motor: LinearSystem) -> None:
         panels[1, 1].lines[0].get_ydata(), motor.step_response(np.linspace(0.0, 0.1, 5))[:, 1, 1]
     )
     crosses = motor.plot_poles().lines[2]
-    np.testing.assert_allclose(crosses.get_xdata(), motor.poles.real)
+    np.testing.assert_allclose(np.asarray(crosses.get_xdata()), motor.poles.real)
     with pytest.raises(ModelError, match="no channel to plot"):
         linearise(motor_rig()).plot_bode()
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._integrate.conditions import EventConditions
-from acausal._integrate.interval import Point
+from acausal._integrate.interval import Seen
 from acausal._integrate.look import look
 
 Pair = Float[Array, "2"]
@@ -144,7 +144,7 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
         margins, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool), np.ones(3, bool)
     )
     none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
-    unknown = Point(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
+    unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
     looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, 10.0, 1e-12)
     jax.effects_barrier()
     assert not looked.is_any

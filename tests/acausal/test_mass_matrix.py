@@ -90,7 +90,7 @@ def test_events_and_stops_by_algebraic_unknowns() -> None:
     system = choose_states(Watched(k=1.0), algebraic="integrate")
     assert np.sum(system.mass == 0.0) == 2
 
-    def found(k: Any, system: Any) -> Any:
+    def found(k: Scalar, system: Any) -> Any:
         sol = simulate(Watched(k=k), 9.0, system=system, until=lambda s: s.u - 0.4, rtol=1e-9, save="end")
         return jnp.stack([k * sol.t1, k * sol.events.times[0], sol.final.u, sol.final.seen, sol.final.gain])
 

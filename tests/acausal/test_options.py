@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from _models import rc
 
-from acausal import Component, Connections, ModelError, ParameterError, Result, connect, quantity, simulate
+from acausal import Component, Connections, ModelError, ParameterError, Result, Scalar, connect, quantity, simulate
 from components.translational import HardStop, Mass, Spring
 
 NAN, INF = float("nan"), float("inf")
@@ -104,7 +104,7 @@ def test_times_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("value", ["a", 1j, np.array(1.0 + 1.0j)], ids=str)
-def test_a_model_of_real_numbers_is_needed(value: Any) -> None:
+def test_a_model_of_real_numbers_is_needed(value: Scalar) -> None:
     model = eqx.tree_at(lambda model: model.r.R, rc(), value)
     with pytest.raises(ParameterError, match="which is no real number"):
         simulate(model, 1.0)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import acausal
+from acausal import Scalar
 from acausal._equinox_private import unvmap_any, while_loop
 from acausal._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, Literal, Tracer, Var, jaxpr_as_fun
 
@@ -47,7 +48,7 @@ def test_programs_can_be_cut_and_reassembled() -> None:
 
 
 @jax.custom_jvp
-def _forward(x: Any) -> Any:
+def _forward(x: Scalar) -> Scalar:
     return x
 
 
@@ -55,7 +56,7 @@ _forward.defjvps(lambda dx, out, x: dx)
 
 
 @jax.custom_vjp
-def _reverse(x: Any) -> Any:
+def _reverse(x: Scalar) -> Scalar:
     return x
 
 
@@ -95,7 +96,7 @@ def test_what_is_traced_is_a_tracer() -> None:
 
 
 def test_bounded_loops_are_differentiable_in_both_modes() -> None:
-    def halved(x: Any) -> Any:
+    def halved(x: Scalar) -> Scalar:
         return while_loop(lambda y: y > 1.0, lambda y: y / 2.0, x, max_steps=16, kind="bounded", base=16)
 
     assert halved(12.0) == jnp.float64(0.75)

@@ -15,7 +15,7 @@ import pytest
 from _models import rc
 from jax import monitoring
 
-from acausal import _progress, initialise, linearise, simulate
+from acausal import Scalar, _progress, initialise, linearise, simulate
 
 
 class Terminal(io.StringIO):
@@ -50,7 +50,7 @@ def said(of: str) -> str:
     return f"Compiled {of} in N s."
 
 
-def final(R: Any, **options: Any) -> Any:
+def final(R: Scalar, **options: Any) -> Any:
     return simulate(rc(R=R), 1.0, save="end", **options).final.c.v
 
 
@@ -100,7 +100,7 @@ def test_nothing_is_said_of_other_programs(terminal: Terminal) -> None:
 
 
 def test_a_line_is_ended_before_an_error(terminal: Terminal) -> None:
-    def failing(R: Any) -> Any:
+    def failing(R: Scalar) -> Scalar:
         v = final(R)
         while not terminal.getvalue():
             time.sleep(0.001)

@@ -67,7 +67,7 @@ def test_arrays() -> None:
 
 
 def test_traced_values() -> None:
-    def inertia(value: Any) -> Any:
+    def inertia(value: Scalar) -> Scalar:
         return jnp.asarray(Inertia(J=quantity(value, "g.cm2")).J)
 
     np.testing.assert_allclose(jax.grad(inertia)(120.0), 1e-7)

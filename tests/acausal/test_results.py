@@ -225,7 +225,7 @@ def test_error_of_a_failed_run(name: str) -> None:
 
 def test_a_parameter_that_goes_bad_under_jit() -> None:
     @eqx.filter_jit
-    def run(m: Any, throw: bool) -> Any:
+    def run(m: Scalar, throw: bool) -> Any:
         model = eqx.tree_at(lambda holder: holder.part.m, Holder(part=Mass(m=1.0)), m)
         return simulate(model, 0.1, save="end", throw=throw).result
 

@@ -57,7 +57,7 @@ class Ball(Component):
 def test_two_halves_make_a_whole() -> None:
     """Parted anywhere: between events, at a tick of the clock, and at a rebound but for rounding."""
 
-    def parted(t: Any) -> Any:
+    def parted(t: Scalar) -> Scalar:
         first = simulate(Ball(), t, rtol=1e-10, save="end")
         last = simulate(first.final, 2.0, t0=t, rtol=1e-10, save="end", resume=True).final
         return jnp.stack([last.h, last.v, last.rebounds, last.ticks])
@@ -216,7 +216,7 @@ def test_what_sets_states_too_happens_once() -> None:
 def test_starts_of_a_batch_know_what_has_happened() -> None:
     """With derivatives of what follows: x = u + past at rest."""
 
-    def end(u: Any) -> Any:
+    def end(u: Scalar) -> Scalar:
         final = simulate(initialise(Counter(u=u), steady=True, t0=2.0), 2.4, t0=2.0, save="end").final
         return jnp.stack([final.x, final.past, final.ticks, final.full])
 

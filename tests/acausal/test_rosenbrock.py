@@ -11,7 +11,7 @@ import optimistix as optx
 import pytest
 from jaxtyping import Array, Float
 
-from acausal import ParameterError
+from acausal import ParameterError, Scalar
 from acausal._integrate.solvers import Rodas3P, Rodas5P
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
 from acausal._linear_solver import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
@@ -213,13 +213,13 @@ def reactor(t, y, stiffness):
     return jnp.stack([-y[0] * y[1] * (1 + t), y[1] ** 3 + stiffness * y[1] - y[0]])
 
 
-def solve_reactor(stiffness: Any, dt0: float | None, **options) -> diffrax.Solution:
+def solve_reactor(stiffness: Scalar, dt0: float | None, **options) -> diffrax.Solution:
     y0 = jnp.stack([1.0 + stiffness, jnp.ones_like(stiffness)])
     solver = Rodas5P(mass=[1.0, 0.0])
     return diffrax.diffeqsolve(diffrax.ODETerm(reactor), solver, 0.0, 5.0, dt0, y0, args=stiffness, **options)
 
 
-def crossing_time(stiffness: Any, adjoint: diffrax.AbstractAdjoint) -> Array:
+def crossing_time(stiffness: Scalar, adjoint: diffrax.AbstractAdjoint) -> Array:
     """When the reactor's y falls to 1/2."""
     sol = solve_reactor(
         stiffness,

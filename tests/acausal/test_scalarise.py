@@ -45,7 +45,7 @@ STAGES: dict[str, Callable[[Any, Any], Any]] = {
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.lists(st.sampled_from(sorted(STAGES)), min_size=1, max_size=3), st.integers(3, 6), st.integers(0, 2**31))
 def test_element_values_equal_the_array(names: list[str], n: int, seed: int) -> None:
-    def function(v: Any, s: Any) -> Any:
+    def function(v: Scalar, s: Any) -> Any:
         for name in names:
             v = STAGES[name](v, s)
         return v

@@ -1,19 +1,17 @@
 """Second derivatives of smooth runs against differences of gradients."""
 
-from typing import Any
-
 import equinox as eqx
 import jax
 import pytest
 
-from acausal import simulate
+from acausal import Scalar, simulate
 from docs.drive import drive
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("result", "step"), [("time of a stop", 1e-3), ("end value", 1e-2)])
 def test_hessian_against_differences_of_gradients(result: str, step: float) -> None:
-    def value(ratio: Any) -> Any:
+    def value(ratio: Scalar) -> Scalar:
         model = eqx.tree_at(lambda m: m.gear.ratio, drive, ratio)
         if result == "end value":
             return simulate(model, 0.05, save="end", rtol=1e-8).final.load.w

@@ -1,6 +1,6 @@
 """Values that events set while start values are searched for: they have derivatives, modes have none."""
 
-from typing import Any, Self
+from typing import Self
 
 import jax
 import jax.numpy as jnp
@@ -37,7 +37,7 @@ class Latched(Component):
         )
 
 
-def rest(u: Any) -> Any:
+def rest(u: Scalar) -> Scalar:
     return initialise(Latched(u=u), steady=True).z
 
 

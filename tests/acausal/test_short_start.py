@@ -1,6 +1,6 @@
 """The end of a run less some rounding is one operation, and as good as the hundred of diffrax."""
 
-from typing import Any, Self
+from typing import Self
 
 import diffrax
 import jax
@@ -39,7 +39,7 @@ def test_steps_are_those_of_diffrax() -> None:
 
 @pytest.mark.parametrize("differentiated", [False, True])
 def test_no_operation_of_the_hundred_is_left(differentiated: bool) -> None:
-    def end(k: Any) -> Any:
+    def end(k: Scalar) -> Scalar:
         return simulate(Decay(k=k), 2.0, save="end").final.x
 
     function = jax.grad(end) if differentiated else end

@@ -69,7 +69,7 @@ def _sites(function: Any, k: float) -> int:
     ],
 )
 def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites: int) -> None:
-    def end(k: Any) -> Any:
+    def end(k: Scalar) -> Scalar:
         return simulate(model(k=k), 2.0, save="end").t1
 
     assert _sites(end, 1.0) == sites

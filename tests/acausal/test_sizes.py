@@ -117,7 +117,7 @@ def test_iterations_in_any_unit(volt: float, ampere: float) -> None:
 def test_under_jit_and_vmap_and_for_gradients() -> None:
     nominal = {"c.v": 1e-5, "l.i": 1e-5}
 
-    def voltage(volt: Any) -> Any:
+    def voltage(volt: Scalar) -> Scalar:
         return simulate(circuit(volt, 1e-5), 5.0, save="end", nominal=nominal).final.c.v
 
     volts = jnp.array([1e-5, 3e-5])

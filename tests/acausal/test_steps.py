@@ -7,12 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from acausal import Scalar
 from acausal._integrate import adjoint
 from acausal._integrate.adjoint import nested_loop
 from acausal._integrate.controller import PER_OCTAVE, on_grid
 
 
-def squared(x: Any, n: Any, max_steps: int) -> Any:
+def squared(x: Scalar, n: Any, max_steps: int) -> Any:
     """x + x^2 + x^3 + ... by n rounds: sums and products that reverse mode has to go back through."""
 
     def body(carry: Any) -> Any:

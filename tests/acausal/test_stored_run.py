@@ -44,7 +44,7 @@ def decay(
     """Classes of one name that differ in what their methods hold."""
 
     @jax.custom_jvp
-    def same(x: Any) -> Any:
+    def same(x: Scalar) -> Scalar:
         return x
 
     same.defjvp(lambda x, dx: (same(*x), slope * dx[0]))
@@ -94,11 +94,11 @@ def test_states_chosen_by_numbers_make_another_program() -> None:
 
 
 def test_a_function_has_no_fingerprint() -> None:
-    def outside(x: Any) -> Any:
+    def outside(x: Scalar) -> Scalar:
         return jax.pure_callback(np.sin, jax.ShapeDtypeStruct((), float), x)
 
     @jax.custom_vjp
-    def reverse(x: Any) -> Any:
+    def reverse(x: Scalar) -> Scalar:
         return x
 
     reverse.defvjp(lambda x: (x, None), lambda _, g: (g,))
@@ -118,21 +118,21 @@ def product(rule: Callable[[Any, Any], Any]) -> Any:
     """A program whose derivative is stated."""
 
     @jax.custom_jvp
-    def f(x: Any, y: Any) -> Any:
+    def f(x: Scalar, y: Scalar) -> Scalar:
         return x * y
 
     f.defjvp(lambda point, rates: (f(*point), rule(point, rates)))
     return jax.make_jaxpr(lambda x, y: f(x, y))(1.0, 2.0)
 
 
-def second_order(slope: float) -> Any:
+def second_order(slope: float) -> Scalar:
     """A program whose second derivative is stated, by a function that its first one calls."""
     return product(lambda point, rates: scaled(slope)(point[0]) * rates[0])
 
 
 def scaled(slope: float) -> Callable[[Any], Any]:
     @jax.custom_jvp
-    def g(x: Any) -> Any:
+    def g(x: Scalar) -> Scalar:
         return x
 
     g.defjvp(lambda point, rates: (g(*point), slope * rates[0]))
@@ -179,7 +179,7 @@ class Seven(float):
 
 
 @jax.custom_batching.custom_vmap
-def batched(x: Any) -> Any:
+def batched(x: Scalar) -> Scalar:
     return x
 
 
@@ -206,7 +206,7 @@ def test_what_has_no_derivative_does_not_fail() -> None:
     """An integer has none, nor has a function whose own rule fails."""
 
     @jax.custom_jvp
-    def times(x: Any, n: Any) -> Any:
+    def times(x: Scalar, n: Any) -> Any:
         return x * n
 
     times.defjvp(lambda point, rates: (times(*point), rates[0] * point[1]))

@@ -92,7 +92,7 @@ class WrongUnits(ToGround):
 
 
 @jax.custom_jvp
-def square(x: Any) -> Any:
+def square(x: Scalar) -> Scalar:
     return x * x
 
 
@@ -101,7 +101,7 @@ def _(primals: Any, tangents: Any) -> Any:
     return square(*primals), primals[0] * tangents[0]
 
 
-def half(x: Any) -> Any:
+def half(x: Scalar) -> Scalar:
     """x / 2, whose derivative is right in forward mode only."""
     return jax.lax.custom_linear_solve(lambda y: 2.0 * y, x, lambda _, b: b / 2.0, lambda _, b: b / 3.0)
 

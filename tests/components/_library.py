@@ -7,11 +7,11 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Component
+from acausal import Component, Scalar
 from components import blocks, electrical, hydraulic, rotational, thermal, translational
 
 
-def wave(x: Any) -> Any:
+def wave(x: Scalar) -> Scalar:
     return jnp.sin(x)
 
 

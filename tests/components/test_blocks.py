@@ -17,7 +17,7 @@ TIMES = np.array([0.0, 0.3, 1.0, 1.7, 2.9])
 def output(source: blocks.SignalSource, times: np.ndarray) -> jax.Array:
     """y(t), from the one equation of a source, y - f(t) = 0."""
 
-    def at(t: Scalar) -> Scalar:
+    def at(t: Scalar) -> Numbers:
         here = replace(source, {"t": t, "y.value": 0.0})
         (equation,) = here.equations(here).values()
         return -equation.residual

@@ -1,7 +1,6 @@
 """Cam profiles and sampled characteristics against closed forms."""
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +14,7 @@ from components._tables import monotone_cubic, monotone_cubic_integral
 from components.rotational import EccentricDisc, TabulatedLift
 
 
-def over(function: Callable[[Scalar], Scalar], x: Any) -> np.ndarray:
+def over(function: Callable[[Scalar], Scalar], x: Scalar) -> np.ndarray:
     return np.asarray(jax.jit(jax.vmap(function))(jnp.asarray(x)))
 
 

@@ -10,7 +10,7 @@ import pytest
 from _rig import Rig
 from scipy.optimize import brentq
 
-from acausal import Component, Connections, connect, simulate
+from acausal import Component, Connections, Scalar, connect, simulate
 from components import blocks, electrical
 
 pytestmark = pytest.mark.slow
@@ -76,7 +76,7 @@ def test_a_diode_blocks_currents_of_any_size() -> None:
     """From 1e-16 A on, where it conducts and leaks in proportion to the load, and is told what counts as none."""
     share = 1e-6
 
-    def voltages(V: Any, R: Any) -> Any:
+    def voltages(V: Scalar, R: Scalar) -> Scalar:
         parts = (
             blocks.Sine(amplitude=V, frequency=1.0),
             electrical.SignalVoltage(),

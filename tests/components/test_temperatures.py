@@ -56,7 +56,7 @@ class HotWire(Component):
         )
 
 
-def hot_wire(V: Any = 10.0, R: Any = 1.0, alpha: Any = 3.9e-3, G: Any = 0.5, T: Any = 293.15) -> HotWire:
+def hot_wire(V: Scalar = 10.0, R: Scalar = 1.0, alpha: Any = 3.9e-3, G: Any = 0.5, T: Scalar = 293.15) -> HotWire:
     return HotWire(
         source=ConstantVoltage(V=V),
         wire=HeatingResistor(R_ref=R, alpha=alpha),
@@ -66,7 +66,7 @@ def hot_wire(V: Any = 10.0, R: Any = 1.0, alpha: Any = 3.9e-3, G: Any = 0.5, T: 
     )
 
 
-def wire_temperature(V: Any, R: Any, alpha: Any, G: Any, T: Any) -> Any:
+def wire_temperature(V: Scalar, R: Scalar, alpha: Any, G: Any, T: Scalar) -> Any:
     """G (x - T) R (1 + alpha (x - T_ref)) = V^2, the larger of its roots."""
     a, b, c = alpha, 1.0 + alpha * (T - 293.15), -(V**2) / (G * R)
     return T + (-b + jnp.sqrt(b**2 - 4.0 * a * c)) / (2.0 * a)
@@ -157,10 +157,10 @@ def test_random_networks_of_conduction_and_radiation(seed: int) -> None:
 
 
 def test_gradients_and_batches_of_wires() -> None:
-    def found(V: Any) -> Any:
+    def found(V: Scalar) -> Scalar:
         return simulate(hot_wire(V=V), 1.0, save="end", throw=False).final.wire.heat.T
 
-    def stated(V: Any) -> Any:
+    def stated(V: Scalar) -> Scalar:
         return wire_temperature(V, 1.0, 3.9e-3, 0.5, 293.15)
 
     voltages = jnp.array([0.1, 3.0, 50.0])
@@ -217,7 +217,7 @@ def test_start_values_outside_their_range_are_refused() -> None:
         simulate(model, 1.0)
     assert "body.T must be positive" in str(check(model))
 
-    def result(T: Any) -> Any:
+    def result(T: Scalar) -> Scalar:
         return simulate(eqx.tree_at(lambda m: m.body.T, fine, T), 1.0, throw=False).result == Result.bad_parameter
 
     np.testing.assert_array_equal(jax.jit(jax.vmap(result))(jnp.array([-5.0, 300.0])), [True, False])

@@ -257,8 +257,9 @@ BAD: dict[str, tuple[Any, type[Exception], str]] = {
 
 
 def test_an_executor_that_is_none() -> None:
+    wrong: Any = 3
     with pytest.raises(ArgumentError, match=r"executor must be like those of concurrent\.futures.*got int"):
-        sweep(rig(), {C: [10.0, 20.0]}, {"f": frequency}, executor=3)
+        sweep(rig(), {C: [10.0, 20.0]}, {"f": frequency}, executor=wrong)
 
 
 @pytest.mark.parametrize("case", BAD)

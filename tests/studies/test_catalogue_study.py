@@ -1,7 +1,7 @@
 """`python -m studies catalogue`."""
 
 import json
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from studies.catalogue import LEADS, LONGEST, TABLES, study
 
 
 @pytest.mark.slow
-def test_rows_and_what_an_interruption_leaves(tmp_path: Any) -> None:
+def test_rows_and_what_an_interruption_leaves(tmp_path: Path) -> None:
     """The best product is run by itself; what is between the products is better, and no feasible product is."""
     main(["catalogue", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
     (row,) = json.loads((tmp_path / "rows.json").read_text())["rows"]

@@ -48,7 +48,7 @@ def test_help_of_a_study(study: str, capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_pictures_without_matplotlib(study: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+def test_pictures_without_matplotlib(study: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(SystemExit, match=r"acausal\[plots\]"):
         main([study, "--out", str(tmp_path)])

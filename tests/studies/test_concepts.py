@@ -1,6 +1,7 @@
 """`python -m studies concepts`."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ def times_of(fronts: list[dict[str, Any]], product: dict[str, Any]) -> float:
 
 
 @pytest.mark.slow
-def test_rows_and_report(tmp_path: Any) -> None:
+def test_rows_and_report(tmp_path: Path) -> None:
     main(["concepts", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
     written = json.loads((tmp_path / "rows.json").read_text())
     designed = [row for row in written["rows"] if row["status"]]

@@ -1,7 +1,7 @@
 """`python -m studies tolerance`."""
 
 import json
-from typing import Any
+from pathlib import Path
 
 import pytest
 
@@ -9,7 +9,7 @@ from studies.__main__ import main
 
 
 @pytest.mark.slow
-def test_rows(tmp_path: Any) -> None:
+def test_rows(tmp_path: Path) -> None:
     """Figures of a collocation method (Radau IIA, five stages) with derivatives by complex steps; ms where stated."""
     main(["tolerance", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
     rows = {row["method"]: row for row in json.loads((tmp_path / "rows.json").read_text())["rows"]}

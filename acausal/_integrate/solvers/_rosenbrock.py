@@ -1,6 +1,6 @@
 """Rosenbrock methods for stiff ODEs and index-1 DAEs, as diffrax solvers: everything but the coefficients."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from ..._errors import ParameterError
 from ..._linear_solver import linear_solver
@@ -74,7 +74,7 @@ class RosenbrockInterpolation(diffrax.AbstractLocalInterpolation):
         return (1 - theta) * self.y0 + theta * (self.y1 + (1 - theta) * bend)
 
 
-def _optional_array(x: Any) -> Array | None:
+def _optional_array(x: ArrayLike | Sequence[float] | None) -> Array | None:
     return None if x is None else jnp.asarray(x, dtype=float)
 
 
@@ -115,11 +115,11 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     def order(self, terms: Any) -> int:
         return self.tableau.order
 
-    def func(self, terms: Any, t0: Numbers, y0: State, args: Any) -> State:
+    def func(self, terms: Any, t0: Numbers, y0: State, args: PyTree) -> State:
         """The right-hand side $f$, from which diffrax guesses the first step; with a mass matrix that is not $y'$."""
         return terms.vf(t0, y0, args)
 
-    def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: Any) -> None:
+    def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree) -> None:
         if jax.tree.structure(y0) != jax.tree.structure(0) or jnp.ndim(y0) != 1 or not jnp.isrealobj(y0):
             raise ParameterError(
                 f"{type(self).__name__} integrates one flat vector of real numbers, but the state is {y0}. "
@@ -133,7 +133,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             )
 
     def step(
-        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Numbers
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: None, made_jump: Numbers
     ) -> tuple[State, State, dict[str, Array], None, diffrax.RESULTS]:
         tableau = self.tableau
         # Members of a batch that have ended are stepped on with h = 0, where the matrix of a DAE is singular.
