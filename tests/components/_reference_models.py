@@ -1,6 +1,7 @@
 """Examples of the Modelica Standard Library, rebuilt from the components of this library."""
 
 import math
+from typing import Any
 
 from acausal import Component, Connections, connect
 from components import blocks, electrical, rotational, thermal, translational

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from acausal import Component, ParameterError, Scalar, replace
+from acausal._numbers import Numbers
 from components import blocks
 
 TIMES = np.array([0.0, 0.3, 1.0, 1.7, 2.9])

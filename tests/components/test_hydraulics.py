@@ -1,5 +1,7 @@
 """Cylinders, lines, valves and the pump against closed forms."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
