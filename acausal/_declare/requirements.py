@@ -61,8 +61,10 @@ def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
     try:
         return node.requirements()
     except (TypeError, ValueError, IndexError) as error:
-        arrays = ", ".join(name for name, declaration in fields.items() if declaration.sizes is None)
-        return (Requirement(False, f"{arrays} must have the shapes that are documented ({error})"),)
+        arrays = [name for name, declaration in fields.items() if declaration.sizes is None]
+        if not arrays:
+            raise
+        return (Requirement(False, f"{', '.join(arrays)} must have the shapes that are documented ({error})"),)
 
 
 def broken(node: Any) -> Iterator[str]:

@@ -6,7 +6,7 @@ import functools as ft
 import inspect
 import math
 import types
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -78,8 +78,8 @@ def trace(
 
     It is traced once where it surely computes the same again.
     """
-    key = _key_of(function)
-    if key is None or not _names_stated(flat).isdisjoint(function.__code__.co_names):
+    key = _key_of(function, _stating(flat))
+    if key is None:
         return _trace(function, flat, what, n_views)
     if (flat, key, n_views) not in _traced:
         if len(_traced) >= _MOST:
@@ -89,23 +89,37 @@ def trace(
 
 
 @ft.lru_cache(maxsize=64)
-def _names_stated(flat: FlatModel) -> frozenset[str]:
-    """What a model's classes state besides fields, such as properties: what they refer to in turn may change."""
-    classes = {type(node) for _, node in nodes_of(flat.structure.unflatten(range(flat.structure.num_leaves)))}
-    known = set(dir(Component))
-    return frozenset(
-        name for cls in classes for name in set(dir(cls)) - {field.name for field in dataclasses.fields(cls)} - known
-    )
+def _stating(flat: FlatModel) -> dict[str, tuple[type, ...]]:
+    """What classes of a model state besides fields, such as properties and methods, by name."""
+    found: dict[str, tuple[type, ...]] = {}
+    for cls in {type(node) for _, node in nodes_of(flat.structure.unflatten(range(flat.structure.num_leaves)))}:
+        for name in set(dir(cls)) - set(dir(Component)) - {field.name for field in dataclasses.fields(cls)}:
+            found[name] = (*found.get(name, ()), cls)
+    return found
 
 
-def _key_of(function: Callable[..., Any]) -> Hashable | None:
-    """What a plain function computes: its code and the numbers and modules it refers to; None if it refers to more."""
-    code, *others = _refers_to(function)
-    if not isinstance(code, types.CodeType):
-        return None
-    if all(type(value) in _NUMBERS or id(value) in _LIBRARIES for value in others):
-        return code, *map(_named, others)
-    return None
+def _key_of(function: Callable[..., Any], stating: Mapping[str, tuple[type, ...]]) -> Hashable | None:
+    """What a plain function computes: its code and the numbers and modules it refers to, by itself or through what it
+    may read of classes; None if it refers to more.
+    """
+    key: list[Hashable] = []
+    names, parts = set[str](), [function]
+    for part in parts:
+        if type(part) in _NUMBERS:
+            key.append(_named(part))
+            continue
+        code, *others = _refers_to(part)
+        if not isinstance(code, types.CodeType):
+            return None
+        if not all(type(value) in _NUMBERS or id(value) in _LIBRARIES for value in others):
+            return None
+        key += [code, *map(_named, others)]
+        for name in code.co_names:
+            if name in stating and name not in names:
+                names.add(name)
+                stated = (getattr(cls, name, None) for cls in stating[name])
+                parts += [value.fget if isinstance(value, property) else value for value in stated]
+    return tuple(key)
 
 
 def _refers_to(function: object) -> tuple[object, ...]:
