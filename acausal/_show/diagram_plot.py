@@ -73,17 +73,28 @@ def placed(edges: np.ndarray, count: int) -> np.ndarray:
         pull = np.divide(weight * far, gap, out=np.zeros_like(gap), where=gap > 1e-9)
         points = inverse @ (np.diag(pull.sum(axis=1)) - pull) @ points
     points = points - points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points, full_matrices=False)
-    return points @ axes.T
+    _, _, axes = np.linalg.svd(points * (1.0 + 1e-3 * _irregular(count)[:, :1]), full_matrices=False)
+    return _signed(points @ axes.T)
 
 
 def _classical(far: np.ndarray) -> np.ndarray:
     """Points from the two largest eigenvectors of the centred squared distances."""
-    centre = np.eye(len(far)) - 1.0 / len(far)
-    values, vectors = np.linalg.eigh(-0.5 * centre @ far**2 @ centre)
+    centre, irregular = np.eye(len(far)) - 1.0 / len(far), _irregular(len(far))
+    # Where the graph is symmetric, rounding would choose among eigenvectors, and a picture hang on the machine.
+    uneven = far**2 * (1.0 + 1e-3 * irregular @ irregular.T)
+    values, vectors = np.linalg.eigh(-0.5 * centre @ uneven @ centre)
     # What is alike lies on one point, where nothing pulls it apart.
-    noise = 1e-2 * np.stack([np.cos(np.arange(len(far))), np.sin(1.7 * np.arange(len(far)))], axis=1)
-    return vectors[:, -2:] * np.sqrt(np.maximum(values[-2:], 0.0)) + noise
+    return _signed(vectors[:, -2:]) * np.sqrt(np.maximum(values[-2:], 0.0)) + 1e-2 * irregular
+
+
+def _signed(vectors: np.ndarray) -> np.ndarray:
+    """Vectors of unknown sign with the one that is the same on all machines."""
+    return vectors * np.where(np.sum(vectors * _irregular(len(vectors)), axis=0) < 0.0, -1.0, 1.0)
+
+
+def _irregular(count: int) -> np.ndarray:
+    """Pairs of numbers in which no graph is symmetric."""
+    return np.stack([np.cos(np.arange(count)), np.sin(1.7 * np.arange(count))], axis=1)
 
 
 def apart(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -115,3 +115,34 @@ def test_bad_depth(depth: int) -> None:
 def test_no_component() -> None:
     with pytest.raises(ModelError, match=r"^3 is no component: draw a model\."):
         diagram(3)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        [(0, i) for i in range(1, 7)],
+        [(i, i + 1) for i in range(9)],
+        [(i, (i + 1) % 8) for i in range(8)],
+        [(i, i + 1) for i in range(8) if i % 3 < 2] + [(i, i + 3) for i in range(6)],
+    ],
+    ids=["star", "path", "ring", "grid"],
+)
+def test_layout_is_the_same_on_all_machines(edges: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Signs of eigenvectors and singular vectors, and which of equal ones come first, are up to LAPACK."""
+    rng, eigh, svd = np.random.default_rng(0), np.linalg.eigh, np.linalg.svd
+    pairs = np.array(edges)
+    count = int(pairs.max()) + 1
+    expected = placed(pairs, count)
+
+    def other_eigh(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, vectors = eigh(matrix + 1e-15 * rng.normal(size=matrix.shape))
+        return values, vectors * rng.choice([-1.0, 1.0], size=count)
+
+    def other_svd(matrix: np.ndarray, full_matrices: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        left, values, right = svd(matrix + 1e-15 * rng.normal(size=matrix.shape), full_matrices=full_matrices)
+        return left, values, right * rng.choice([-1.0, 1.0], size=(2, 1))
+
+    monkeypatch.setattr(np.linalg, "eigh", other_eigh)
+    monkeypatch.setattr(np.linalg, "svd", other_svd)
+    for _ in range(5):
+        np.testing.assert_allclose(placed(pairs, count), expected, atol=1e-9)
