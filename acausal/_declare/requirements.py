@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
+from .._errors import ModelError
 from .._numbers import Truth
 from .._tracing import is_traced
 from .annotations import Declaration
@@ -60,6 +61,8 @@ def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
     """The requirements of a class, or that arrays have other shapes where these cannot be computed."""
     try:
         return node.requirements()
+    except ModelError:
+        raise
     except (TypeError, ValueError, IndexError) as error:
         arrays = [name for name, declaration in fields.items() if declaration.sizes is None]
         if not arrays:

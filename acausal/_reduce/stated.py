@@ -60,6 +60,8 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
         d = kind.component(d_leaves)
         try:
             stated = _checked(getattr(self, method)(d), where)
+        except ModelError:
+            raise
         except (TypeError, ValueError, IndexError) as error:
             raise ModelError(f"{where}: {error}") from error
         checks.update((name, equation.check_units) for name, equation in stated.items())
