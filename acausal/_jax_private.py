@@ -5,7 +5,7 @@ and reassemble them, and know the primitives below by their names and parameters
 
 - calls: `jit` with `jaxpr`; `custom_jvp_call` with `call_jaxpr`; `custom_vjp_call` with `call_jaxpr` or `fun_jaxpr`
 - `cond` with `branches`; `while` with `cond_nconsts`, `body_nconsts`, `cond_jaxpr`, `body_jaxpr`; `scan` with `jaxpr`,
-  `num_consts`, `num_carry`
+  and with what `scan_counts` reads
 - arithmetic, by name; `integer_pow` with `y`; `reduce_*` with `axes`; `concatenate` with `dimension`; `dot_general`
   with `dimension_numbers`
 - indices: `dynamic_slice` with `slice_sizes`; `gather` with `dimension_numbers`, `slice_sizes` and `mode`
@@ -32,6 +32,15 @@ from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
 from jax.extend.core import primitives as _primitives
 
 Atom: TypeAlias = Var | Literal  # what an equation of a jaxpr reads
+
+
+def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:
+    """How many constants a `scan` reads, and how many values it carries; since jax 0.12 the inputs are in groups."""
+    if "ft_in" not in eqn.params:
+        return eqn.params["num_consts"], eqn.params["num_carry"]
+    constants, carry, _ = eqn.params["ft_in"].unpack()
+    return len(constants), len(carry)
+
 
 PRIMITIVES = frozenset(  # jax's own
     value

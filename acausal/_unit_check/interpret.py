@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
-from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn
+from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, scan_counts
 from .._reduce.jaxpr import interpreted, shape_of
 from .._units.dimension import NUMBER, Dimension
 from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
@@ -149,7 +149,7 @@ class Interpreter:
         return self.run(eqn.params["body_jaxpr"], [*fixed, *carry])
 
     def _scan(self, eqn: JaxprEqn, values: list[Value]) -> list[Value]:
-        body, n_fixed, n_carry = eqn.params["jaxpr"], eqn.params["num_consts"], eqn.params["num_carry"]
+        body, (n_fixed, n_carry) = eqn.params["jaxpr"], scan_counts(eqn)
         fixed, carry, rows = values[:n_fixed], values[n_fixed : n_fixed + n_carry], values[n_fixed + n_carry :]
         carry = self._settled(carry, lambda inner, now: inner.run(body, [*fixed, *now, *rows])[:n_carry])
         return self.run(body, [*fixed, *carry, *rows])

@@ -108,8 +108,13 @@ jax.block_until_ready(sums)
 def test_xla_does_not_complain_of_slow_compilation_unless_asked_to(level: str) -> None:
     environment = os.environ | {"ACAUSAL_CACHE": "off", "TF_CPP_MIN_LOG_LEVEL": level}
     environment.pop("JAX_COMPILATION_CACHE_DIR", None)
-    done = subprocess.run([sys.executable, "-c", SLOW], env=environment, capture_output=True, text=True, check=True)
-    assert ("slow_operation_alarm" in done.stderr) is (level == "0")
+
+    def complains(program: str) -> bool:
+        done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
+        return b"slow_operation_alarm" in done.stderr
+
+    # Not all versions of jax complain.
+    assert complains(SLOW) is (level == "0" and complains(SLOW.replace("import acausal\n", "")))
 
 
 @pytest.mark.parametrize(("flags", "is_set"), [("", True), ("--xla_backend_extra_options=a=1", False)])
