@@ -91,6 +91,8 @@ class Interpreter:
 
     def _call(self, eqn: JaxprEqn, values: list[Value]) -> list[Value] | None:
         """A primitive that applies one jaxpr to its operands, such as `jit`, `custom_jvp_call` or `checkpoint`."""
+        if eqn.params.get("name") == "hypot":  # which compares its arguments with the range of numbers
+            return [self._equal(EQUAL["add"], "hypot", values)]
         bodies = [param for param in eqn.params.values() if isinstance(param, ClosedJaxpr | Jaxpr)]
         if len(bodies) != 1:
             return None
