@@ -64,7 +64,7 @@ def first_event(
 
 def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:
     """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
-    near, beside = t0 + NEAR_END * (t1 - t0), t0 + NEAR_END * (t1 - t0)
+    near = beside = t0 + NEAR_END * (t1 - t0)
     is_cut = jnp.any(found.begins & events.bends) & (found.t > near) & (t1 - found.t > near - t0)
     is_late = ~found.is_any & (found.reached < t1)
     if given.numbers.times is not None:

@@ -90,7 +90,14 @@ def settle(
     """
     is_start = order is not None
     if events.only_stops:
-        return _stopped(events, t, before, y, begins, holds, due, record, given, is_start=is_start)
+        t, y = jnp.asarray(t, float), jnp.asarray(y)
+        if is_start:
+            here = events.here(t, y, given)
+            is_met = here.is_zero[None] & (events.settings.direction is not False)
+            return _stopped(t, y, here.truths, is_met, record)
+        moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, before, y[None], due, given)
+        is_any = jnp.any(begins)
+        return _stopped(jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, record)
     total = events.total
     most = total + TOGETHER + 4 * total + 16
 
@@ -169,28 +176,8 @@ def settle(
     return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.record, outcome)
 
 
-def _stopped(
-    events: RunEvents,
-    t: Array,
-    before: Numbers,
-    y: Numbers,
-    begins: Array,
-    holds: Array,
-    due: Array,
-    record: Record,
-    given: Given,
-    *,
-    is_start: bool,
-) -> Settled:
-    """`settle` for a run in which nothing happens but its end: there are no rounds, since nothing changes."""
-    t, y = jnp.asarray(t, float), jnp.asarray(y)
-    if is_start:
-        here = events.here(t, y, given)
-        begins, holds = here.is_zero[None] & (events.settings.direction is not False), here.truths
-    else:
-        moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, before, y[None], due, given)
-        is_any = jnp.any(begins)
-        t, y, holds = jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins
+def _stopped(t: Array, y: Array, holds: Array, begins: Array, record: Record) -> Settled:
+    """What is left behind where nothing can happen but the end of the run: without changes there are no rounds."""
     return Settled(t, y, holds, begins, record, jnp.where(jnp.any(begins), STOPPED, 0.0))
 
 

@@ -94,9 +94,9 @@ class Trapezoid(Periodic):
 
 
 class ExpSine(SignalSource):
-    """y = offset, and from `start_time` on offset + amplitude exp(-damping t') sin(2 pi f t' + phase), t' = t - start.
+    """y = offset, and from `start_time` on offset + amplitude exp(-damping t') sin(2 pi frequency t' + phase).
 
-    With a phase of zero it has a kink at the start, with another a jump.
+    t' is t - start_time. With a phase of zero it has a kink at the start, with another a jump.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f": "frequency", "freqHz": "frequency"}

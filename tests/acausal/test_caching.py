@@ -66,6 +66,36 @@ def test_what_a_condition_reads_of_a_class_is_honoured(until: Any, monkeypatch: 
         np.testing.assert_allclose(simulate(Limited(), 9.0, until=until, rtol=1e-9).t1, limit, rtol=1e-7)
 
 
+class Halved(Component):
+    """Grows by one a second; its half is a property that reads nothing outside of the class."""
+
+    x: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(growth=eq(d.x, 1.0, check_units=False))
+
+    @property
+    def half(self) -> Any:
+        return 0.5 * self.x
+
+
+def test_a_condition_that_reads_a_property_is_traced_once() -> None:
+    """And anew where the property is another one."""
+
+    def until(s: Any) -> Any:
+        return s.half - 1.0
+
+    flat = system_of(Halved()).flat
+    first = trace(until, flat, "until")
+    assert trace(until, flat, "until") is first
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Halved, "half", property(lambda self: 2.0 * self.x))
+        assert trace(until, flat, "until") is not first
+        np.testing.assert_allclose(simulate(Halved(), 9.0, until=until, rtol=1e-9).t1, 0.5, rtol=1e-7)
+    assert trace(until, flat, "until") is first
+    np.testing.assert_allclose(simulate(Halved(), 9.0, until=until, rtol=1e-9).t1, 2.0, rtol=1e-7)
+
+
 def compiled_by(action: Any) -> int:
     size: Any = getattr(run, "_cache_size")  # noqa: B009  # of a function under `jax.jit`
     before = size()
