@@ -131,9 +131,9 @@ def _described(item: Any) -> dict[str, Any]:
     return item._described() if hasattr(item, "_described") else {}
 
 
-def described(listed: Parameters) -> dict[str, Any]:
+def described(params: Parameters) -> dict[str, Any]:
     """Parameters with their units."""
-    return {path: {"value": value, "unit": listed.units[path]} for path, value in listed.items()}
+    return {path: {"value": value, "unit": params.units[path]} for path, value in params.items()}
 
 
 def _plain(value: object) -> Any:

@@ -46,7 +46,7 @@ class Point(eqx.Module):
 
     def inputs(self, params: ModelParameters | None = None) -> Inputs:
         """What the compiled functions take, with other parameters if they are given."""
-        return Inputs(self.system.entry.packed(self.params if params is None else params), self.starts, self.given)
+        return Inputs(self.system.intake.packed(self.params if params is None else params), self.starts, self.given)
 
     def read(self, leaves: Sequence[int], y: Array, params: ModelParameters | None = None) -> list[Numbers]:
         """The values of leaves by number, in the state `y`."""
@@ -74,17 +74,17 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     if at is None and system.initial_equations is not None:
         leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
     if at is None:
-        system.entry.check(leaves)
-    params = jax.tree.map(lambda value: jnp.asarray(value, float), system.entry.parameters(leaves))
-    params = system.entry.enforced(params)
-    starts = jnp.asarray(system.entry.starts.pack(leaves))
+        system.intake.check(leaves)
+    params = jax.tree.map(lambda value: jnp.asarray(value, float), system.intake.parameters(leaves))
+    params = system.intake.enforced(params)
+    starts = jnp.asarray(system.intake.starts.pack(leaves))
     if isinstance(at, Component):
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
         seen = complete_leaves(at)[0]
         params = params.changed({i: jnp.asarray(seen[i], float) for i in system.carried.discrete_places})
-    t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.entry.given(leaves)
+    t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.intake.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
     y = _state(point, at)
     y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)

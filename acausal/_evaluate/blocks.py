@@ -49,11 +49,11 @@ def run(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Va
 
 
 def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
-    if program.kind == "explicit":
+    if program.method == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
-    if program.kind == "linear" and program.is_elementwise and program.n_tears <= SMALL:
+    if program.method == "linear" and program.is_elementwise and program.n_tears <= SMALL:
         return _linear(program, known)
-    tears = _dense(program, known) if program.kind == "linear" else _nonlinear(program, known, guesses)
+    tears = _dense(program, known) if program.method == "linear" else _nonlinear(program, known, guesses)
     return _with_tears(program, known, tears)
 
 

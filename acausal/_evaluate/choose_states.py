@@ -41,7 +41,7 @@ def choose_states(model: Component, *, algebraic: Literal["solve", "integrate"] 
     if algebraic not in ("solve", "integrate"):
         raise ModelError(f'algebraic={algebraic!r} is not known: use "solve" or "integrate".')
     system = build(model, ft.partial(_coefficients, leaves))
-    system.entry.check(leaves)
+    system.intake.check(leaves)
     return system if algebraic == "solve" else mass_matrix_form(system)
 
 

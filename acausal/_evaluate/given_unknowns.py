@@ -22,7 +22,7 @@ def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
     if not pairs:
         return []
     unknowns = system.ordered.unknowns
-    guesses = {unknowns[u] for torn in system.torn if torn.kind == "nonlinear" for u in torn.unknowns}
+    guesses = {unknowns[u] for torn in system.torn if torn.method == "nonlinear" for u in torn.unknowns}
     return [pair for pair in pairs if pair not in guesses and pair not in system.constrained]
 
 

@@ -84,7 +84,7 @@ class Store:
 
 def guesses_of(group: Group, guess: Guess) -> list[Array]:
     """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
-    if group.program.kind != "nonlinear":
+    if group.program.method != "nonlinear":
         return []
     first = len(group.program.steps)
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]

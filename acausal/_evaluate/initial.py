@@ -59,7 +59,7 @@ def given_pairs(system: System, inputs: Inputs) -> np.ndarray:
     """For each element of the constrained pairs, whether the model gives its start value."""
     table, size = system.ordered.table, system.plan.size
     flags = [
-        np.full(size(v), k == 0 and system.entry.starts.is_given(inputs.given, int(table.variables[v])))
+        np.full(size(v), k == 0 and system.intake.starts.is_given(inputs.given, int(table.variables[v])))
         for v, k in system.constraints.pairs
     ]
     return np.concatenate(flags) if flags else np.zeros(0, bool)

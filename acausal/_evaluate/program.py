@@ -8,7 +8,7 @@ from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
-from .._reduce.tear import SolutionKind, Torn
+from .._reduce.tear import SolutionMethod, Torn
 from .._reduce.template import Template
 
 
@@ -37,7 +37,7 @@ class Program:
     shapes: tuple[tuple[int, ...], ...]  # of the unknowns
     sizes: tuple[float, ...]  # nominal ones, of the tearing variables of a non-linear block
     ranges: tuple[Ranges, ...]  # of the unknowns
-    kind: SolutionKind
+    method: SolutionMethod
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
 
     @property
@@ -91,10 +91,10 @@ class _Writer:
         flat = self.table.flat
         shapes = tuple(flat.leaves[flat.leaf_of_node[self.table.variables[v]]].sizes for v, _ in self.gives)
         slots = tuple((kind, slot) for kind, slot, _ in self.params)
-        searched = self.gives[len(steps) :] if self.torn.kind == "nonlinear" else ()
+        searched = self.gives[len(steps) :] if self.torn.method == "nonlinear" else ()
         sizes = tuple(nominal_of(self.table, pair) for pair in searched)
         ranges = tuple(ranges_of_pair(self.table, pair) for pair in self.gives)
-        program = Program(steps, residuals, shapes, sizes, ranges, self.torn.kind, slots)
+        program = Program(steps, residuals, shapes, sizes, ranges, self.torn.method, slots)
         return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)
 
     def _step(self, row: int, solved: int | None) -> Step:

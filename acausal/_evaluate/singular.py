@@ -24,7 +24,7 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
     """
     parts: list[Array] = [jnp.zeros(0, bool)]
     for group in system.plan.groups:
-        if group.program.kind == "linear":
+        if group.program.method == "linear":
             parts.append(
                 over_members(group, store, inputs.params, lambda known, _, g=group: _singular(g.program, known), [])
             )
@@ -33,7 +33,7 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
 
 def linear_blocks(system: System) -> list[Pair]:
     """The first unknown of each linear block."""
-    groups = [group for group in system.plan.groups if group.program.kind == "linear"]
+    groups = [group for group in system.plan.groups if group.program.method == "linear"]
     return [use.gives[0] for group in groups for use in group.uses]
 
 

@@ -21,12 +21,12 @@ from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .carried import Carried
 from .constraints import Constraints, constraints_of
-from .entry import Entry
 from .event_set import EventSet
 from .events import events_of, time_leaves
 from .groups import Group, Store, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
+from .intake import Intake
 from .plan import Plan
 from .program import residual_program_of
 from .requirements import ModelRequirements
@@ -42,7 +42,7 @@ class System:
     form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are
     left to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
 
-    It evaluates the equations. How numbers come in is the matter of its `entry`, where a search for unknowns starts of
+    It evaluates the equations. How numbers come in is the matter of its `intake`, where a search for unknowns starts of
     `starts`, and what lies behind the states in the vector of a run of `carried`.
     """
 
@@ -128,26 +128,26 @@ class System:
 
     def pack(self, model: Component) -> Inputs:
         """Parameters by component class, and start values: what the compiled functions take."""
-        return self.entry.inputs(model)
+        return self.intake.inputs(model)
 
     @ft.cached_property
-    def entry(self) -> Entry:
+    def intake(self) -> Intake:
         """How the numbers of a model come in."""
         requirements = ModelRequirements(self.flat)
         groups = self.plan.groups + self.residuals + self.constraints.groups
         used = {key for group in groups for key in group.program.params}
         used |= self.instants.keys | requirements.keys
-        return Entry(self.flat, Starts(self.flat, self.merged), requirements, tuple(sorted(used)))
+        return Intake(self.flat, Starts(self.flat, self.merged), requirements, tuple(sorted(used)))
 
     @ft.cached_property
     def starts(self) -> PairStarts:
         """Where a search for unknowns starts."""
-        return PairStarts(self.entry.starts, self.ordered.table, self.plan)
+        return PairStarts(self.intake.starts, self.ordered.table, self.plan)
 
     @ft.cached_property
     def carried(self) -> Carried:
         """What lies behind the states in the vector of a run."""
-        searched = [torn for torn in self.torn if torn.kind == "nonlinear"] if self.solved is None else []
+        searched = [torn for torn in self.torn if torn.method == "nonlinear"] if self.solved is None else []
         memory = tuple(self.ordered.unknowns[u] for torn in searched for u in torn.tears)
         return Carried(self.flat, self.plan, len(self.nominals), memory)
 

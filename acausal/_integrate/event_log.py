@@ -10,7 +10,7 @@ from jax import Array
 from .._errors import ModelError, suggestion
 from .._extras import Axes, given_or_new
 from .._tracing import known
-from .record import Record
+from .event_history import EventHistory
 
 
 class EventLog(eqx.Module):
@@ -27,12 +27,12 @@ class EventLog(eqx.Module):
     labels: tuple[str, ...] = eqx.field(static=True)
 
     @classmethod
-    def of(cls, record: Record, labels: Sequence[str]) -> "EventLog":
-        """The log of a run's record."""
-        times, numbers, found = record.times, record.numbers, known(record.numbers)
+    def of(cls, history: EventHistory, labels: Sequence[str]) -> "EventLog":
+        """The log of a run's history."""
+        times, numbers, found = history.times, history.numbers, known(history.numbers)
         if found is not None and found.ndim == 1:
             times, numbers = times[found >= 0], numbers[found >= 0]
-        return cls(times, numbers, record.count, tuple(labels))
+        return cls(times, numbers, history.count, tuple(labels))
 
     @classmethod
     def empty(cls, batch: tuple[int, ...]) -> "EventLog":

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._numbers import Numbers
+from .event_history import EventHistory
 from .field import Given
 from .interval import Seen
 from .look import TOO_SOON
-from .record import Record
 from .run_events import RunEvents
 
 CROWD = 16  # events accumulate where more than so many, and two of each, are close together
@@ -27,7 +27,7 @@ class EventState(NamedTuple):
     fresh: Array
     seen: Seen
     due: Array
-    record: Record
+    history: EventHistory
     mark: Array
     crowd: Array
     jumped: Array

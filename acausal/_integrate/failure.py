@@ -61,7 +61,7 @@ def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter
     leaves, structure = jax.tree_util.tree_flatten(solution)
-    if texts := [f"{sentence}." for sentence in system.entry.needed(solution._inputs.given)]:
+    if texts := [f"{sentence}." for sentence in system.intake.needed(solution._inputs.given)]:
         leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
     bad_option = result == Result.bad_option
     leaves = eqx.branched_error_if(leaves, bad_option, solution._culprit, list(solution._demands))
@@ -75,7 +75,7 @@ def _error(solution: Solution) -> Exception:
     if result == Result.bad_option:
         return ModelError(solution._demands[int(solution._culprit)])
     if result == Result.bad_parameter:
-        return ParameterError(system.entry.bad_value(int(solution._culprit), solution._inputs))
+        return ParameterError(system.intake.bad_value(int(solution._culprit), solution._inputs))
     if result == Result.bad_start:
         name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(
@@ -154,10 +154,10 @@ def _if_singular(system: System, block: Torn) -> str:
 
 def _last(solution: Solution) -> list[tuple[float, int]]:
     """When what happened last, in order, however much happened before."""
-    record = solution._record
-    if record is None:
+    history = solution._history
+    if history is None:
         return []
-    pairs = zip(np.asarray(record.last_times).tolist(), np.asarray(record.last_numbers).tolist(), strict=True)
+    pairs = zip(np.asarray(history.last_times).tolist(), np.asarray(history.last_numbers).tolist(), strict=True)
     return [(time, number) for time, number in pairs if number >= 0]
 
 
@@ -206,7 +206,7 @@ def about_block(system: System, pair: Pair) -> str:
     equations = ", ".join(table.row_name(row) for row in block.rows)
     unknowns = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.unknowns)
     guesses = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.tears)
-    if block.kind == "linear":
+    if block.method == "linear":
         reason = "are singular there: they do not determine their unknowns"
         remedy = _if_singular(system, block)
         remedy = remedy or "look for parameters of zero, or for ideal elements that fix one value twice"

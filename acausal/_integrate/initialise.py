@@ -78,10 +78,10 @@ def initialise(
     check_begun_late(system, past_of(model), t0)
     if easier is not None:
         check_structure(easier, system, "The easier model")
-    system.entry.check(leaves)
-    params = system.entry.enforced(system.entry.parameters(leaves))
-    easy = None if easier is None else system.entry.enforced(system.entry.parameters(complete_leaves(easier)[0]))
-    starts = system.entry.starts.pack(leaves)
+    system.intake.check(leaves)
+    params = system.intake.enforced(system.intake.parameters(leaves))
+    easy = None if easier is None else system.intake.enforced(system.intake.parameters(complete_leaves(easier)[0]))
+    starts = system.intake.starts.pack(leaves)
     with compiling("the start", model, search_start):
         outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants, past_of(model))
     if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):

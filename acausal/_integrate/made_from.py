@@ -115,7 +115,7 @@ def contents(system: System) -> list[object]:
         [(f.closed, f.leaves) for f in functions],
         _choice(system),
         *(system.merged.representative, system.merged.sign, system.ordered.table.variables, system.nominals),
-        *(system.states, system.algebraic, system.carried.memory, system.entry.used),
+        *(system.states, system.algebraic, system.carried.memory, system.intake.used),
     ]
 
 

@@ -44,8 +44,8 @@ def report_no_start(
         raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
     if np.any(outcome.unmet):
         system = problem.system
-        values = system.entry.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
-        told = system.entry.requirements.told(int(np.argmax(outcome.unmet)), system.entry.packed(values))
+        values = system.intake.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
+        told = system.intake.requirements.told(int(np.argmax(outcome.unmet)), system.intake.packed(values))
         raise SimulationError(
             f"The conditions lead to a parameter that is not admissible: {told} Remedy: other conditions, a first "
             "guess nearer to an admissible value, or other parameters in solve_for."
@@ -120,7 +120,7 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Number
     pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
     if not pairs or not np.all(np.isfinite(found.end)) or not np.all(np.isfinite(found.slopes)):
         return ""
-    inputs, end = system.entry.inputs_of(leaves), np.asarray(found.end)[:count]
+    inputs, end = system.intake.inputs_of(leaves), np.asarray(found.end)[:count]
     scale = constraints.sizes * np.sqrt(constraints.weights(problem.held, 0.0))
     step = -scale * (np.linalg.pinv(found.slopes, rtol=RANK) @ np.asarray(found.residual))[:count]
     here, next_ = (

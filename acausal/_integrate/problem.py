@@ -156,7 +156,7 @@ def problem_of(
             n_views=2,
         )
         names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
-    given = system.entry.given(leaves)
+    given = system.intake.given(leaves)
     fixed = given - _free(system, given, steady, free)
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:

@@ -71,7 +71,7 @@ class _Integrated(NamedTuple):
 
 def _packed(settings: Settings, given: Given) -> Given:
     """The numbers of a run as its functions read them."""
-    params, starts = settings.system.entry.packed(given.inputs.params), jnp.asarray(given.inputs.starts)
+    params, starts = settings.system.intake.packed(given.inputs.params), jnp.asarray(given.inputs.starts)
     return dataclasses.replace(given, inputs=dataclasses.replace(given.inputs, params=params, starts=starts))
 
 
@@ -147,7 +147,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
         _errors=control.error[layout.states],
         _largest=largest,
         _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[layout.states]),
-        _record=None if system.events is None else raw.solver_state.events.record,  # pyright: ignore[reportOptionalMemberAccess]
+        _history=None if system.events is None else raw.solver_state.events.history,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
         _layout=layout,
         _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
@@ -169,7 +169,7 @@ def _outcome(
 ) -> tuple[Result, Array]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    bad_values = system.entry.bad_values(inputs)
+    bad_values = system.intake.bad_values(inputs)
     everything = system.evaluate_all(t, y[layout.point], inputs)
     singular = singular_blocks(system, everything, inputs)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)

@@ -10,9 +10,9 @@ from jax import Array
 from .._equinox_private import while_loop
 from .._numbers import Numbers
 from .changes import changed
+from .event_history import EventHistory
 from .field import Given
 from .moment import carried_to_moment
-from .record import Record
 from .run_events import RunEvents
 from .schedule import tick
 
@@ -40,7 +40,7 @@ class Settled(NamedTuple):
     y: Array
     holds: Array
     fresh: Array
-    record: Record
+    history: EventHistory
     outcome: Array
 
 
@@ -58,7 +58,7 @@ class _Round(NamedTuple):
     lost: Array
     order: Array  # at the start of a run, the last time of each past event
     n_own: Array  # rounds of events that were due
-    record: Record
+    history: EventHistory
     is_bad: Array
     goes_on: Array
     count: Any
@@ -72,7 +72,7 @@ def settle(
     begins: Array,
     holds: Array,
     due: Array,
-    record: Record,
+    history: EventHistory,
     given: Given,
     *,
     order: Array | None = None,
@@ -94,10 +94,10 @@ def settle(
         if is_start:
             here = events.here(t, y, given)
             is_met = here.is_zero[None] & (events.settings.direction is not False)
-            return _stopped(t, y, here.truths, is_met, record)
+            return _stopped(t, y, here.truths, is_met, history)
         moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, before, y[None], due, given)
         is_any = jnp.any(begins)
-        return _stopped(jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, record)
+        return _stopped(jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, history)
     total = events.total
     most = total + TOGETHER + 4 * total + 16
 
@@ -156,7 +156,7 @@ def settle(
             jnp.where(is_own, r.lost, stored - here.stored),
             times,
             r.n_own + is_own,
-            r.record.noted(t, ys[0], (fired | told)[: events.n_model], events.is_listed[: events.n_model]),
+            r.history.noted(t, ys[0], (fired | told)[: events.n_model], events.is_listed[: events.n_model]),
             r.is_bad | (is_bad & any_fired),
             is_own | jnp.any(fired),
             r.count + 1,
@@ -166,19 +166,19 @@ def settle(
         jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.zeros(total, bool),
         jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
         jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
-        record, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
+        history, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
     end = repeated(lambda r: r.goes_on, next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
-    return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.record, outcome)
+    return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.history, outcome)
 
 
-def _stopped(t: Array, y: Array, holds: Array, begins: Array, record: Record) -> Settled:
+def _stopped(t: Array, y: Array, holds: Array, begins: Array, history: EventHistory) -> Settled:
     """What is left behind where nothing can happen but the end of the run: without changes there are no rounds."""
-    return Settled(t, y, holds, begins, record, jnp.where(jnp.any(begins), STOPPED, 0.0))
+    return Settled(t, y, holds, begins, history, jnp.where(jnp.any(begins), STOPPED, 0.0))
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:

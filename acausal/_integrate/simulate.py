@@ -138,9 +138,9 @@ def simulate(
         is_started=unmet is not None,
         is_resumed=resume,
     )
-    params = system.entry.parameters(leaves)
-    handed = system.entry.handed(params, _read(settings))
-    inputs = Inputs(handed, system.entry.starts.pack(leaves), system.entry.given(leaves))
+    params = system.intake.parameters(leaves)
+    handed = system.intake.handed(params, _read(settings))
+    inputs = Inputs(handed, system.intake.starts.pack(leaves), system.intake.given(leaves))
     numbers = RunNumbers(
         t0=begin,
         t1=number(t1, "t1"),

@@ -26,10 +26,10 @@ from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, stored
+from .event_history import EventHistory
 from .event_log import EventLog
 from .made_from import equations_of
 from .peaks import Peak
-from .record import Record
 from .result import sentence
 from .state_vector import StateVector
 from .trajectories import both_sides, over_batch, trajectories
@@ -66,7 +66,7 @@ class Solution(eqx.Module, Generic[M]):
     _errors: Array  # of the states in the last step, in tolerances
     _largest: Array  # absolute values of the states in the run
     _unresolved: Array  # which states are so small that the tolerance means little for them
-    _record: Record | None  # of the events
+    _history: EventHistory | None  # of the events
     system: System = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
     _numbers: dict[str, Array | None]  # that the run was called with
@@ -99,7 +99,7 @@ class Solution(eqx.Module, Generic[M]):
         times = known(self._path[0])
         if self.is_batched or times is None:
             return rows
-        return both_sides(rows, times, self._start[0], self._record, columns)
+        return both_sides(rows, times, self._start[0], self._history, columns)
 
     @property
     def values(self) -> Any:
@@ -149,9 +149,9 @@ class Solution(eqx.Module, Generic[M]):
     def events(self) -> EventLog:
         """The events of the run in their order; `print` it for a table. Empty where no component states any."""
         events = self.system.events
-        if self._record is None or events is None:
+        if self._history is None or events is None:
             return EventLog.empty(jnp.shape(self.t1))
-        return EventLog.of(self._record, events.labels)
+        return EventLog.of(self._history, events.labels)
 
     @property
     def unresolved(self) -> dict[str, float]:

@@ -122,10 +122,10 @@ def search_start(
     """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
-    inputs = Inputs(system.entry.packed(params), jnp.asarray(starts), problem.given)
+    inputs = Inputs(system.intake.packed(params), jnp.asarray(starts), problem.given)
     values = easier = Values(inputs, t0, constants, sizes)
     if easy is not None:
-        easy_inputs = Inputs(system.entry.packed(easy), inputs.starts, problem.given)
+        easy_inputs = Inputs(system.intake.packed(easy), inputs.starts, problem.given)
         easier = Values(easy_inputs, t0, constants, sizes)
     x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
 
@@ -151,7 +151,7 @@ def search_start(
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
-    unmet = system.entry.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
+    unmet = system.intake.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
     is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
     if past is not None:
         is_bad |= ~begun_late(system, past, t0).holds

@@ -28,10 +28,10 @@ def started(
     system = system.solved or system
     check_begun_late(system, past, t0)
     problem, constants = problem_of(system, list(leaves))
-    system.entry.check(leaves)
-    params = system.entry.enforced(system.entry.parameters(leaves))
+    system.intake.check(leaves)
+    params = system.intake.enforced(system.intake.parameters(leaves))
     t0 = jnp.asarray(t0, float)
-    outcome, new = search_start(problem, params, None, system.entry.starts.pack(leaves), t0, constants, past)
+    outcome, new = search_start(problem, params, None, system.intake.starts.pack(leaves), t0, constants, past)
     if throw and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
     before = [_start(system, i, leaf) for i, leaf in enumerate(leaves)]

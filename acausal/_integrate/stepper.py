@@ -153,14 +153,14 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
         unchanged = EventState(
-            found.holds, idle, found.seen, state.due, state.record, state.mark, state.crowd, jnp.asarray(False)
+            found.holds, idle, found.seen, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
         )
 
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
             settled = settle(
-                events, forward * t, forward * found.before, y, found.begins, found.holds, due, state.record, given
+                events, forward * t, forward * found.before, y, found.begins, found.holds, due, state.history, given
             )
             y1 = events.with_algebraic(settled.t, settled.y, given)
             due = events.due(settled.t, y1, given)
@@ -169,7 +169,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, found.seen, due, settled.record, mark, crowd, found.is_any
+                settled.holds, settled.fresh, found.seen, due, settled.history, mark, crowd, found.is_any
             )
 
         def idling() -> tuple[Vector, EventState]:

@@ -15,11 +15,11 @@ from .._evaluate.invariants import onto_invariants
 from .._numbers import Numbers
 from .._reduce.instants import first
 from .controller import Steps, core_norm
+from .event_history import EventHistory
 from .event_state import EventState
 from .field import Given, vector_field
 from .interval import seen
 from .peaks import Peaks
-from .record import Record
 from .run_events import RunEvents
 from .schedule import tick
 from .settings import Settings
@@ -82,21 +82,21 @@ def begin_run(
     events, t0 = RunEvents(settings, layout, is_reversible), numbers.t0
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
-    record = Record.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
+    history = EventHistory.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
     due = jnp.zeros(events.total)
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:
         begins &= past >= t0 - tick(t0, t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + tick(numbers.past.time, t0)
-    settled = settle(events, t0, t0, y, begins, none, due, record, given, order=past)
+    settled = settle(events, t0, t0, y, begins, none, due, history, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     unknown = jax.eval_shape(ft.partial(seen, lambda t: events.margins(t, y, given)), jnp.asarray(t0, float))
     memory = EventState(
-        settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.record,
+        settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory

@@ -14,11 +14,11 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
 from .._tracing import is_traced, known
-from .record import Record
+from .event_history import EventHistory
 
 
 def both_sides(
-    rows: Array, times: np.ndarray, start: Array, record: Record | None, columns: slice | None
+    rows: Array, times: np.ndarray, start: Array, history: EventHistory | None, columns: slice | None
 ) -> Array | np.ndarray:
     """The rows saved at times that were reached, and where steps are saved, those before each event.
 
@@ -26,15 +26,15 @@ def both_sides(
     """
     reached = np.isfinite(times)
     times, rows = times[reached], rows[reached]
-    if record is None or not record.before.shape[-1]:
+    if history is None or not history.before.shape[-1]:
         return rows
-    moments, numbers, first = known(record.times), known(record.numbers), known(start)
+    moments, numbers, first = known(history.times), known(history.numbers), known(start)
     assert moments is not None
     assert numbers is not None
     assert first is not None
     # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
     shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > first)
-    before = record.times[shown] if columns is None else record.before[shown][:, columns]
+    before = history.times[shown] if columns is None else history.before[shown][:, columns]
     order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
     xp = jnp if is_traced(before) or is_traced(rows) else np
     return xp.concatenate([before, rows])[order]

@@ -75,7 +75,7 @@ class Trim:
         """The numbers of a model with the parameters that the unknowns stand for."""
         if not self.leaves:
             return inputs
-        params = self.system.entry.packed(inputs.params.changed(self.values(x, sizes)))
+        params = self.system.intake.packed(inputs.params.changed(self.values(x, sizes)))
         return dataclasses.replace(inputs, params=params)
 
     def given(self, x: Array, sizes: Array, given: Given) -> Given:

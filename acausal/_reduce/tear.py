@@ -5,7 +5,7 @@ from typing import Literal
 
 from .sort import Block, Sorted
 
-SolutionKind = Literal["explicit", "linear", "nonlinear"]
+SolutionMethod = Literal["explicit", "linear", "nonlinear"]
 EXHAUSTIVE = 60  # blocks up to this size try every unknown as tearing variable, larger ones the most frequent
 
 
@@ -14,13 +14,14 @@ class Torn:
     """A block ready to be solved.
 
     `steps` are (row, unknown) pairs, each solved for its unknown in turn from known ones and the tearing variables
-    `tears`; `residuals` are the rows that then determine the tearing variables. `kind` is "explicit" with none.
+    `tears`; `residuals` are the rows that then determine the tearing variables, by a `method` that is "explicit" where
+    there are none.
     """
 
     steps: list[tuple[int, int]]
     tears: list[int]
     residuals: list[int]
-    kind: SolutionKind
+    method: SolutionMethod
     level: int
 
     @property
@@ -52,8 +53,8 @@ def tear(ordered: Sorted, block: Block) -> Torn:
         state.propagate()
     tears = state.tears + sorted(inside - {u for _, u in state.steps} - set(state.tears))
     residuals = [row for row in block.rows if row not in state.done]
-    kind = "explicit" if not tears else "linear" if _is_linear(ordered, block.rows, inside) else "nonlinear"
-    return Torn(state.steps, tears, residuals, kind, block.level)
+    method = "explicit" if not tears else "linear" if _is_linear(ordered, block.rows, inside) else "nonlinear"
+    return Torn(state.steps, tears, residuals, method, block.level)
 
 
 def _single(ordered: Sorted, block: Block) -> Torn:
@@ -63,8 +64,8 @@ def _single(ordered: Sorted, block: Block) -> Torn:
     table = ordered.table
     if table.strength[entry] >= 2 and table.matchable[entry]:
         return Torn([(row, unknown)], [], [], "explicit", block.level)
-    kind = "linear" if _is_linear(ordered, [row], {unknown}) else "nonlinear"
-    return Torn([], [unknown], [row], kind, block.level)
+    method = "linear" if _is_linear(ordered, [row], {unknown}) else "nonlinear"
+    return Torn([], [unknown], [row], method, block.level)
 
 
 def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, int]:

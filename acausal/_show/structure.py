@@ -115,7 +115,7 @@ def _block(system: System, torn: Torn) -> BlockReport:
     ordered = system.ordered
     names = [equation_name(ordered, row) for row in torn.rows]
     return BlockReport(
-        torn.kind,
+        torn.method,
         tuple(names),
         tuple(ordered.unknown_name(unknown) for unknown in torn.unknowns),
         tuple(ordered.unknown_name(unknown) for unknown in torn.tears),

@@ -54,7 +54,7 @@ def _outline(system: System, ax: Axes) -> None:
     start = 0
     for torn in system.torn:
         size = len(torn.rows)
-        ax.add_patch(Rectangle((start - 0.5, start - 0.5), size, size, alpha=0.25, color=_COLOURS[torn.kind]))
+        ax.add_patch(Rectangle((start - 0.5, start - 0.5), size, size, alpha=0.25, color=_COLOURS[torn.method]))
         if torn.tears and size > 1:
             inner = len(torn.steps)
             ax.add_patch(
@@ -62,6 +62,6 @@ def _outline(system: System, ax: Axes) -> None:
                           linewidth=1.5, edgecolor="k")
             )  # fmt: skip
         start += size
-    kinds = list(dict.fromkeys(torn.kind for torn in system.torn))
+    kinds = list(dict.fromkeys(torn.method for torn in system.torn))
     handles = [Patch(color=_COLOURS[kind], alpha=0.4, label=kind) for kind in kinds]
     ax.legend(handles=handles, loc="upper right", fontsize="small", title="blocks")

@@ -119,7 +119,7 @@ CASES = {
 def test_vector_field(name: str, numbers: list[float]) -> None:
     model, by_hand, kinds = CASES[name].model(), CASES[name].by_hand, CASES[name].kinds
     system = system_of(model)
-    assert {torn.kind for torn in system.torn if torn.tears} == kinds
+    assert {torn.method for torn in system.torn if torn.tears} == kinds
     states = dict(zip(system.state_names, numbers, strict=False))
     found, expected = rates(model, system, 0.0, states), by_hand(states)
     assert found.keys() == expected.keys()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
-from acausal._evaluate import entry
+from acausal._evaluate import intake
 
 
 class Tank(Component):
@@ -50,7 +50,7 @@ def _run(model: Tanks) -> Any:
 
 def test_functions_read_parameters_that_are_collected(monkeypatch: pytest.MonkeyPatch) -> None:
     """t1 = -T ln(limit), the integral is scale (1 - limit), and the event notes T."""
-    monkeypatch.setattr(entry, "LARGE", 10)
+    monkeypatch.setattr(intake, "LARGE", 10)
     model = Tanks(parts=tuple(Tank(T=2.0 + 0.1 * i) for i in range(9)))
     assert _run(model) == pytest.approx((2.0 * math.log(4.0), 2.25, 2.0, 3.0), rel=1e-7)
     found: Any = eqx.filter_jacrev(lambda model: jnp.stack(_run(model)))(model)

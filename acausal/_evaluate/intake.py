@@ -21,7 +21,7 @@ LARGE = 300  # with more leaves than this, parameters are packed before they are
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Entry:
+class Intake:
     """Sorts the leaves of a model into parameters and start values, and says which of them are bad.
 
     `used` are the parameters that the compiled functions read, by component kind and slot.

@@ -1,4 +1,4 @@
-"""What happened in a run."""
+"""What happened in a run, as its steps hand it on."""
 
 from typing import TypeAlias
 
@@ -16,27 +16,30 @@ Vector: TypeAlias = Float[Array, " n"]
 LAST = 8  # how many of the last events are kept, for a failed run to name
 
 
-class Record(eqx.Module):
-    """The first events that are listed: `times`, `numbers` (-1: none yet), and the vectors `before`, or nothing of
-    them; `count` is how many there were, recorded or not. What happened last, listed or not, is in `last_times` and
-    `last_numbers`.
+class EventHistory(eqx.Module):
+    """The events of a run, as far as there is room for them.
+
+    - `times`, `numbers` (-1: none yet) and `before`: when each of the first listed events happened, which it was, and
+      the stepped vector just before it, of which `before` keeps the first elements or none.
+    - `count`: how many listed events there were, with or without room for them.
+    - `last_times`, `last_numbers`: what happened last, listed or not.
     """
 
-    times: Float[Array, " records"]
-    numbers: Int[Array, " records"]
-    before: Float[Array, "records n"]
+    times: Float[Array, " room"]
+    numbers: Int[Array, " room"]
+    before: Float[Array, "room n"]
     count: Array
     last_times: Float[Array, " last"]
     last_numbers: Int[Array, " last"]
 
     @classmethod
-    def empty(cls, size: int, n: int) -> "Record":
-        """A record with room for `size` events and vectors of `n` elements."""
+    def empty(cls, size: int, n: int) -> "EventHistory":
+        """A history with room for `size` events and vectors of `n` elements."""
         first = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n)), jnp.asarray(0)
         return cls(*first, jnp.full(LAST, jnp.inf), jnp.full(LAST, -1))
 
-    def noted(self, when: Numbers, before: Vector, happened: Array, is_listed: np.ndarray) -> "Record":
-        """The record with the events that have happened at one moment."""
+    def noted(self, when: Numbers, before: Vector, happened: Array, is_listed: np.ndarray) -> "EventHistory":
+        """The history with the events that have happened at one moment."""
         if not happened.size:
             return self
         fired = happened & is_listed
@@ -45,7 +48,7 @@ class Record(eqx.Module):
         mask = (jnp.arange(len(self.times))[:, None] == places) & fired
         is_new, numbers = jnp.any(mask, axis=1), jnp.sum(mask * jnp.arange(len(fired)), axis=1)
         n = self.before.shape[1]
-        return Record(
+        return EventHistory(
             jnp.where(is_new, when, self.times),
             jnp.where(is_new, numbers, self.numbers),
             jnp.where(is_new[:, None], before[:n], self.before),
