@@ -38,7 +38,7 @@ class LinearSystem(eqx.Module):
     D: Float[Array, "p m"]
     rates: Float[Array, " n"]
     _point: Point | None
-    _basis: Float[Array, "all n"] | None  # from the states to all of the system's, where some are redundant
+    _basis: Float[Array, "all n"] | None  # dy = basis dx, where some of the system's states y are redundant
     states: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)
     outputs: tuple[str, ...] = eqx.field(static=True)
@@ -97,7 +97,7 @@ class LinearSystem(eqx.Module):
 
     @property
     def dc_gain(self) -> Float[np.ndarray, "p m"]:
-        """The lasting change of each output for a lasting change of each input; infinite where an integrator sees it.
+        """The lasting change of each output for a lasting change of each input; infinite where it passes an integrator.
 
         `frequency_response(0.0)` is the same, traceable, for systems without poles at 0. For an unstable system it is
         the gain between equilibria, which are not reached.
@@ -111,7 +111,7 @@ class LinearSystem(eqx.Module):
         return transmission_zeros((*realisation.minimal(A, B, C), D))
 
     def transfer_function(self, output: str | None = None, input: str | None = None) -> TransferFunction:
-        """Numerator and denominator of one channel, without what cancels; names may be left out where there is one."""
+        """Numerator and denominator of a channel, common factors cancelled; names may be left out where there is one."""
         return transfer_function(self.channel(output, input)._scaled)
 
     def channel(self, output: str | None = None, input: str | None = None) -> "LinearSystem":

@@ -1,4 +1,4 @@
-"""Margins of a loop: how much gain, phase or delay it stands."""
+"""Margins of a loop: how much more gain, phase lag or delay keeps it stable."""
 
 from typing import Any, NamedTuple
 
@@ -58,7 +58,7 @@ def margins(matrices: Matrices) -> Margins:
 
 
 def _crossings(matrices: Any) -> list[float]:
-    """The frequencies in rad/s of zeros on the imaginary axis, that of zero left out."""
+    """The frequencies in rad/s of zeros on the imaginary axis, without that at zero."""
     zeros: Any = transmission_zeros(matrices)
     is_there = (np.abs(zeros.real) < NEAR * np.abs(zeros)) & (zeros.imag > 0.0)
     return zeros[is_there].imag.tolist()

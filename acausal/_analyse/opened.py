@@ -18,7 +18,7 @@ FIELD = "_opened_"
 
 
 class Break(NamedTuple):
-    """Where a loop is broken: at a port, and by a parameter in place of what the port drives."""
+    """Where a loop is broken: the port, and the parameter that drives in its place what the port has driven."""
 
     port: str
     signal: str
@@ -88,7 +88,7 @@ def _changed(owner: Component, name: str, value: Any) -> Any:
 
 
 class _Opening(Component, partial=True):
-    """What drives a port by a parameter."""
+    """A source that drives a port with the value of a parameter."""
 
     k: Param[Scalar, ""] = 0.0
 
@@ -105,7 +105,7 @@ def _source_class(port: Any) -> Any:
 
 @ft.cache
 def _opened_class(cls: Any, path: str, field: str, port: Any) -> Any:
-    """The class with another source behind one of its signals."""
+    """The class with connections that take one of its signals from another source."""
 
     def connections(self: Any) -> Connections:
         signal, source = ft.reduce(getattr, path.split("."), self), getattr(self, field).port

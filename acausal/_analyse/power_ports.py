@@ -72,7 +72,8 @@ class Local:
         zeros = np.zeros(len(values))
         self.residual = np.asarray(residuals(values, zeros))
         by_value, by_rate = (np.asarray(jax.jacfwd(residuals, i)(values, zeros)) for i in (0, 1))
-        # With fewer equations than unknowns less ports, the component is driven by signals, which count as given.
+        # A component has an equation for each inner variable and for each port. Where it has fewer, signals drive it,
+        # which count as given.
         self.is_driven = by_value.shape[0] < len(names) - len(ports)
         known = list(_signals(component)) if self.is_driven else []
         kept = [i for i, name in enumerate(names) if name.rpartition(".")[0] not in known]

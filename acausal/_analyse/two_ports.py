@@ -32,7 +32,7 @@ def two_port(local: Local, i: int, j: int, parameters: Sequence[float]) -> TwoPo
 
 
 def _forms(local: Local, i: int, j: int) -> Iterator[TwoPort]:
-    """By which of effort and flow at each port follows from the other ones."""
+    """The form for each choice of what follows from the other variables at a port: its effort or its flow."""
     for kind, of_efforts in (
         ("TF", (True, False)),
         ("TF", (False, True)),
@@ -57,7 +57,7 @@ def _forms(local: Local, i: int, j: int) -> Iterator[TwoPort]:
 
 
 def _clean(values: Sequence[float], found: list[np.ndarray]) -> list[float]:
-    """Values without what is rounding beside the others."""
+    """The values, zero where they are rounding errors beside the largest response found."""
     size = max(float(np.max(np.abs(matrix))) for matrix in found)
     return [0.0 if abs(value) < ROUNDING * size else value for value in values]
 

@@ -102,7 +102,7 @@ class Solution(eqx.Module, Generic[M]):
         return both_sides(rows, times, self._start[0], self._history, columns)
 
     @property
-    def values(self) -> Any:
+    def values(self) -> M:
         """The model with trajectories in place of its variables."""
         ts, ys = self._rows
         if self.is_batched or known(ts) is None or len(ts) == 0:
@@ -119,7 +119,7 @@ class Solution(eqx.Module, Generic[M]):
         """The model with the values at the end of the run in place of its variables."""
         return self._view(*self._end)
 
-    def at(self, t: Numbers) -> Any:
+    def at(self, t: Numbers) -> M:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
         if self._dense is None:
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')

@@ -36,7 +36,7 @@ class Alternatives(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Part(Free):
-    """The values of a combination, path by path, and behind them its figures."""
+    """The values of a combination, path by path, and after them its figures."""
 
     figures: tuple[tuple[str, str], ...]  # table and name of each
 
@@ -65,7 +65,7 @@ class Structure:
     tables: tuple[Alternatives, ...]
     part: Part
     picked: Int[np.ndarray, "n t"]  # row of each table
-    x: Float[np.ndarray, "n k"]  # values, and figures behind them
+    x: Float[np.ndarray, "n k"]  # values, and figures after them
 
     def named(self, i: int) -> dict[str, str]:
         """The names of the alternatives of a combination, by table."""
@@ -139,7 +139,7 @@ def _label(value: object) -> str:
 
 
 def run_of_pair(run: Function | None, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
-    """What functions are given out of a model with its figures."""
+    """What functions of the run take: the run of a model, or the model itself, with its figures."""
     model, figures = pair
     return (model if run is None else run(model)), figures
 

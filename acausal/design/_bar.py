@@ -8,7 +8,7 @@ from .._progress import is_read
 
 
 def bar(what: str, wanted: bool | None) -> Callable[[int, int], None]:
-    """A function of what is done and what there is to do, that says so where somebody reads it."""
+    """A function of how much is done, and of how much there is, that draws a bar: on a terminal, or as `wanted`."""
     began, first = time.monotonic(), [-1]
 
     def tell(done: int, total: int) -> None:

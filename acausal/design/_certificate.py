@@ -20,7 +20,7 @@ from ._task import Point
 
 ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
 DEPENDENT = 1e-6  # gradients, scaled to length 1, depend on each other where they differ by less
-SHARE = 1e-3  # least share of what takes part in a combination of gradients that vanishes
+SHARE = 1e-3  # least share of a gradient that takes part in a combination that vanishes
 STEP = 1e-3  # of scaled variables, for differences of gradients
 ROUGH = 1e-3  # a difference of scaled curvatures to both sides that is no rounding
 
@@ -85,7 +85,7 @@ def ambiguous(
 ) -> Multipliers:
     """Which multipliers are not unique, as truth values: the gradients of what is active depend on each other there.
 
-    What has no gradient has no part in that.
+    A constraint whose gradient vanishes does not count.
     """
     places, columns = _active(point, bounds, is_equation, within)
     lengths = np.linalg.norm(columns, axis=0)
@@ -112,7 +112,7 @@ def _active(
 
 
 def _spread(point: Point, places: Multipliers, values: np.ndarray) -> Multipliers:
-    """What belongs to the places that are active, zero elsewhere."""
+    """`values`, of which there is one for each active place, put at these places; zero elsewhere."""
     n = len(point.z)
     made = Multipliers(np.zeros(len(point.c)), np.zeros(n), np.zeros(n))
     ends = np.cumsum([len(places.constraints), len(places.lower)])
@@ -134,8 +134,8 @@ def residual(point: Point, multipliers: Multipliers, is_equation: np.ndarray) ->
 
 
 def free_directions(point: Point, multipliers: Multipliers, idle: np.ndarray) -> np.ndarray:
-    """An orthonormal basis, in columns, of the directions in which all that has a multiplier stays as it is, and
-    variables that do not matter do so, too.
+    """An orthonormal basis, in columns, of the directions that change, to first order, neither the constraints and
+    bounds with a multiplier nor the variables that do not matter, which `idle` marks.
     """
     unit, active = np.eye(len(point.z)), multipliers.active()
     held = np.concatenate([point.jacobian[active.constraints], unit[active.lower | active.upper | idle]])
@@ -146,7 +146,7 @@ UNKNOWN = Curvature(np.full(1, np.nan), np.inf)
 
 
 def curvature(at: At, point: Point, multipliers: Multipliers, idle: np.ndarray, step: float = STEP) -> Curvature:
-    """The Hessian on the free subspace by differences of exact gradients, over `step` and twice of it.
+    """The Hessian on the free subspace by differences of exact gradients, over `step` and 2 `step`.
 
     The subspace is without the variables that do not matter, which `idle` marks.
     """

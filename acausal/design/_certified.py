@@ -26,7 +26,7 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
     before = task.program.evaluations
     found = task.evaluation(outcome.point.z)
     value = float(found.values[task.objective])
-    # The certificate is about the objective in units of what it has become.
+    # The certificate scales the objective by its value at the end.
     own = dataclasses.replace(task, size=abs(value) if abs(value) > 1e-6 * task.size else task.size)
     point = own.point(outcome.point.z, found)
     multipliers = multipliers_of(point, own.bounds, own.is_equation)
@@ -64,7 +64,7 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
 
 
 def _is_unbounded(task: Task, outcome: Outcome) -> bool:
-    """Whether the search has left for where the objective goes on falling, all limits kept."""
+    """Whether the search ended far out, with all limits kept and the objective still falling."""
     point = outcome.point
     if outcome.conflict is not None or task.violation(point) > OPTIMAL:
         return False

@@ -67,16 +67,16 @@ def control(
       number, and with a name, as in `{"loss": (lambda s: s.motor.resistor.R * s.motor.p.i**2, "J")}`; None: the
       duration, which has to be free.
     - `end`: functions of the variables at the end, and their limits, as in `optimise`.
-    - `path`: functions of the variables that keep their limits at all times: their peaks between each two
-      samples do.
+    - `path`: functions of the variables that keep their limits at all times: their peaks between each two samples are
+      limited.
     - `free`: further free parameters, with their bounds, as in `optimise`.
     - `segments`: into how many pieces the horizon is cut, each with as many samples. The states between them are then
       free, and that segments join is a condition (multiple shooting); all are run as one batch. For motions that are
-      unstable or long. Where there are segments or limits on the way, what is run anew from a sample on begins in the
-      modes that its states imply.
+      unstable or long. With segments or limits of `path`, the horizon is run piece by piece, and each piece begins in
+      the modes that its states imply.
     - `switching`: whether the instants of the samples are free, too.
-    - `guess`: for some states, by name, values that are evenly spaced over the horizon, from which the search begins
-      where there are segments; else from those of a run with the signals that the model has.
+    - `guess`: with segments, where the search begins: for some states, by name, values that are evenly spaced over the
+      horizon. Other states begin with those of a run with the signals that the model has.
     - `rtol` and other `options` are those of `simulate`; `method`, `most`, `sensitivities` and `progress` those of
       `optimise`.
 
@@ -178,7 +178,7 @@ def _free(
 ) -> dict[Key, object]:
     """What is free in the horizon."""
     mine = {f"{name}.values": bounds for name, bounds in signals.items()} | dict(free)
-    free_parameters(model, mine)  # which says what is wrong with them by the names that were given
+    free_parameters(model, mine)  # raises what is wrong with them, by the names that were given
     found: dict[Key, object] = {}
     for key, bounds in mine.items():
         found[tuple(PLANT + path for path in key) if isinstance(key, tuple) else PLANT + key] = bounds

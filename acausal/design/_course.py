@@ -24,8 +24,8 @@ class Course(Generic[M]):
     """Signals that take a model where it is to be; `print` it for its certificate.
 
     - `model`: the model with the signals found; `duration`: in s.
-    - `design`: the optimum with its certificate, as of `optimise`. The states between segments, and that these join,
-      are left out of it: `gap` is the largest of what is left between them, in sizes of the states.
+    - `design`: the optimum with its certificate, as of `optimise`, without the states at which segments begin and the
+      conditions that segments join. `gap` is the largest jump between two segments, in sizes of the states.
     - `solutions`: the run, or where there are segments or limits on the way, one after the other.
     """
 
@@ -66,7 +66,7 @@ class Course(Generic[M]):
         return axes[0].figure
 
     def _as_signal(self, column: Column) -> Column:
-        """What is drawn, in the unit of its bounds where it is a signal that was free."""
+        """A column to draw, in the unit of its bounds where it is a signal that was free."""
         samples = f"{column.label.removesuffix('.y.value')}.values[0]"
         for variable in self.design.free.variables:
             if variable.name == samples and variable.scale.text:

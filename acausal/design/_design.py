@@ -24,9 +24,9 @@ BROKEN = 1e-6  # share of a limit
 
 
 class Active(NamedTuple):
-    """A limit or bound that holds the optimum, and its multiplier: by what the objective falls per unit of slack.
+    """A limit or bound that holds the optimum, with its multiplier: the fall of the objective per unit of relaxation.
 
-    That of an equation is by what the objective falls as its right-hand side rises, and may be negative.
+    The multiplier of an equation is the fall of the objective per rise of the right-hand side, and may be negative.
     """
 
     name: str
@@ -62,7 +62,10 @@ class Sensitivity(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """A design on the way: its values, those of the objective and of the limited results, and why there are none."""
+    """A design on the way: the values of the variables, of the objective and of the limited results.
+
+    `why` says why it could not be computed, and is empty where it could.
+    """
 
     x: np.ndarray
     objective: float
@@ -83,13 +86,16 @@ class Design(Generic[M]):
       "interrupted" or "not converged".
     - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
     - `active`: the limits and bounds that hold the optimum, with their multipliers.
-    - `not_unique`: those of them whose multipliers are one choice of many, since they say the same or touch each other.
+    - `not_unique`: those of them whose multipliers are one choice of many, since their gradients depend on each other,
+      as those of two limits that say the same or that touch do.
     - `unmoved`: active limits that no variable moves, to first order; they have no price.
     - `idle`: variables that nothing depends on, as far as the search went; they keep their values.
     - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
     - `sensitivities`: derivatives of the optimum by the parameters that are not free.
-    - `history` and `failed`: the way here, which took `evaluations` and `seconds`; `others`: the ends of other starts,
-      with which it all took `total_evaluations` and `total_seconds`, compiling included.
+    - `history` and `failed`: the designs on the way, and those that could not be computed; the search took
+      `evaluations` and `seconds`.
+    - `others`: the ends of searches from other starts. All searches took `total_evaluations` and `total_seconds`,
+      compiling included.
     """
 
     model: M
@@ -137,7 +143,7 @@ class Design(Generic[M]):
         return found
 
     def plot(self) -> Any:
-        """The way of variables, objective and margins; returns the matplotlib figure."""
+        """Draw variables, objective and margins over the steps of the search; returns the matplotlib figure."""
         from ._plot import plot_design
 
         return plot_design(self)

@@ -119,7 +119,8 @@ class Experiment(Generic[M]):
 class Prepared(eqx.Module):
     """An experiment as arrays in SI units.
 
-    The numbers at the places `own` are those of all free parameters that have the numbers `indices`.
+    Of the vector of all free parameters, the elements `indices` are free in this experiment alone; they stand at the
+    places `own` of the model.
     """
 
     predict: Run | Results = eqx.field(static=True)

@@ -33,7 +33,7 @@ class Channel(NamedTuple):
     times: np.ndarray | None
     measured: np.ndarray
     rows: slice
-    is_estimated: bool  # its noise
+    is_estimated: bool  # whether the noise is
     group: int
     place: int
 
@@ -248,8 +248,8 @@ class Fit(Generic[M]):
     def profile(self, name: str, *, points: int = 9, level: float | None = None) -> Profile:
         """The profile likelihood of a parameter: chi2 along its values, all others fitted again at each.
 
-        Its interval holds where the model bends so much that that of the covariance does not. `points` values are
-        drawn on either side, out to where chi2 has risen by what the interval at `level` allows.
+        Its interval is right also where the model is curved so much that the one from the covariance is not. `points`
+        values are drawn on either side, out to where chi2 has risen by what the interval at `level` allows.
         """
         if name not in self.names:
             raise UnknownNameError(f"The fit has no parameter {name!r}.{suggestion(name, self.names)}")

@@ -57,7 +57,7 @@ class Variable(NamedTuple):
 
     @property
     def origin_and_width(self) -> tuple[float, float]:
-        """Of the variable or of its logarithm: what is scaled to 0, and by what it differs from what is scaled to 1."""
+        """Of the variable, or of its logarithm: what is scaled to 0, and its distance to what is scaled to 1."""
         if self.is_log:
             return float(np.log(self.low)), float(np.log(self.high / self.low))
         if np.isfinite(self.high - self.low):

@@ -21,9 +21,9 @@ from ._limits import objectives_of
 from ._program import Evaluation, Program
 from ._types import Function
 
-STEPS = tuple(10.0**-k for k in range(2, 7))  # of the sizes of parameters: what is not smooth may lie beside the place
-APART = 1e-3  # of derivatives and of how they vary, by which differences may be apart from what they are compared with
-LEAST = 1e-5  # of a result, to which differences of runs are known
+STEPS = tuple(10.0**-k for k in range(2, 7))  # in sizes of parameters; a large one may reach a kink nearby
+APART = 1e-3  # how far exact derivatives may be from differences, as a share of them and of how they vary
+LEAST = 1e-5  # share of a result to which differences between runs are known
 
 
 class Hessian(NamedTuple):
@@ -98,7 +98,7 @@ def hessians_of(program: Program, x: Float[np.ndarray, " k"]) -> Float[np.ndarra
 
 
 def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
-    """Of the parameters, for steps; that of one that is zero follows from where results become others."""
+    """The sizes of the parameters, for steps; of one that is zero, the change that makes a result another one."""
     slopes, bends = np.abs(here.jacobian), np.abs(np.diagonal(second, axis1=1, axis2=2))
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = np.where(bends > 0.0, slopes / bends, np.abs(here.values)[:, None] / slopes)
@@ -107,8 +107,8 @@ def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
 
 
 class _Beside(NamedTuple):
-    """Slopes of results, and of their gradients, on both sides, and by how much both vary; `why` not, where there are
-    none.
+    """Slopes of results and `bends`, the slopes of their gradients, on both sides; `slope` and `bend` are how large
+    either becomes. `why` says why a side could not be computed.
     """
 
     slopes: list[np.ndarray]

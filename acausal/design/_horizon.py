@@ -30,7 +30,7 @@ from ._free_parameters import free_parameters
 
 Run = Callable[..., Solution]  # of a model and the times at which it begins and ends
 SHOWN = 400  # times at which trajectories are kept
-SMALL = 1e-6  # of its nominal size, what a state is not measured by
+SMALL = 1e-6  # share of the nominal size below which a state is measured by that size, not by its own values
 _MEMBER = re.compile(r"\[\d+\]\.")
 
 
@@ -52,7 +52,9 @@ class Nodes(NamedTuple):
 
 
 class Runs(NamedTuple):
-    """The runs of all pieces, and the whole duration; by what, in sizes, segments miss the beginnings of the next."""
+    """The runs of all pieces, and the whole duration; `gaps` between the ends of segments and the beginnings of the
+    next ones, in sizes of the states.
+    """
 
     solution: Solution
     duration: Array
@@ -61,10 +63,10 @@ class Runs(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Shooting:
-    """How a horizon is run: its signals by path, by `run(model, t0, t1)`.
+    """How a horizon is run, by `run(model, t0, t1)`; `signals` are the paths of its signals.
 
-    It has so many segments, whose first states are free, and each of these has so many pieces, of which one goes on
-    where the one before it ends. Without `nodes`, all is one run.
+    The horizon has a number of `segments`, which begin with states that are free. Each segment has a number of
+    `pieces`, which begin with the state at which the piece before ended. Without `nodes`, all is one run.
     """
 
     signals: Sequence[str]
@@ -126,7 +128,7 @@ class Shooting:
         return jnp.concatenate([first[None], inner])
 
     def _piece(self, model: Component) -> Run:
-        """The run of one piece, of the states that it begins with, the times of its samples, and these."""
+        """The run of one piece as a function of its first states, and of the times and values of its samples."""
         assert self.nodes is not None
         blank, states = without_starts(model, self.nodes.states), self.nodes.states
 
@@ -144,7 +146,9 @@ class Shooting:
         return self._cut(times, len(times) - 1), [self._cut(each, len(times) - 1) for each in samples]
 
     def _cut(self, samples: Array, intervals: int) -> Array:
-        """Samples by segments and pieces; those at ends belong to both sides, unless there is one for an interval."""
+        """Samples by segments and pieces. One at the end of a piece begins the next one as well, where samples are of
+        times; where they are of intervals, each belongs to one piece.
+        """
         n, more = intervals // (self.segments * self.pieces), len(samples) - intervals
         places = np.arange(0, intervals, n)[:, None] + np.arange(n + more)
         return samples[places.reshape(self.segments, self.pieces, -1)]
@@ -156,7 +160,7 @@ def ends(solution: Solution) -> Array:
 
 
 def without_starts(model: Any, states: Free) -> Any:
-    """The model with start values of its states alone."""
+    """The model with no start values but those of its states."""
     mine = {place.path for variable in states.variables for place in variable.places}
     return replace(
         model, {leaf.path: None for leaf in leaves_of(model) if leaf.declaration.is_variable and leaf.path not in mine}
@@ -164,7 +168,7 @@ def without_starts(model: Any, states: Free) -> Any:
 
 
 def nodes_of(model: Component, run: Run, times: np.ndarray, given: Mapping[str, object]) -> Nodes:
-    """The states at the inner ones of some times: those of a run, or, by interpolation, what is given for some."""
+    """The states at all times but the first and the last: those of a run, or those interpolated from what is given."""
     system = system_of(model)
     if system.initial_equations is not None:
         raise ModelError("A model with initial equations cannot begin in between: give start values instead of them.")

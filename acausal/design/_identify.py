@@ -59,8 +59,8 @@ def identify(
     is that of the others, given its value. Intervals end at a bound, which does not change how often they hold the
     true value. Where all noise is given, the covariance of the estimates is (J^T J)^-1, J being the derivatives of the
     weighted residuals, and the intervals are those of the normal distribution; where noise is estimated, they are those
-    of Student's t with the degrees of freedom that this leaves. The noise of a channel is estimated from its residuals
-    less the part of them that the parameters take up, and weights and estimates are repeated until both stay.
+    of Student's t with the degrees of freedom that this leaves. The noise of a channel is estimated from its residuals,
+    with the degrees of freedom that the parameters leave them; fit and noise are repeated until neither changes.
 
     Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3.
 
@@ -75,7 +75,7 @@ def identify(
     mean, std = _priors(priors or {}, chosen)
     _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
     groups, members = stacked(ready)
-    # What a search starts from is no part of the program.
+    # The program does not depend on where a search starts, so that other starts compile nothing.
     still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
     problem = Problem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
     channels = _channels(problem, members, labels)

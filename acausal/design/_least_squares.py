@@ -26,7 +26,7 @@ class Problem(eqx.Module):
     """
 
     free: Free = eqx.field(static=True)
-    shared: int = eqx.field(static=True)  # how many of the first ones are those of all experiments
+    shared: int = eqx.field(static=True)  # how many of the free parameters, the first ones, all experiments share
     model: Component
     groups: tuple[Prepared, ...]
     prior_mean: Float[Array, " n"]
@@ -57,7 +57,7 @@ class Problem(eqx.Module):
         return jnp.concatenate([*parts, (self.free.unscaled(z) - self.prior_mean) / self.prior_std])
 
     def residuals_and_jacobian(self, z: Float[Array, " n"]) -> tuple[Float[Array, " m"], Float[Array, "m n"]]:
-        """Residuals and their derivatives by forward mode, all along with one run of each experiment."""
+        """Residuals and their derivatives by forward mode, from one run of each experiment."""
 
         def twice(z: Array) -> tuple[Array, Array]:
             residuals = self.residuals(z)
@@ -70,7 +70,7 @@ class Problem(eqx.Module):
 
 def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
     if group.measured[group.names[0]].shape[0] == 1:
-        # A batch of one costs more to compile than what it holds.
+        # A batch of one costs more to compile than the experiment by itself.
         single = jax.tree_util.tree_map(lambda leaf: leaf[0], group)
         return {name: value[None] for name, value in single.predicted(single.applied(model, x)).items()}
     return jax.vmap(lambda one: one.predicted(one.applied(model, x)))(group)
@@ -145,7 +145,7 @@ def _solve(problem: Problem, z: Array, held: Bool[Array, " n"], low: Array, high
         residuals, jacobian = problem.residuals_and_jacobian(jnp.clip(y, low, high))
         return residuals, (residuals, jacobian)
 
-    # The derivative is at hand, so that the search compiles and evaluates the runs in one place.
+    # The Jacobian comes with the residuals: the search takes it from there instead of differentiating the runs again.
     @function.defjvp
     def _derivative(primals: Any, tangents: Any) -> Any:
         (y,), (dy,) = primals, tangents

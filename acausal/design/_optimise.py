@@ -53,9 +53,9 @@ def optimise(
 
     - `free`: bounds by path; a tuple of paths shares one value, an element of an array is named as in `"table.y[3]"`.
     - `minimise`: a function of the run, with the unit to show it in if it is not a pure number, and with a name.
-    - `run`: makes what the functions are given out of the model: a solution or any container of them; without it, the
-      functions are given the model. With `scenarios`, changes of the model by path, as in `{"cold": {"oil.T": 253.0}}`,
-      there is a run for each, and the functions are given a dictionary of them.
+    - `run`: a function of the model that returns what the other functions take, a solution or a container of several;
+      without it, they take the model. With `scenarios`, changes of the model by path, as in `{"cold": {"oil.T":
+      253.0}}`, there is a run for each, and the functions take a dictionary of them.
     - `constraints`: a function and its limit by name, "<= 60 A", ">= 1.2" or "== 3 bar"; a function that returns
       several numbers has its limit for each of them. A limit with a unit is converted to SI.
     - `start`: where to begin: values by path, a `Design` or the file of one, to resume, or a list of these; by default
@@ -63,7 +63,8 @@ def optimise(
     - `starts`: how many starts, those that are not given being from Sobol's sequence between the bounds.
     - `method`: "SLSQP" or "trust-constr", both of scipy, with exact gradients. What they find is improved by Newton's
       method on the conditions of an optimum, whose residual is accurate to the runs: use `rtol=1e-9` or so.
-    - `most`: iterations. `sensitivities`: whether to compute those of the optimum to all fixed parameters.
+    - `most`: how many iterations at most. `sensitivities`: whether to compute those of the optimum to all fixed
+      parameters.
     - `progress`: whether to print a line for each iteration; by default on a terminal.
 
     A run that fails, or never meets its stop condition, is a design that the search steps back from, whatever its

@@ -79,7 +79,7 @@ def pareto(
 ) -> Front[M]:
     """The Pareto front of two results, which `minimise` names, by the epsilon-constraint method.
 
-    The ends are the optima of each result by itself; what one does not depend on makes the other one least.
+    The ends are the optima of each result by itself; variables that it does not depend on minimise the other one.
     Between them the second one is limited to evenly spaced values, and the first one minimised from the design before;
     one compiled program serves all. All else is as in `optimise`, and each design has its certificate. See
     Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
@@ -108,7 +108,7 @@ def pareto(
         return search(task, np.asarray(problem.free.scaled(x)), trail, method, most)
 
     def an_end(objective: Objective, other: Objective, x: np.ndarray, number: int) -> Design[M]:
-        """The optimum of one result; what it does not depend on makes the other one least."""
+        """The optimum of one result; variables that it does not depend on minimise the other one."""
         stated, task = posed(objective, x, {})
         found = searched(task, objective, x, number)
         if not np.any(task.idle) or found.conflict is not None or found.is_interrupted:

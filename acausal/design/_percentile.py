@@ -35,8 +35,9 @@ def percentile_of(
         optimise(drive, {"gear.ratio": (2.0, 20.0)}, (slow, "ms"))
 
     The members are the same for all designs, from a Sobol sequence, so that the percentile is a smooth function with an
-    exact gradient, but for kinks where members change places. What scatters by a share of its value does so at any
-    design, anything else by the same difference as about `model`. The other arguments are those of `Tolerance`.
+    exact gradient, but for kinks where members change places. A parameter with a relative tolerance scatters by that
+    share of its value in the design, any other by the same differences as about `model`. The other arguments are those
+    of `Tolerance`.
     """
     if not 0.0 <= p <= 100.0:
         raise ParameterError(f"A percentile is between 0 and 100, got {p}.")

@@ -84,6 +84,6 @@ def _done(
 
 
 def _is_death(error: Exception) -> bool:
-    """Whether an error says that who computed is gone, not that computing failed."""
+    """Whether an error says that the worker has died, and not that the computation failed."""
     gone = concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError
     return isinstance(error, gone) or type(error).__name__ == "KilledWorker"  # of Dask

@@ -20,7 +20,7 @@ TRIES = 40  # fits at most in the search for one end of the interval
 class Profile:
     """chi2 over the values of a parameter, the others fitted; `low` and `high` end the interval at `level`.
 
-    An end is infinite where chi2 never rises so far, or the bound where it does not up to there.
+    Where chi2 does not rise so far, an end is the bound of the parameter, infinite without one.
     """
 
     name: str

@@ -43,9 +43,9 @@ class Evaluation:
 class Program:
     """Functions of the runs of a model, evaluated with their derivatives by its free parameters.
 
-    `run` makes what the functions are given out of the model: a solution, any container of solutions, or, where it is
-    None, the model itself. With `scenarios`, changes of the model by path, there is one run for each, and the functions
-    are given a dictionary of them. A function may return several numbers, in any container; each has a name.
+    `run` is a function of the model that returns what the functions take: a solution or any container of solutions.
+    Without it, they take the model. With `scenarios`, changes of the model by path, there is one run for each, and they
+    take a dictionary of runs. A function may return several numbers, in any container; each has a name.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Program:
         return ~np.any(np.concatenate(slopes), axis=0)
 
     def size(self, row: int) -> float:
-        """What a result mostly is, as far as has been evaluated."""
+        """The median size of a result, as far as has been evaluated."""
         return float(np.median([abs(found.values[row]) for found in self._seen.values() if found.is_good] or [0.0]))
 
     def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:
@@ -96,7 +96,7 @@ class Program:
             values, results = self.results(self.free.with_values(model, x))
             return values, (values, results)
 
-        # Up to so many numbers a run itself computes the derivatives along all of them, whichever mode is asked for.
+        # With so few parameters a run itself computes its forward sensitivities, whichever mode is asked for.
         is_forward = len(x) <= max(FEW, len(self.functions))
         derivative = jax.jacfwd if is_forward else jax.jacrev
         jacobian, (values, results) = derivative(twice, has_aux=True)(x)
@@ -150,7 +150,7 @@ def _values_at(model: Component, paths: Iterable[str]) -> dict[str, Any]:
 
 
 def _outcome(solution: Solution) -> PyTree:
-    """Why a run failed, or the first one that did of a batch."""
+    """The outcome of a run; of a batch, that of the first run that failed, if one did."""
     result = solution.result
     if not solution.is_batched:
         return result

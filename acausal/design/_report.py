@@ -14,7 +14,7 @@ from ._task import Task
 def reporter(
     task: Task, objective: Objective, number: int, starts: int, wanted: bool | None
 ) -> Callable[[int, Evaluation], None]:
-    """A function that prints a line for each step of a search, where somebody reads it."""
+    """A function that prints a line for each step of a search: on a terminal, or as `wanted`."""
     start = f"start {number + 1} of {starts}, " if starts > 1 else ""
 
     def said(step: int, found: Evaluation) -> None:

@@ -19,7 +19,7 @@ NEAR = 1e-3  # what is so close to a limit may be active, as long as the place i
 CLOSE = 1e-9  # a residual that need not be improved
 FEASIBLE = 1e-7  # of the size of a limit
 ROUNDS = 8  # of Newton's method
-CONTRACTION = 0.1  # of the residual in each of them, else there is something else nearby
+CONTRACTION = 0.1  # share that a round has to reduce the residual to: else there is no optimum nearby
 
 
 class Interrupted(Exception):
@@ -152,7 +152,7 @@ def _best(task: Task, trail: Trail) -> Point | None:
 
 
 def polished(at: At, z: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray) -> np.ndarray:
-    """Newton's method on the conditions of an optimum, with what is active at `z`, as long as it gets closer."""
+    """Newton's method on the conditions of an optimum, with what is active at `z`, as long as the residual falls."""
     point = _certain(at, z)
     before = residual(point, multipliers_of(point, bounds, is_equation), is_equation)
     for _ in range(ROUNDS):

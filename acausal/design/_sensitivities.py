@@ -86,8 +86,8 @@ def sensitivities(model: Component, results: object, *, run: Function | None = N
         print(table); table.plot()
 
     `results` is a function of the run, with the unit to show it in if it is not a pure number, or a dictionary of
-    these; `run` makes what they are given out of the model, without it they are given the model. Derivatives are exact,
-    from one compiled program.
+    these; `run` is a function of the model that returns what they take, without it they take the model. Derivatives
+    are exact, from one compiled program.
 
     Raises `SimulationError` where a result cannot be computed.
     """

@@ -23,7 +23,7 @@ class Spread:
 
     - `method`: "first order", "second order", "Monte Carlo" or "Sobol sequence".
     - `std_error`: of the mean, where it is of independent samples.
-    - `samples`: of the result: all that could be computed, or of the polynomial of a method of some order.
+    - `samples`: values of the result: those that could be computed, or those of the polynomial that is the method's.
     - `failed`: how many members could not be computed, by reason. They are in no mean and no percentile.
     - `shares`: of the variance by parameter, for a method of first order.
     """

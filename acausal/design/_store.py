@@ -150,7 +150,7 @@ def _content(value: object, seen: set[int]) -> object:
 
 
 def _own(function: types.FunctionType) -> dict[str, object]:
-    """The numbers and functions of its module that a function names, but for those of other modules."""
+    """The globals that a function names, numbers or functions; not the functions that its module has imported."""
     known = {name: function.__globals__.get(name) for name in sorted(_names(function.__code__))}
     return {
         name: value

@@ -75,7 +75,7 @@ def sweep(
       the values of each member; or a `Sample`. Values are in declared units, quantities, or texts with a unit.
     - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name. The numbers of
       the dataset are in the unit to show.
-    - `run`: makes what the functions are given out of the model; without it, they are given the model.
+    - `run`: a function of the model that returns what the other functions take; without it, they take the model.
     - `store`: a folder that takes results as they come (zarr). A sweep that was interrupted goes on from there, and one
       that is finished is read.
     - `executor`: an object with `submit`, as those of `concurrent.futures`, or `Client.get_executor()` of Dask; by
@@ -104,7 +104,7 @@ def sweep(
 
 
 def chunk_of(n: int) -> int:
-    """Members of a piece: so few that each core has four pieces at least, if they are as many as go side by side."""
+    """Members of a piece: so few that each core gets four pieces or more, but not fewer than go side by side."""
     fair = -(-n // (4 * (os.cpu_count() or 1)))
     return int(min(CHUNK, LOCKSTEP * max(1, fair // LOCKSTEP)))
 

@@ -11,9 +11,8 @@ from ._free import Free
 from ._limits import Limit
 from ._program import Evaluation, Program
 
-ROUNDING = 1e-12  # of a scaled variable that stands for its bound
-
-BESIDE = 1e-2  # of the distance of the bounds
+ROUNDING = 1e-12  # distance of a scaled variable from its bound that is none
+BESIDE = 1e-2  # how far inside the bounds a result is looked at again, as a share of their distance
 
 
 class Point(NamedTuple):
@@ -31,7 +30,7 @@ class Task:
     """Minimise one result of a program while others keep their limits.
 
     `rows` says which result each limit is about. `size` is that of the objective, by which it is divided. `within` are
-    other bounds of the scaled variables than those that were given for them.
+    bounds of the scaled variables that replace the given ones.
     """
 
     program: Program
@@ -80,7 +79,7 @@ class Task:
 
     @property
     def idle(self) -> np.ndarray:
-        """Which variables matter for nothing, as far as has been evaluated."""
+        """Which variables neither the objective nor a limit depends on, as far as has been evaluated."""
         return self.program.idle([self.objective, *self.rows])
 
     def violation(self, point: Point) -> float:

@@ -48,7 +48,7 @@ class Tolerance(Generic[M]):
     - `distributions`: by path, or by a tuple of paths that share a value: `Normal`, `Uniform`, `Triangular` or
       `Samples`.
     - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name.
-    - `run`: makes what the functions are given out of the model; without it, they are given the model.
+    - `run`: a function of the model that returns what the other functions take; without it, they take the model.
     - `correlation`: of pairs of parameters, `{("a", "b"): 0.5}`. It is that of the normal scores (a Gaussian copula),
       and so of the values themselves where both are normal.
     - `executor`: where batches run, an object with `submit` as those of `concurrent.futures`; by default threads on all

@@ -109,7 +109,7 @@ def check_power_balance(component: Component, *, sizes: float | None = None, poi
 
 
 def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
-    # What the terms are where all variables have their sizes, to tell rounding from power.
+    # Where all variables have their typical sizes, the terms have the sizes that tell rounding from power.
     anywhere = np.broadcast_to(equations.size, found.z.shape)
     balance, usual = (
         np.stack([np.asarray(item) for item in equations.balance(z, found.params, found.modes)])

@@ -102,7 +102,7 @@ class OpenEquations:
 
     @ft.cached_property
     def rows(self) -> list[str]:
-        """What each residual belongs to."""
+        """The equation that each residual belongs to, by name."""
         names: list[str] = []
 
         def values(x: jax.Array, params: Params, modes: Modes) -> list[jax.Array]:
@@ -171,8 +171,8 @@ class OpenEquations:
 
     @ft.cached_property
     def happens(self) -> Callable[..., PyTree]:
-        """For stacks of points: which conditions of events hold, the modes after those that did not hold before, and
-        whether what the component refuses is the case.
+        """For stacks of points: which conditions of events hold, the modes after the events whose conditions did not
+        hold before, and whether the component refuses the point.
         """
         return quick(self._happens)
 
@@ -198,7 +198,7 @@ class OpenEquations:
         return now, [value for value, kept in zip(new, is_mode, strict=True) if kept], refused
 
     def quiet(self, k: int) -> list[np.ndarray]:
-        """That no condition of an event holds, for k points."""
+        """The conditions of events at k points, none of which holds."""
         entries = self._events.entries if self._events is not None else ()
         return [np.zeros((k, *entry.stack), bool) for entry in entries]
 
