@@ -13,7 +13,18 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ._jax_private import PRIMITIVES, Atom, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
+from ._jax_private import (
+    PRIMITIVES,
+    Atom,
+    ClosedJaxpr,
+    DebugInfo,
+    Jaxpr,
+    JaxprEqn,
+    Literal,
+    Var,
+    high_level,
+    jaxpr_as_fun,
+)
 from ._tracing import is_traced
 
 # Whose classes are known by their name, as long as the versions are the same.
@@ -106,9 +117,11 @@ def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
     yield from atoms([*jaxpr.constvars, *jaxpr.invars])
     yield f"equations {len(jaxpr.eqns)}".encode()
     for eqn in jaxpr.eqns:
-        if eqn.primitive not in PRIMITIVES:  # what it computes is in its rules, which may be anybody's
+        operation = high_level(eqn)
+        is_own = eqn.primitive in PRIMITIVES if operation is None else _is_of(operation, OWN)
+        if not is_own:  # what it computes is in its rules, which may be anybody's
             raise NoFingerprintError(str(eqn.primitive))
-        yield eqn.primitive.name.encode()
+        yield (eqn.primitive.name if operation is None else _name(type(operation))).encode()
         yield from atoms(eqn.invars)
         yield from atoms(eqn.outvars)
         yield from _parameters(eqn, order)
@@ -121,7 +134,8 @@ def _said(aval: object) -> bytes:
 
 
 def _parameters(eqn: JaxprEqn, order: int) -> Iterator[bytes]:
-    params = dict(eqn.params)
+    operation = high_level(eqn)
+    params = dict(eqn.params if operation is None else operation.params)
     if eqn.primitive.name == "custom_jvp_call":
         del params["jvp_jaxpr_fun"]
         if params["symbolic_zeros"]:

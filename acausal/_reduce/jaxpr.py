@@ -8,7 +8,19 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._errors import ModelError
-from .._jax_private import Atom, ClosedJaxpr, DebugInfo, Jaxpr, JaxprEqn, Literal, Var, jaxpr_as_fun
+from .._jax_private import (
+    Atom,
+    ClosedJaxpr,
+    DebugInfo,
+    Jaxpr,
+    JaxprEqn,
+    Literal,
+    Var,
+    high_level,
+    high_level_body,
+    jaxpr_as_fun,
+    spelled_out,
+)
 from .._numbers import Numbers
 
 T = TypeVar("T")
@@ -93,14 +105,16 @@ def as_function(closed: ClosedJaxpr) -> Callable[..., Array]:
 
 
 def called(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """The jaxpr that an equation merely calls (`jit`); None for anything else."""
+    """The jaxpr that an equation merely calls (`jit`) or is short for; None for anything else."""
     if eqn.primitive.name in ("jit", "pjit", "closed_call", "core_call"):
         return eqn.params.get("jaxpr") or eqn.params.get("call_jaxpr")
-    return None
+    return spelled_out(eqn)
 
 
 def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """The body of a function with a derivative rule of its own (`custom_jvp`, `custom_vjp`); for analysis only."""
+    """The body of a function with derivative rules of its own, such as `custom_jvp`; for analysis only."""
+    if (operation := high_level(eqn)) is not None:
+        return high_level_body(operation)
     for name in ("call_jaxpr", "fun_jaxpr"):
         if eqn.primitive.name.startswith("custom_") and name in eqn.params:
             return eqn.params[name]

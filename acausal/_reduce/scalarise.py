@@ -13,9 +13,9 @@ from .jaxpr import bind, called, interpreted, shape_of
 
 _ELEMENTWISE = frozenset(
     """
-    add add_any sub mul div neg pow integer_pow square sqrt rsqrt cbrt exp exp2 expm1 log log1p sin cos tan asin acos
-    atan atan2 sinh cosh tanh asinh acosh atanh logistic erf abs sign max min floor ceil round rem select_n lt le gt ge
-    eq ne and or not convert_element_type is_finite copy
+    add add_any sub mul div neg pow integer_pow square sqrt rsqrt cbrt exp exp2 expm1 log log1p log2
+    one_minus_square sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh logistic erf abs sign max min
+    floor ceil round rem select_n lt le gt ge eq ne and or not convert_element_type is_finite copy
     """.split()
 )
 _MOVES = frozenset(("slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))

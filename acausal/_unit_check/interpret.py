@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, scan_counts
-from .._reduce.jaxpr import interpreted, shape_of
+from .._reduce.jaxpr import called, differentiable_call, interpreted, shape_of
 from .._units.dimension import NUMBER, Dimension
 from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
 from .values import ATOM, PRODUCT, SUM, Value, constant, written
@@ -94,6 +94,7 @@ class Interpreter:
         if eqn.params.get("name") == "hypot":  # which compares its arguments with the range of numbers
             return [self._equal(EQUAL["add"], "hypot", values)]
         bodies = [param for param in eqn.params.values() if isinstance(param, ClosedJaxpr | Jaxpr)]
+        bodies = bodies or [body for body in (called(eqn), differentiable_call(eqn)) if body is not None]
         if len(bodies) != 1:
             return None
         jaxpr = bodies[0].jaxpr if isinstance(bodies[0], ClosedJaxpr) else bodies[0]

@@ -19,8 +19,8 @@ EQUAL = {
 COMPARED = frozenset("lt le gt ge eq ne lt_to le_to eq_to atan2".split())
 NUMBERS = frozenset(
     """
-    exp exp2 expm1 log log1p sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh logistic erf erfc erf_inv
-    lgamma digamma bessel_i0e bessel_i1e floor ceil round cumprod cumlogsumexp
+    exp exp2 expm1 log log1p log2 one_minus_square sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh
+    logistic erf erfc erf_inv lgamma digamma bessel_i0e bessel_i1e floor ceil round cumprod cumlogsumexp
     """.split()
 )
 POWERS = {"sqrt": Fraction(1, 2), "cbrt": Fraction(1, 3), "rsqrt": Fraction(-1, 2), "square": Fraction(2)}

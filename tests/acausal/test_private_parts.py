@@ -15,7 +15,18 @@ import pytest
 import acausal
 from acausal import Scalar
 from acausal._equinox_private import unvmap_any, while_loop
-from acausal._jax_private import ClosedJaxpr, DebugInfo, Jaxpr, Literal, Tracer, Var, jaxpr_as_fun, scan_counts
+from acausal._jax_private import (
+    ClosedJaxpr,
+    DebugInfo,
+    Jaxpr,
+    JaxprEqn,
+    Literal,
+    Tracer,
+    Var,
+    jaxpr_as_fun,
+    scan_counts,
+)
+from acausal._reduce.jaxpr import bind, called, differentiable_call, interpreted
 
 FOLDER = Path(acausal.__file__).parent
 PRIVATE = re.compile(
@@ -87,6 +98,37 @@ PRIMITIVES: list[tuple[Callable[..., Any], str, set[str]]] = [
 def test_primitives_are_called_as_the_passes_read_them(function: Callable[..., Any], name: str, read: set[str]) -> None:
     eqns = {eqn.primitive.name: eqn for eqn in jax.make_jaxpr(function)(jnp.ones(3)).jaxpr.eqns}
     assert read <= eqns[name].params.keys()
+
+
+# Functions that some versions of jax make one primitive of, which stands for others.
+SHORT: dict[str, Callable[[Any], Any]] = {
+    "polynomial": lambda x: jnp.polyval(x, 3.0 * x[0]),
+    "unstack": lambda x: jnp.unstack(x)[1],
+    "unstacked columns": lambda x: jnp.unstack(x[:, None] * x, axis=1)[2],
+    "place in a table": lambda x: jnp.searchsorted(x, 1.2, side="right"),
+    "place in several tables": lambda x: jax.vmap(jnp.searchsorted)(jnp.stack([x, 2.0 * x]), x[1:]),
+}
+OPAQUE = {"polynomial", "unstack", "call_hi_primitive"}
+
+
+def _spelled_out(closed: ClosedJaxpr, inputs: list[Any], met: set[str]) -> list[Any]:
+    def outputs(eqn: JaxprEqn, values: list[Any]) -> list[Any]:
+        inner = called(eqn) or differentiable_call(eqn)
+        if inner is not None:
+            return _spelled_out(inner, values, met)
+        met.add(eqn.primitive.name)
+        return list(bind(eqn, values))
+
+    return interpreted(closed, inputs, outputs, jnp.asarray)
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_what_is_short_for_several_primitives_is_spelled_out(name: str) -> None:
+    x, met = jnp.array([1.0, 1.2, 1.5]), set[str]()
+    (found,) = _spelled_out(jax.make_jaxpr(SHORT[name])(x), [x], met)
+    np.testing.assert_array_equal(found, SHORT[name](x))
+    assert met
+    assert not met & OPAQUE
 
 
 def test_counts_of_a_scan() -> None:

@@ -131,6 +131,8 @@ RULES: dict[str, tuple[Callable[..., Any], tuple[str, ...], str]] = {
     "comparison": (lambda a, b: 1.0 * (a < b), ("m", "m"), "1"),
     "remainder": (lambda a, b: jnp.mod(a, b), ("m", "m"), "m"),
     "hypotenuse": (lambda a, b: jnp.hypot(a, b), ("m", "m"), "m"),
+    "binary logarithm": (lambda a, b: jnp.log2(a / b), ("m", "m"), "1"),
+    "slope of an arc": (lambda a: jax.jvp(jnp.arcsin, (a,), (a,))[1], ("1",), "1"),
     "slope": (lambda a, b: jax.jvp(lambda x: b * x**3, (a,), (jnp.ones_like(a),))[1], ("m", "N/m3"), "N/m"),
     "derivative rule of its own": (lambda a, b: a * jnp.logaddexp(b / a, 0.0), ("m", "m"), "m"),
     "compiled": (lambda a, b: jax.jit(lambda x: x * b)(a), ("N", "m"), "J"),
@@ -141,6 +143,7 @@ RULES: dict[str, tuple[Callable[..., Any], tuple[str, ...], str]] = {
 
 ARRAYS: dict[str, tuple[Callable[..., Any], tuple[str, ...], str]] = {
     "sum": (lambda a: jnp.sum(a), ("N",), "N"),
+    "unpacked": (lambda a, b: jnp.unstack(a)[1] * b[0], ("N", "m"), "J"),
     "largest": (lambda a: jnp.max(a) - jnp.min(a), ("N",), "N"),
     "dot": (lambda a, b: a @ b, ("N", "m"), "J"),
     "norm": (lambda a: jnp.linalg.norm(a), ("m",), "m"),
