@@ -111,7 +111,7 @@ class LinearSystem(eqx.Module):
         return transmission_zeros((*realisation.minimal(A, B, C), D))
 
     def transfer_function(self, output: str | None = None, input: str | None = None) -> TransferFunction:
-        """Numerator and denominator of a channel, common factors cancelled; names may be left out where there is one."""
+        """Numerator and denominator of a channel, common factors cancelled; names may be left out if there is one."""
         return transfer_function(self.channel(output, input)._scaled)
 
     def channel(self, output: str | None = None, input: str | None = None) -> "LinearSystem":
