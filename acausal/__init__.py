@@ -68,6 +68,7 @@ from ._integrate.solvers import Rodas5P as Rodas5P
 from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
 from ._jax_settings import (
     choose_compiler_options,
+    choose_optimisation,
     enable_double_precision,
     keep_compiled_programs,
     silence_slow_compilation,
@@ -90,6 +91,7 @@ from ._units.quantity import quantity as quantity
 
 enable_double_precision()
 choose_compiler_options()
+choose_optimisation()
 keep_compiled_programs()
 silence_slow_compilation()
 announce_compilation()

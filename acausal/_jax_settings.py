@@ -54,6 +54,16 @@ def choose_compiler_options() -> None:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_backend_extra_options={_OPTIONS}".strip()
 
 
+def choose_optimisation() -> None:
+    """Let XLA leave out most of its optimisations, in all programs of the process, if the environment variable
+    `ACAUSAL_OPTIMISE` says no: they are compiled sooner, and run for longer.
+
+    jax has no such setting for some programs only: not for those that are traced into one of the user's.
+    """
+    if os.environ.get("ACAUSAL_OPTIMISE", "").lower() in OFF:
+        jax.config.update("jax_disable_most_optimizations", True)
+
+
 def silence_slow_compilation() -> None:
     """Keep XLA from writing that a compilation is slow, and how to file a bug about it; nothing is wrong.
 

@@ -1,7 +1,8 @@
 """What a user waits for: the import, the first run and the first gradient in a fresh process, and in a second one.
 
 CPU seconds; those of runs after the import and as multiples of what `diffrax` takes with its own `Tsit5` for the
-equations of the clutch actuator, written by hand, to the same event.
+equations of the clutch actuator, written by hand, to the same event. Models are run without XLA's optimisation, too:
+what that saves at first, and what it costs whenever they are run again.
 """
 
 import json
@@ -15,6 +16,7 @@ from typing import NamedTuple
 from ._effort import Effort
 from ._rows import Row, compared
 
+LATER = 20  # runs, of which the fastest counts
 IMPORT = 0.4  # of what the packages take to import that the library builds on
 IMPORTS = {
     "the first example": """
@@ -74,7 +76,8 @@ def timed(function, x):
 jax.block_until_ready(jax.jit(lambda x: 2.0 * x)(1.0))
 compiled.clear()
 times = [timed(function, x), timed(eqx.filter_grad(function), x) if {gradient} else 0.0]
-print(json.dumps([*times, len(compiled)]))
+n = len(compiled)
+print(json.dumps([*times, n, min(timed(function, x) for _ in range({later}))]))
 """
 _UNIT = """
 import diffrax
@@ -92,7 +95,7 @@ x = make()
 
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The least of several fresh processes each; then of others that find what these have compiled."""
-    unit_run, unit_gradient, _ = _least(_UNIT, effort)
+    unit_run, unit_gradient, *_ = _least(_UNIT, effort)
     rows = [
         *(_import(name, effort) for name in IMPORTS),
         Row("first result: unit, run", unit_run, "s", "diffrax, by hand", None),
@@ -102,8 +105,10 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
         with tempfile.TemporaryDirectory() as folder:
             setup, gradient = _CASE.format(name=name), limits.gradient is not None
             first = _least(setup, effort, gradient=gradient)
-            _seconds(setup, folder, gradient=gradient)
-            second = _seconds(setup, folder, gradient=gradient)
+            quick = _least(setup, effort, {"ACAUSAL_OPTIMISE": "off"}, gradient=gradient)
+            kept = {"ACAUSAL_CACHE": folder}
+            _seconds(setup, kept, gradient=gradient)
+            second = _seconds(setup, kept, gradient=gradient)
         about = f"first result: {name}"
         rows += [
             compared(f"{about}, run", first[0], "s", unit_run, "the unit", limits.run),
@@ -114,6 +119,13 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
             ),
             compared(f"{about}, run in a second process", second[0], "s", unit_run, "the unit", limits.second),
             Row(f"{about}, programs compiled in a second process", second[2], "", "none", second[2], 0.0),
+            compared(f"{about}, run without optimisation", quick[0], "s", unit_run, "the unit"),
+            *(
+                [compared(f"{about}, gradient without optimisation", quick[1], "s", unit_gradient, "the unit")]
+                if gradient
+                else []
+            ),
+            compared(f"{about}, a later run without optimisation", quick[3], "s", first[3], "with it"),
         ]
     return rows
 
@@ -128,21 +140,24 @@ def _import(name: str, effort: Effort) -> Row:
     return compared(f"import: {name}", own, "s", stack, "jax, equinox, diffrax, optimistix, lineax", IMPORT)
 
 
-def _least(setup: str, effort: Effort, *, gradient: bool = True) -> list[float]:
+def _least(setup: str, effort: Effort, setting: dict[str, str] | None = None, *, gradient: bool = True) -> list[float]:
     """Of processes that find nothing compiled."""
-    found = [_seconds(setup, "off", gradient=gradient) for _ in range(effort.processes)]
+    setting = {"ACAUSAL_CACHE": "off", **(setting or {})}
+    found = [_seconds(setup, setting, gradient=gradient) for _ in range(effort.processes)]
     return [min(times) for times in zip(*found, strict=True)]
 
 
-def _seconds(setup: str, cache: str, *, gradient: bool) -> list[float]:
-    """CPU seconds of a first run and gradient in a process of its own, and how many programs it compiled."""
-    program = _TIMED.replace("{setup}", setup).replace("{gradient}", str(gradient))
-    return _printed(program, {"ACAUSAL_CACHE": cache})
+def _seconds(setup: str, setting: dict[str, str], *, gradient: bool) -> list[float]:
+    """CPU seconds of a first run and gradient in a process of its own, how many programs it compiled, and the CPU
+    seconds of a later run.
+    """
+    program = _TIMED.replace("{setup}", setup).replace("{gradient}", str(gradient)).replace("{later}", str(LATER))
+    return _printed(program, setting)
 
 
 def _printed(program: str, setting: dict[str, str]) -> list[float]:
     """What a process of its own prints last."""
-    inherited = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
+    inherited = {k: v for k, v in os.environ.items() if k not in ("JAX_COMPILATION_CACHE_DIR", "ACAUSAL_OPTIMISE")}
     done = subprocess.run(
         [sys.executable, "-c", program], check=True, capture_output=True, text=True, env={**inherited, **setting}
     )

@@ -46,6 +46,25 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert list(map(int, second[-1].split())) == [0, traced - 2]
 
 
+def test_programs_without_optimisation_are_kept_apart_from_those_with_it(tmp_path: Path) -> None:
+    program = """
+import jax
+from jax import monitoring
+
+missed = []
+monitoring.register_event_listener(lambda name, **_: missed.append(name) if name.endswith("cache_misses") else None)
+
+from _models import rc
+from acausal import simulate
+
+simulate(rc(), 1.0, save="end")
+print(jax.config.values["jax_disable_most_optimizations"], len(missed) > 0)
+"""
+    kept = {"ACAUSAL_CACHE": str(tmp_path / "programs")}
+    found = [_run(kept | {"ACAUSAL_OPTIMISE": chosen}, program) for chosen in ("off", "", "off", "on")]
+    assert found == [["True True"], ["False True"], ["True False"], ["False False"]]
+
+
 @pytest.mark.parametrize(
     ("setting", "folder"),
     [
