@@ -42,8 +42,9 @@ class Solution(eqx.Module, Generic[M]):
     """Trajectories of all variables of a model.
 
     `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
-    `sol.final` has the values at the end, `sol.at(t)` those at any time (with `save="dense"`). To editors `sol.final`
-    is the model, so that they complete `sol.final.motor.rotor.w`.
+    `sol.values`, `sol.final` and `sol.at(t)` are the model with the values at the saved times, at the end, and at any
+    time (with `save="dense"`). Editors and type checkers know these as the model, and complete `sol.values.motor.emf.w`;
+    what `sol.motor` is they cannot know.
 
     - `t1`: the time at which the run ended; infinite where a stop condition was never met.
     - `result`: a `Result`; `stats`: numbers of steps.

@@ -91,6 +91,7 @@ def test_what_editors_see() -> None:
     solution = simulate(rc(), 1.0, until=lambda s: assert_type(s, RC).c.v - 0.5, save="end", throw=False)
     assert_type(solution, Solution[RC])
     assert_type(solution.final, RC)
+    assert_type(solution.values, RC)
     assert isinstance(solution.final, RC)
     assert_type(Resistor(R=1.0), Resistor)
     assert_type(solution.final.c.v, Scalar)
