@@ -43,8 +43,8 @@ class Solution(eqx.Module, Generic[M]):
 
     `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
     `sol.values`, `sol.final` and `sol.at(t)` are the model with the values at the saved times, at the end, and at any
-    time (with `save="dense"`). Editors and type checkers know these as the model, and complete `sol.values.motor.emf.w`;
-    what `sol.motor` is they cannot know.
+    time (with `save="dense"`). To editors and type checkers these are the model: they complete
+    `sol.values.motor.emf.w`, where `sol.motor` could be anything.
 
     - `t1`: the time at which the run ended; infinite where a stop condition was never met.
     - `result`: a `Result`; `stats`: numbers of steps.
