@@ -12,8 +12,8 @@ import jax.numpy as jnp
 from acausal import Scalar, Solution, simulate
 
 from .._opening import STROKE
+from .._rest import hold
 from ..actuators import MotorHeldActuator, ValveHeldActuator, motor_held, valve_held
-from ..validate import hold
 
 DURATION = 60.0  # s, at a traffic light
 DESIGNS: Mapping[str, Callable[..., Any]] = MappingProxyType({"motor_held": motor_held, "valve_held": valve_held})

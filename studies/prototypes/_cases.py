@@ -13,8 +13,8 @@ from acausal.design import Experiment, Fit, Normal, identify
 from components.rotational import EqualMeshLoss, SmoothStribeckFriction
 
 from .._opening import STROKE, opening
+from .._rest import hold
 from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon
-from ..validate import hold
 from ._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 
 RESISTANCE, FRICTION = "motor.resistor.R", "motor.bearing.C"

@@ -65,7 +65,7 @@ def plot_dead_time(records: Mapping[str, Any]) -> Figure:
     panels[3].set_xlabel("time since the voltage was switched on [ms]")
     panels[3].set_xlim(0.0, 1.02e3 * GRID[-1])
     legend(figure, 4)
-    figure.suptitle("EHS: four explanations that all meet the measured times")
+    figure.suptitle("EHS: four explanations, each fitted to opening time, dead time and peak current")
     return figure
 
 
@@ -85,12 +85,13 @@ def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure |
 def _predictions(panel: Axes, items: Sequence[Proposal]) -> None:
     scale, unit = (1e3, "ms") if items[0].unit == "s" else (1.0, items[0].unit)
     for number, (item, hue) in enumerate(zip(items, HUES, strict=False)):
-        if np.isfinite(item.predicted):
+        if np.isfinite(item.predicted) and np.isfinite(item.spread):
             place, whole = scale * item.predicted, 2.0 * scale * float(np.hypot(item.noise, item.spread))
             panel.errorbar(number, place, yerr=whole, fmt="o", color=hue, capsize=6, label=item.explanation)
             panel.errorbar(number, place, yerr=2.0 * scale * item.noise, color=hue, elinewidth=5, alpha=0.5)
         else:
-            panel.text(number, 0.5, "never", color=hue, transform=panel.get_xaxis_transform(), ha="center")
+            said = "never" if np.isfinite(item.spread) else "perhaps\nnever"
+            panel.text(number, 0.5, said, color=hue, transform=panel.get_xaxis_transform(), ha="center")
     panel.set_xlim(-0.5, len(items) - 0.5)
     panel.set_xticks([])
     panel.set_title(textwrap.fill(items[0].measurement, 36), fontsize=9)

@@ -24,7 +24,7 @@ LOW = 8.0  # V, at which the RE50 still opens the clutch
 BATTERY = 12.0  # V, of a car that does not run
 THOUSAND_RPM = 1000.0 * 2.0 * math.pi / 60.0  # rad/s
 GRID = 1e-3 * np.arange(1, 131)  # s, of the records
-EARLY = 14  # place in it of 15 ms
+EARLY = 4  # place in it of 5 ms
 CURRENT, STROKE = "record of the current", "record of the stroke"
 NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and measurement
     "RE50": {
@@ -35,7 +35,7 @@ NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and meas
         "opening time at 8 V": ("s", 1e-3),
     },
     "dead time": {
-        "current 15 ms after the voltage was switched on": ("A", 0.5),  # by a clamp
+        "current 5 ms after the voltage was switched on": ("A", 0.5),  # by a clamp
         "dead time at 12 V": ("s", 1e-3),
         "opening time at 12 V": ("s", 1e-3),
         CURRENT: ("A", 0.5),
@@ -48,7 +48,8 @@ NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and meas
 class Proposal:
     """What an explanation says of a measurement that was not made; not finite where it does not come to an end.
 
-    `spread` is the standard deviation that the parameters give it.
+    `spread` is the standard deviation that the parameters give it; not finite where they decide whether it comes to an
+    end.
     """
 
     subject: str
@@ -104,7 +105,7 @@ def _predicted(fit: Fit[Any], function: Callable[[Any], Mapping[str, Any]]) -> d
 
 
 def _half(more: np.ndarray, less: np.ndarray) -> np.ndarray:
-    """Half a difference; none where neither comes to an end."""
+    """Half a difference; none where neither comes to an end, infinite where one of them does not."""
     with np.errstate(invalid="ignore"):
         found = 0.5 * (np.asarray(more, float) - np.asarray(less, float))
     return np.where(np.isnan(found), 0.0, found)
@@ -152,12 +153,13 @@ def separations(subject: str, found: Predictions) -> Iterator[Separation]:
 
 def _distance(a: Prediction, b: Prediction, noise: float) -> float:
     """Of two predictions, in the metric of all that blurs them (Mahalanobis)."""
+    moved = np.concatenate([a.moved, b.moved])
     with np.errstate(invalid="ignore"):
         apart = a.values - b.values
+    # Two are not told apart that both never come to an end, or of which parameters decide whether one does.
+    if np.any(np.isnan(apart)) or not np.all(np.isfinite(moved)):
+        return 0.0
     if not np.all(np.isfinite(apart)):
-        # Two that both never come to an end are not told apart.
-        return 0.0 if np.any(np.isnan(apart)) else math.inf
-    moved = np.concatenate([a.moved, b.moved])
-    moved = moved[np.all(np.isfinite(moved), axis=1)]
+        return math.inf
     covariance = noise**2 * np.eye(len(apart)) + moved.T @ moved
     return float(np.sqrt(apart @ np.linalg.solve(covariance, apart)))

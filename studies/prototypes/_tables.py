@@ -112,7 +112,8 @@ class Tables:
         """How well each case fits, and what it leaves open."""
         heads = ("prototype", "case", "chi2", "degrees of freedom", "left open by the data")
         cells = [
-            (*_place(row), f"{row.chi2:.3g}", f"{row.dof}", "; ".join(row.left_open) or "-") for row in self.outcomes
+            (*_place(row), f"{round(row.chi2, 6):.3g}", f"{row.dof}", "; ".join(row.left_open) or "-")
+            for row in self.outcomes
         ]
         return "How well each case fits, and what it leaves open", heads, cells
 
@@ -153,7 +154,7 @@ def stored() -> Tables:
     kinds = dict(rows=Row, meetings=Meeting, outcomes=Outcome, proposals=Proposal, separations=Separation)
     tables: dict[str, list[Any]] = read_json(STORED, **kinds)
     # JSON has no infinity: what does not come to an end, and is told apart for certain.
-    tables["proposals"] = [_unbounded(item, "predicted") for item in tables["proposals"]]
+    tables["proposals"] = [_unbounded(_unbounded(item, "predicted"), "spread") for item in tables["proposals"]]
     tables["separations"] = [_unbounded(item, "distance") for item in tables["separations"]]
     return Tables(**tables)
 

@@ -1,5 +1,8 @@
 """The actuators of Meloni's thesis: what it states beside what the model gives, mismatches included."""
 
+from .._rest import Hold as Hold
+from .._rest import hold as hold
+from .._rest import mode_frequencies as mode_frequencies
 from ._linear import linear_actuator as linear_actuator
 from ._linear import matrices as matrices
 from ._linear import modes as modes
@@ -12,6 +15,3 @@ from ._main import summary as summary
 from ._ratios import best_ratio as best_ratio
 from ._ratios import least_ratio as least_ratio
 from ._rows import Row as Row
-from ._statics import Hold as Hold
-from ._statics import hold as hold
-from ._statics import mode_frequencies as mode_frequencies

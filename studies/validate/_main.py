@@ -18,12 +18,19 @@ from .._output import (
     save,
     write_json,
 )
-from ._linear import linear_actuator
+from ..actuators import sila
+from ._linear import CLUTCH_STIFFNESS, linear_actuator
 from ._rows import ACTUATORS, Row, compare, run
 from ._thesis import CHOSEN, DECIDED, GIVEN, NOT_COMPARED, NOTE, TOLERANCE, readable, spoken, statements
 
 STORED = Path(__file__).parent / "rows.json"
 HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "why")
+ABOUT = """Meloni's thesis (Torino, 2012) states opening times, currents, frequencies and ratios of actuators that
+open the clutch of a car: one in use, with a worm, and three new ones. Two of these push by motor, gearbox, cam and
+master cylinder (EMA), one by motor and pump (EHS).
+
+Each figure is set beside that of the model, all from one set of parameters, and where they differ it is told why.
+"""
 SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "validate_deviations": (
@@ -37,6 +44,10 @@ SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
         "validate_openings": (
             "The openings in time",
             "Stroke, current and pressure at full voltage, with the opening times that the thesis states.",
+        ),
+        "validate_bond_graph_whole": (
+            "Its bond graph with supply and losses",
+            "As in chapter 3: the liquid's damping takes the flow that compresses it, at a 1-junction of their own.",
         ),
         "validate_linear": (
             "The present actuator as a linear system",
@@ -125,12 +136,14 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
 
     runs = {actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}
     graph = bond_graph(linear_actuator())
+    whole = bond_graph(sila(spring_rate=CLUTCH_STIFFNESS))
     pictures = {
         "validate_deviations": plot_deviations(rows),
         "validate": plot_comparison(rows),
         "validate_openings": plot_openings(runs, rows),
         "validate_linear": plot_linear(rows),
         "validate_bond_graph": graph.plot().figure,
+        "validate_bond_graph_whole": whole.plot().figure,
     }
     for name, figure in pictures.items():
         save(figure, out, name)
@@ -142,7 +155,7 @@ def _draw(rows: list[Row], out: Path, rtol: float) -> None:
         ("What the thesis leaves open of the set", Table(("parameter", "decided by"), DECIDED), []),
     ]
     title = "Clutch actuators: Meloni's thesis (2012) and the model"
-    write_report(out, "validate", title, [summed, *parts, *tables])
+    write_report(out, "validate", title, [summed, *parts, *tables], ABOUT)
 
 
 def _of_graph(graph: BondGraph) -> str:

@@ -11,8 +11,8 @@ import scipy
 from acausal import Scalar
 
 from .._opening import LONGEST, opening_time
+from .._rest import delivered
 from ..actuators import ClutchActuator, ElectromechanicalActuator
-from ._statics import delivered
 
 RANGE = (1.5, 8.0)  # of the ratios among which the best is sought
 

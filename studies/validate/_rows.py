@@ -12,10 +12,11 @@ from jaxtyping import Float
 from acausal import Solution
 
 from .._opening import STROKE, opening
+from .._rest import hold, mode_frequencies
 from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
+from ..prototypes._cases import CASES, fit
 from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia
 from ._ratios import best_ratio, least_ratio
-from ._statics import hold, mode_frequencies
 from ._thesis import LINEAR, TOLERANCE, UNITS, Statement
 
 ACTUATORS: MappingProxyType[str, Callable[..., ClutchActuator]] = MappingProxyType(
@@ -24,6 +25,7 @@ ACTUATORS: MappingProxyType[str, Callable[..., ClutchActuator]] = MappingProxyTy
 
 TORQUE_LIMIT = 12.0 / 38.0  # N.m at the motor, of the FISE with its worm
 MOVED = 0.01  # of the stroke: what counts as motion
+IDENTIFIED = 4  # parameters in each of tables 8.1 to 8.3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,15 +84,33 @@ def _value(statement: Statement, rtol: float) -> float:
         case "holding_pressure":
             return float(hold(model, STROKE).pressure)
         case "no_load_speed":
-            return dict(changes)["voltage"] / float(model.motor.emf.k)
+            return _free_speed(model, dict(changes)["voltage"])
         case "stall_torque":
             return float(model.motor.emf.k / model.motor.resistor.R) * dict(changes)["voltage"]
+        case "identified_resistance":
+            return _identified(name)["motor.resistor.R"]
+        case "identified_friction":
+            return _identified(name)["motor.bearing.C"]
         case "least_ratio":
             assert isinstance(model, ElectromechanicalActuator)
             return least_ratio(model, TORQUE_LIMIT, STROKE)
         case "best_ratio":
             return best_ratio(ft.partial(ACTUATORS[name], **dict(changes)), rtol)
     return float(_modes(name, changes, statement.loaded)[int(statement.quantity[-1]) - 1])
+
+
+def _free_speed(model: ClutchActuator, voltage: float) -> float:
+    """In rad/s, of the motor alone, where its torque k (V - k w) / R is that of its friction C w."""
+    k, bearing = model.motor.emf.k, model.motor.bearing
+    friction = 0.0 if bearing is None else bearing.C
+    return float(k * voltage / (k**2 + model.motor.resistor.R * friction))
+
+
+@ft.cache
+def _identified(actuator: str) -> dict[str, float]:
+    """What the measurements give for the parameters of tables 8.1 to 8.3."""
+    found = fit(next(case for case in CASES if case.actuator == actuator and len(case.free) == IDENTIFIED))
+    return dict(zip(found.names, found.estimates.tolist(), strict=True))
 
 
 @ft.cache

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from acausal import linearise
 from components.electrical import ConstantCurrent
+from studies import prototypes
 from studies.validate import hold, mode_frequencies, stored
 from studies.validate._thesis import statements
 
@@ -28,6 +29,32 @@ def test_stored_rows_are_what_the_thesis_states() -> None:
     assert [(r.actuator, r.quantity, r.condition, r.source, r.thesis, r.reason) for r in stored()] == [
         (w.actuator, w.quantity, w.condition, w.source, w.value, w.reason) for w in wanted
     ]
+
+
+def test_stored_parameters_are_those_that_the_prototypes_show() -> None:
+    """Of tables 8.1 to 8.3, identified anew."""
+    names = {"identified_resistance": "motor.resistor.R", "identified_friction": "motor.bearing.C"}
+    shown = {
+        (row.prototype, row.parameter): (row.thesis, row.estimate)
+        for row in prototypes.stored().rows
+        if row.case in ("all data", "times and peaks")
+    }
+    found = [row for row in stored() if row.quantity in names]
+    assert len(found) == 6
+    for row in found:
+        assert (row.thesis, row.model) == pytest.approx(shown[row.actuator, names[row.quantity]], rel=1e-5)
+
+
+def test_stored_speeds_without_load() -> None:
+    """The torque of the motor is that of its friction, which is none where the row says so."""
+    given = {"ema_fise": (0.133, 16e-4, 0.0064), "ema_maxon": (0.309, 4e-3, 0.0385), "ehs_maxon": (0.4, 4e-3, 0.0302)}
+    found = [row for row in stored() if row.quantity == "no_load_speed"]
+    assert len(found) == 6
+    for row in found:
+        resistance, friction, k = given[row.actuator]
+        rubbing = 0.0 if "friction=0" in row.condition else friction * row.model
+        voltage = float(row.condition.split(",")[0].removeprefix("voltage="))
+        assert k * (voltage - k * row.model) / resistance == pytest.approx(rubbing, abs=1e-9)
 
 
 @pytest.mark.slow
@@ -158,6 +185,6 @@ def test_channels_of_a_stiff_actuator() -> None:
 
 @pytest.mark.slow
 def test_pictures(validated: list[dict[str, Any]], folder: Path) -> None:
-    for name in ("validate", "validate_openings", "validate_deviations", "validate_linear"):
-        assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
+    for name in ("", "_openings", "_deviations", "_linear", "_bond_graph", "_bond_graph_whole"):
+        assert (folder / "pictures" / f"validate{name}.png").stat().st_size > 10_000
     assert "data:image/png" in (folder / "pictures" / "validate.html").read_text()

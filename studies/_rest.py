@@ -13,8 +13,8 @@ from acausal import Scalar, linearise, replace
 from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
-from .._opening import opening
-from ..actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
+from ._opening import opening
+from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 
 
 @dataclasses.dataclass(frozen=True)
