@@ -53,7 +53,9 @@ def _parser() -> argparse.ArgumentParser:
     ):
         command = commands.add_parser(name, help=text, description=study.__doc__)
         command.add_argument("--json", type=Path, metavar="FILE", help="write the rows of the table, in SI units")
-        command.add_argument("--out", type=Path, metavar="DIR", help="draw pictures into this folder (PNG)")
+        command.add_argument(
+            "--out", type=Path, metavar="DIR", help="write pictures and a report (HTML) in this folder"
+        )
         command.add_argument("--rtol", type=float, default=1e-9, help="relative tolerance of the runs (%(default)g)")
         command.set_defaults(run=study.main)
     return parser

@@ -31,6 +31,8 @@ LARGEST = 40.0  # ratio; with more than that no motor is fast enough
 INCH = 25.4  # mm
 FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
 HOLDING = "holding current of the supply"  # a limit
+# Opening time in s and holding current in A of the prototypes in the thesis.
+MEASURED = {"RE 50 with cam": (0.070, 23.0), "RE 40 with pump": (0.130, 19.0)}
 HEADS = ("", "opening time [ms]", "holding current [A]", "what")
 
 
@@ -205,8 +207,12 @@ def _report(choice: Choice, design: Design, out: Path) -> None:
     ax.set_xlabel("combinations ruled out")
     ax.invert_yaxis()
     ax.legend(frameon=False)
+    products = choice.plot(beside={"continuous optimum": _objectives(design)})
+    for (name, (opened, held)), mark in zip(MEASURED.items(), "Ds", strict=True):
+        products.plot(1e3 * opened, held, mark, color="black", mfc="none", label=f"thesis, measured: {name}")
+    products.legend(frameon=False, fontsize="small")
     pictures = {
-        "catalogue": choice.plot(beside={"continuous optimum": _objectives(design)}).figure,
+        "catalogue": products.figure,
         "catalogue_limits": figure,
     }
     for name, picture in pictures.items():

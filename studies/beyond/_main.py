@@ -7,6 +7,10 @@ from .._output import print_table, progress, require_matplotlib, write_json
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._row import HEADS, Row, cells
 
+ABOUT = """Meloni's thesis (Torino, 2012) left open what a real clutch, a line, temperatures, the passages of the
+housing, a soft landing and series production make of its three clutch actuators: two by motor, gearbox, cam and
+master cylinder (EMA), one by motor and pump (EHS). Here they are computed, beside what the thesis states.
+"""
 RTOL = 1e-8  # at least, of all runs
 ITEMS: Mapping[str, tuple[str, Callable[[float], list[Row]]]] = {
     _load.ITEM: ("A real clutch instead of the rig's spring", _load.rows),
@@ -46,4 +50,4 @@ def _report(rows: Sequence[Row], out: Path) -> None:
         figure = PICTURES[name](own)
         save(figure, out, f"beyond_{name.replace(' ', '_')}")
         parts.append((title, Table(HEADS, cells(own)), [figure]))
-    write_report(out, "beyond", "Where the thesis stopped", parts)
+    write_report(out, "beyond", "Where the thesis stopped", parts, ABOUT)

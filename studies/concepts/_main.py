@@ -27,6 +27,13 @@ from ._rows import (
     with_less_friction,
 )
 
+ABOUT = """Two ways to open the clutch of a car, as in Meloni's thesis (Torino, 2012): by motor, gearbox, cam and
+master cylinder (EMA), and by motor and pump (EHS), where either the motor holds the clutch open, or a valve.
+
+All that the thesis fixed by hand is free: ratio or displacement, bores, cam, supply and motor. Its targets are kept:
+open within 200 ms, the EHS within 100 ms, motors below 250 W, 800 N at the slave. Limits of currents, pressure, speed
+and cam are those that its parts have, or usual ones.
+"""
 POINTS = 7  # of a front
 FRONTS = [(concept, motor) for concept in (EMA, EHS) for motor in MOTORS[1:3]]
 
@@ -92,4 +99,4 @@ def _report(
         ("Products", (Table(products.HEADS, products.cells(bought)), str(choice)), []),
         ("Ratios", Table(STATEMENT_HEADS, _said(said)), []),
     ]
-    write_report(out, "concepts", "The two concepts designed anew", parts)
+    write_report(out, "concepts", "The two concepts designed anew", parts, ABOUT)

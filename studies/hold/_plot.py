@@ -18,6 +18,7 @@ SIGNALS = (
     ("motor.p.v", "motor voltage [V]", 1.0),
     ("motor.p.i", "motor current [A]", 1.0),
 )
+MEASURED = (18.0, 20.0)  # A, with which the motor held in the thesis
 BEFORE, AFTER = 5e-3, 20e-3  # s, of the zoom on a top-up
 
 
@@ -44,7 +45,8 @@ def plot_runs(runs: Mapping[str, Solution]) -> Figure:
     for panel in panels[0, ::2]:
         panel.set_ylim(11.6, 12.4)
     panels[1, 2].set_ylim(27.0, 31.0)
-    legend(figure, 2)
+    panels[3, 0].axhspan(*MEASURED, color="black", alpha=0.2, label="thesis: measured holding current, 18 to 20 A")
+    legend(figure, 3)
     return figure
 
 

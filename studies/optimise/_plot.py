@@ -32,6 +32,10 @@ def _draw(panel: Axes, outcome: Outcome) -> None:
     for low, high in _gaps(x, finite):
         panel.axvspan(low, high, color="black", alpha=0.12, linewidth=0, label="never opens")
     _draw_path(panel, outcome)
+    panel.plot(
+        problem.built / problem.scale, 1e3 * problem.measured, "D", color="#d55e00", markersize=8, zorder=4,
+        label="thesis: as built and measured",
+    )  # fmt: skip
     panel.set_xscale("log")
     panel.set_xlim(x[0], x[-1])
     panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

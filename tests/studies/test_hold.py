@@ -110,6 +110,7 @@ def test_sweep(held: Tables) -> None:
 def test_pictures(held: Tables, folder: Path) -> None:
     for name in ("hold", "hold_energy"):
         assert (folder / "pictures" / f"{name}.png").stat().st_size > 10_000
+    assert (folder / "pictures" / "hold.html").read_text().count("data:image/png") == 2
 
 
 @pytest.mark.parametrize("actuator", list(KEYWORDS))

@@ -31,6 +31,7 @@ def test_rows(optimised: list[dict[str, Any]]) -> None:
 
 def test_pictures(optimised: list[dict[str, Any]], folder: Path) -> None:
     assert (folder / "pictures" / "optimise.png").stat().st_size > 10_000
+    assert "data:image/png" in (folder / "pictures" / "optimise.html").read_text()
 
 
 @pytest.mark.parametrize("factor", [0.2, 0.5, 2.0, 5.0])
