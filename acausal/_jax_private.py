@@ -35,6 +35,8 @@ from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
 from jax.extend.core import primitives as _primitives
 
 Atom: TypeAlias = Var | Literal  # what an equation of a jaxpr reads
+# For `inline` of `jax.jit`: the operations stand in what is traced; True means in what is compiled, since jax 0.12.
+INLINE: Any = getattr(getattr(jax, "Inline", None), "JAX_EARLY", True)
 
 
 def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:

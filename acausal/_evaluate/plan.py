@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._jax_private import INLINE
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, within
@@ -177,7 +178,7 @@ class Plan:
         return jnp.concatenate([store.flat(segment) for segment in segments])[index]
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1), inline=True)
+@ft.partial(jax.jit, static_argnums=(0, 1), inline=INLINE)
 def _segments(
     plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Array]]
 ) -> dict[int, Value]:

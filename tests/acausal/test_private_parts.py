@@ -16,6 +16,7 @@ import acausal
 from acausal import Scalar
 from acausal._equinox_private import unvmap_any, while_loop
 from acausal._jax_private import (
+    INLINE,
     ClosedJaxpr,
     DebugInfo,
     Jaxpr,
@@ -129,6 +130,11 @@ def test_what_is_short_for_several_primitives_is_spelled_out(name: str) -> None:
     np.testing.assert_array_equal(found, SHORT[name](x))
     assert met
     assert not met & OPAQUE
+
+
+def test_functions_can_be_traced_in_line() -> None:
+    half = jax.jit(lambda x: jnp.sin(0.5 * x), inline=INLINE)
+    assert [eqn.primitive.name for eqn in jax.make_jaxpr(half)(1.0).jaxpr.eqns] == ["mul", "sin"]
 
 
 def test_counts_of_a_scan() -> None:
