@@ -26,11 +26,13 @@ PRESS = 1e-9
 def acceleration(
     mode: Scalar, s: Scalar, creep: Scalar, *, place: Scalar, speed: Scalar, low: Scalar, high: Scalar
 ) -> Scalar:
+    """The acceleration; `place` and `speed` are those of what the stops at `low` and `high` hold."""
     beyond = jnp.where(mode > 0.0, place - high, jnp.where(mode < 0.0, place - low, 0.0))
     return jnp.where(mode == 0.0, s, creep * s - speed / LAG - DRAW * beyond)
 
 
 def effort(mode: Scalar, s: Scalar) -> Scalar:
+    """The contact effort, zero while it is free."""
     return jnp.where(mode == 0.0, 0.0, s)
 
 

@@ -28,6 +28,7 @@ NOISE = 1e4  # errors of a run in the speed, over that at which a pair sticks
 
 
 def stuck(mode: Scalar) -> Array | bool:
+    """Whether both sides stick to each other."""
     return mode == STUCK
 
 

@@ -8,5 +8,5 @@ NEAR = 1e-6  # share of an interval: a moment this short before the next one is 
 
 
 def began(t: Scalar, start: Scalar, period: Scalar) -> Scalar:
-    """When the present interval did, of those that begin at start, start + period, ..."""
+    """The beginning of the present one of the intervals that begin at start, start + period, ..."""
     return start + period * jnp.floor((t - start) / period + NEAR)

@@ -27,7 +27,7 @@ from ._interfaces import SISO, Input, Output
 
 
 class Sampled(Component, partial=True):
-    """What happens at start_time, start_time + period, ...; each of them is an event, so that steps end there."""
+    """A block that samples at start_time, start_time + period, ...; each is an event, at which steps end."""
 
     period: Param[Scalar, "s", positive]  # from sample to sample
     start_time: Param[Scalar, "s"] = 0.0  # time of the first sample

@@ -80,6 +80,8 @@ class MagnetEMF(Component):
 class BrushedMotor(Component):
     """Direct-current motor that warms: v = R i + L di/dt + brush tanh(i/i_0) + k w, J dw/dt = k i - drag + tau.
 
+    For the voltage at the brushes see `BrushDrop`, for the drag of the core `IronLoss`.
+
     R is linear in the temperature T_w of the winding, k in T_h of the housing, in which the magnets are: two nodes,
     C_w dT_w/dt = R i^2 - G_wh (T_w - T_h) and C_h dT_h/dt = G_wh (T_w - T_h) + losses of brushes and core - G_ha (T_h -
     T_ambient). `ambient` has to be connected, if only to a `FixedTemperature`. A data sheet states thermal resistances,

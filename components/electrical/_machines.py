@@ -65,8 +65,8 @@ class TranslationalEMF(Component):
 class DCMotor(Component):
     """Permanent-magnet direct-current motor: v = R i + L di/dt + k w and J dw/dt = k i - C w + tau.
 
-    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`. Not modelled: iron losses, brush voltage drop, commutation,
-    saturation, warming of the winding.
+    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`, C being the friction. Not modelled: iron losses, brush voltage
+    drop, commutation, saturation, warming of the winding.
     """
 
     resistor: Resistor

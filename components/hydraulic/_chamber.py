@@ -12,6 +12,8 @@ from ._liquids import AnyLiquid
 class Chamber(Component):
     """A closed volume of a liquid, d(V r(p))/dt = q, with rigid walls or yielding ones, V = volume (1 + wall p).
 
+    r is the density of the liquid over that at atmospheric pressure, to which all flows refer.
+
     `Volume` is the same for a constant bulk modulus, without a liquid of its own.
     """
 

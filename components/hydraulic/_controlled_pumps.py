@@ -51,7 +51,7 @@ class CompensatedPump(ControlledPump, partial=True):
 class PressureCompensatedPump(CompensatedPump):
     """Full displacement up to p_set - band, and none at p_set: target = (p_set - p_b)/band, limited to 0 .. 1.
 
-    See `LiquidPump` for the law, and `PressureCompensatedPump.x` for the swash plate: tau dx/dt = target - x.
+    See `LiquidPump` for the law, with the delivery at b; the swash plate follows by tau dx/dt = target - x.
     """
 
     def target(self) -> Scalar:

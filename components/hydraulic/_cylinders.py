@@ -28,7 +28,10 @@ class Cylinder(Component, partial=True):
 
 
 class MasterCylinder(Cylinder):
-    """Pushing the rod in (s increases) presses liquid out: q = -A ds/dt into the port, f = A p into the rod."""
+    """Pushing the rod in (s increases) presses liquid out: q = -A ds/dt into the port, f = A p into the rod.
+
+    A = pi/4 bore^2. Not modelled: friction, leakage, the compressibility of the liquid, the mass of the piston.
+    """
 
     def equations(self, d: Self) -> Equations:
         return dict(
@@ -38,7 +41,10 @@ class MasterCylinder(Cylinder):
 
 
 class SlaveCylinder(Cylinder):
-    """Liquid pressed in pushes the rod out (s increases): q = A ds/dt into the port, f = -A p into the rod."""
+    """Liquid pressed in pushes the rod out (s increases): q = A ds/dt into the port, f = -A p into the rod.
+
+    A = pi/4 bore^2. Not modelled: friction, leakage, the compressibility of the liquid, the mass of the piston.
+    """
 
     def equations(self, d: Self) -> Equations:
         return dict(

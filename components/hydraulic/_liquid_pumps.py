@@ -33,12 +33,13 @@ from ._pump_losses import PumpLosses
 
 
 class LiquidPump(Component, partial=True):
-    """A displacement machine: with dp = p_b - p_a, the share x of its displacement D and the density r at its inlet,
+    """A displacement machine: q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag, with dp = p_b - p_a.
 
-    q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag; slip and drag as the losses say. At the inlet,
-    which is a while x w > 0 and else b, rounded by tanh(x w/w_t), a liquid that is torn apart fills the chambers less:
-    as the pressure there falls to that of the vapour, the delivery fades. With `heat=HeatPort()` the losses leave as
-    heat, and have the viscosity of its temperature. Not modelled: compression in the pump, a drain of its own.
+    x is the share of the displacement D that is set, and r the density at the inlet over that at atmospheric pressure;
+    slip and drag are as the losses say. At the inlet, which is a while x w > 0 and else b, rounded by tanh(x w/w_t), a
+    liquid that is torn apart fills the chambers less: as the pressure there falls to that of the vapour, the delivery
+    fades. With `heat=HeatPort()` the losses leave as heat, and have the viscosity of its temperature. Not modelled:
+    compression in the pump, a drain of its own.
     """
 
     displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")

@@ -36,6 +36,8 @@ class Source(str):
 class AnyLiquid(Record, partial=True):
     """What components ask of a liquid; a volume V of it at the pressure p takes up q = r dV/dt + V dr/dp dp/dt.
 
+    r is the density over that at atmospheric pressure, to which the flow by volume q refers.
+
     The power p q of a port counts the liquid as one of constant density. What an exchange of liquid carries beyond
     that, a share of about p/(2 K), is booked by chambers as `supplied`: see `account`.
     """

@@ -17,9 +17,9 @@ from ._two_chambers import TwoChambers
 class SingleActingCylinder(Component):
     """A chamber of a liquid that a piston makes larger: liquid pressed in pushes the rod out, s grows.
 
-    With A = pi/4 bore^2 and V = dead + A s: d(V r(p))/dt = q, and the rod pushes with A p; the other side is open to
-    the atmosphere. `SlaveCylinder` is the incompressible one. Return spring, mass, friction and ends are
-    translational parts on its flange; a run ends with an error where half of the dead volume is lost.
+    With A = pi/4 bore^2 and V = dead + A s: d(V r(p))/dt = q, with r as in `Chamber`, and the rod pushes with A p; the
+    other side is open to the atmosphere. `SlaveCylinder` is the incompressible one. Return spring, mass, friction and
+    ends are translational parts on its flange; a run ends with an error where half of the dead volume is lost.
     """
 
     if_singular: ClassVar[str] = content.EMPTY

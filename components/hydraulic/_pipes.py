@@ -29,13 +29,14 @@ from ._pipe_friction import ChurchillFriction, PipeFriction
 
 
 class Segments(Component, partial=True):
-    """The balances of n segments of length l = length/n between n + 1 nodes, those at the ends of half the volume.
+    """The balances of n segments of length l = length/n between n + 1 nodes; those at the ends have half the volume.
 
-    Acoustic, without convection, with the density of the inertia and of the friction that at atmospheric pressure, rho:
+    Acoustic, without convection; inertia and friction are those of the density at atmospheric pressure, rho:
 
     - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i, with the flow by volume q_i;
-    - C(p_i) dp_i/dt = r q_(i-1) - r q_i, with C of liquid and walls, V = A l (1 + wall p), and r of the node from which
-      the liquid comes: where a column has torn off, the void grows from node to node;
+    - C(p_i) dp_i/dt = r q_(i-1) - r q_i, with C of liquid and walls, V = A l (1 + wall p), and with the relative
+      density r (see `Chamber`) at the node from which the liquid comes: where a column has torn off, the void grows
+      from node to node;
     - steady friction f_i = 32 nu rho l/(A d^2) q_i ratio(Re), Re = |q_i| d/(A nu).
 
     The node from which it comes changes within a Reynolds number of 1. The segments follow a wave whose length is above
@@ -170,10 +171,11 @@ class Pipe(Segments):
     """A pipe or hose of n segments with compressible liquid, inertia and friction: waves run in it.
 
     `Pipe(n=20, length=10.0, diameter=0.01, liquid=iso_vg_46())`. `friction` is `ChurchillFriction()` unless another
-    law is given; `wall` is d V/(V dp), d/(E thickness) for a thin elastic pipe, and from the data sheet for a hose;
-    `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. A run
-    compiles for as long whatever n, and so do its derivatives along parameters; where start values of many nodes are
-    differentiated too, beyond a hundred numbers, it is in reverse mode, which compiles for about three times as long.
+    law is given; `wall` is dV/(V dp), diameter/(E thickness) for a thin pipe of modulus E, and from the data sheet for
+    a hose; `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. A
+    run compiles for as long whatever n, and so do its derivatives along parameters; where start values of many nodes
+    are differentiated too, beyond a hundred numbers, it is in reverse mode, which compiles for about three times as
+    long.
 
     Where a pipe cavitates, each opening or closing of a void in a segment is a corner in its pressure and takes some
     thirty steps of Rodas5P, or twenty of Tsit5: a slam by far more than the pressure in the pipe wants a larger

@@ -46,6 +46,8 @@ class LaminarLosses(PumpLosses, partial=True):
 class WilsonLosses(LaminarLosses):
     """Laminar slip C_s D dp/mu; torque C_v D mu w + (C_f D |dp| + T_c) sign(w) (Wilson 1950).
 
+    D is the displacement, dp the pressure rise, w the speed and mu the dynamic viscosity.
+
     The sign is rounded, tanh(w/w_t). Without T_c, the efficiency is best at mu w/dp = C_s +
     sqrt(C_s^2 + C_s (1 + C_f)/C_v).
     """
@@ -54,7 +56,7 @@ class WilsonLosses(LaminarLosses):
 class SchloesserLosses(LaminarLosses):
     """Those of Wilson, and turbulent ones: slip C_st D^(2/3) sqrt(2 dp/rho), drag C_h (rho/2) w^2 D^(5/3).
 
-    Schloesser 1961; the root is rounded within p_t as in `Orifice`.
+    Schloesser 1961, with the density rho; the root is rounded within p_t as in `Orifice`.
     """
 
     C_st: Param[Scalar, "1", nonnegative] = 0.0  # turbulent slip

@@ -11,7 +11,10 @@ from ._liquids import AnyLiquid
 
 
 class TwoChambers(Component, partial=True):
-    """d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with Q = leakage (p_a - p_b)."""
+    """d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with Q = leakage (p_a - p_b).
+
+    r is the density of the liquid over that at atmospheric pressure, to which all flows refer.
+    """
 
     if_singular: ClassVar[str] = content.EMPTY
 

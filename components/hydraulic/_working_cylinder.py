@@ -33,8 +33,8 @@ class DoubleActingCylinder(TwoChambers):
     With A_a = pi/4 (bore^2 - rod_a^2), A_b alike, V_a = dead_a + A_a s and V_b = dead_b + A_b (stroke - s), and
     Q = leakage (p_a - p_b) past the piston (Merritt, `Hydraulic Control Systems`, ch. 6):
 
-    - d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q: the chambers' stiffness depends on the stroke;
-    - the rod pushes with p_a A_a - p_b A_b.
+    - d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with r as in `Chamber`;
+    - the rod pushes with p_a A_a - p_b A_b; the stiffness depends on the stroke.
 
     Differential with one rod, synchronous with two. No mass, friction or ends: see `HydraulicCylinder`; a run ends
     with an error where a chamber has lost half of its dead volume.

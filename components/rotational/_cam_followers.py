@@ -26,7 +26,7 @@ class CamContact(NamedTuple):
 
 
 class Follower(Record, partial=True):
-    """A translating follower, whose lift s over the cam angle, with s' and s'', gives the shape of the cam.
+    """A translating follower, whose lift s over the cam angle, with its derivatives s' and s'', shapes the cam.
 
     Norton, `Cam Design and Manufacturing Handbook`, ch. 7; the contact after Hertz, of two cylinders.
     """
@@ -48,7 +48,10 @@ class Follower(Record, partial=True):
         """Sum of the curvatures of cam and follower in 1/m."""
 
     def hertz_pressure(self, profile: CamProfile, angle: Scalar, force: Scalar) -> Scalar:
-        """Largest pressure in Pa under an axial force >= 0 in N: sqrt(F E' k/(pi b)/cos(pressure angle))."""
+        """Largest pressure in Pa under an axial force >= 0 in N: sqrt(F E' k/(pi b)/cos(pressure angle)).
+
+        k is the relative curvature, b the width of the contact.
+        """
         normal = force / jnp.cos(self.pressure_angle(profile, angle))
         load = normal * self.modulus * self.relative_curvature(profile, angle) / (jnp.pi * self.width)
         return jnp.sqrt(jnp.where(load > 0.0, load, 1.0)) * (load > 0.0)
@@ -93,7 +96,10 @@ def _derivatives(profile: CamProfile, angle: Scalar) -> tuple[Scalar, Scalar, Sc
 
 
 class FlatFollower(Follower):
-    """A flat face across the axis: no pressure angle, radius = R_b + s + s''; the face must reach s' to either side."""
+    """A flat face across the axis: no pressure angle, radius = R_b + s + s''; the face must reach s' to either side.
+
+    R_b is the base radius.
+    """
 
     def pressure_angle(self, profile: CamProfile, angle: Scalar) -> Scalar:
         return 0.0 * profile.lift(angle) / self.base_radius
@@ -109,9 +115,9 @@ class FlatFollower(Follower):
 class RollerFollower(Follower):
     """A roller whose axis passes the cam's at the distance `offset`: tan(alpha) = (s' - o)/(s + D).
 
-    D = sqrt((R_b + r)^2 - o^2). The centre of the roller runs on the pitch curve, with Y = s + D of radius
-    (Y^2 + (s' - o)^2)^1.5/(Y^2 + (s' - o)(2 s' - o) - Y s''); the cam's is less by r. Without a roller, r near 0, it is
-    a knife edge.
+    D = sqrt((R_b + r)^2 - o^2), with the base radius R_b; alpha is the pressure angle. The centre of the roller runs on
+    the pitch curve, with Y = s + D of radius (Y^2 + (s' - o)^2)^1.5/(Y^2 + (s' - o)(2 s' - o) - Y s''); the cam's is
+    less by r. Without a roller, r near 0, it is a knife edge.
     """
 
     roller: Param[Scalar, "m", positive] = 5e-3  # r
