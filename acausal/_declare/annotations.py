@@ -89,9 +89,6 @@ def shape(*sizes: int | str) -> Shape:
     return Shape(sizes)
 
 
-Option = Sign | Unbounded | Select | Nominal | Shape
-
-
 @dataclasses.dataclass(frozen=True)
 class Declaration:
     """What a class says of one leaf.

@@ -48,7 +48,7 @@ class Steps(diffrax.PIDController):
     def init(self, terms: Any, t0: Numbers, t1: Any, y0: Array, *others: Any, **named: Any) -> Any:
         first, state = super().init(terms, t0, t1, y0, *others, **named)
         wish = on_grid(first - t0)
-        return self._up_to_instant(t0, t0 + wish, y0), Control(
+        return self._up_to_instant(t0 + wish, y0), Control(
             state, wish, jnp.zeros_like(y0), jax.lax.stop_gradient(jnp.abs(y0)), jnp.zeros_like(y0)
         )
 
@@ -83,7 +83,7 @@ class Steps(diffrax.PIDController):
         result = diffrax.RESULTS.where(has_ended, diffrax.RESULTS.event_occurred, result)
         next_t0 = jnp.where(is_cut, t0, jnp.where(keep, y1_candidate[self.layout.moment], t0))
         status = jnp.where(keep & ~is_cut, y1_candidate, y0)
-        next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0, next_t0 + wish, status))
+        next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 
     def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Array, y: Array, before: Control) -> Array:
@@ -98,7 +98,7 @@ class Steps(diffrax.PIDController):
         most = jnp.maximum(before.wish, FAR * (moment - t0))
         return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
-    def _up_to_instant(self, t0: Numbers, t1: Numbers, y: Array) -> Numbers:
+    def _up_to_instant(self, t1: Numbers, y: Array) -> Numbers:
         """The end of a step, or the instant before it at which something is known to happen."""
         if not self.layout.has_status:
             return t1

@@ -97,7 +97,7 @@ class Joints:
     def _name(self, port: Port) -> str:
         return self._path(int(np.ravel(_first_ids(port))[0])).rpartition(".")[0]
 
-    def resolve(self, flow_nodes: np.ndarray, n_nodes: int) -> tuple[np.ndarray, list]:
+    def resolve(self, flow_nodes: np.ndarray) -> tuple[np.ndarray, list]:
         """Pairs of merged nodes, and the sets of signed flows that sum to zero."""
         connected = set(np.concatenate(self.joined_outside).tolist()) if self.joined_outside else set()
         for node in self.need:

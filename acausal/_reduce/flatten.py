@@ -40,7 +40,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     view = structure.unflatten(ids)
     joined = Joints(walker.node_path, split=split)
     joined.visit(view, "", is_root=True)
-    across, flow_sets = joined.resolve(walker.flows(), walker.n_nodes)
+    across, flow_sets = joined.resolve(walker.flows())
     instances, composites = list(walker.instances.values()), list(walker.composites.values())
     for holder in instances + composites:
         for path in holder.paths:

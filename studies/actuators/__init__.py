@@ -23,3 +23,4 @@ from ._models import ElectromechanicalActuator as ElectromechanicalActuator
 from ._models import PumpActuator as PumpActuator
 from ._models import StickingActuator as StickingActuator
 from ._models import WormActuator as WormActuator
+from ._models import pump_parts as pump_parts

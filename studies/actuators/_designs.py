@@ -21,7 +21,7 @@ from components.rotational import (
 )
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
-from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, StickingActuator, WormActuator
+from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, StickingActuator, WormActuator, pump_parts
 
 SLAVE_BORE = 17.4625e-3  # m, 11/16 in
 MASTER_BORE = 19.05e-3  # m, 3/4 in
@@ -168,18 +168,12 @@ def ehs_sticking(
     return StickingActuator(
         supply=SignalVoltage(),
         command=command,
-        motor=base.motor,
-        pump=base.pump,
         bearing=(
             StribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed)
             if width is None
             else SmoothStribeckFriction(Ts=break_away, Tc=coulomb, ws=stribeck_speed, w0=width)
         ),
-        line=base.line,
-        slave=base.slave,
-        piston=base.piston,
-        seal=base.seal,
-        clutch=base.clutch,
+        **pump_parts(base),
     )
 
 

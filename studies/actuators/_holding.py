@@ -14,7 +14,7 @@ from components.hydraulic import LaminarResistance, Line, OnOffValve
 from components.translational import PositionSensor
 
 from ._designs import ehs_maxon
-from ._models import PumpActuator
+from ._models import PumpActuator, pump_parts
 
 BATTERY = 13.5  # V
 STROKE = 12e-3  # m
@@ -107,17 +107,11 @@ def motor_held(
     base = ehs_maxon(**others)
     return MotorHeldActuator(
         supply=SignalVoltage(),
-        motor=base.motor,
-        pump=base.pump,
-        line=base.line,
-        slave=base.slave,
-        piston=base.piston,
-        seal=base.seal,
-        clutch=base.clutch,
         demand=Constant(k=position),
         gauge=PositionSensor(),
         leak=LaminarResistance(resistance=leakage_resistance),
         controller=LimPI(k=gain, Ti=integral_time, y_min=0.0, y_max=voltage),
+        **pump_parts(base),
     )
 
 
@@ -143,13 +137,6 @@ def valve_held(
     stiffness = bulk_modulus / chamber_volume
     return ValveHeldActuator(
         supply=SignalVoltage(),
-        motor=base.motor,
-        pump=base.pump,
-        line=base.line,
-        slave=base.slave,
-        piston=base.piston,
-        seal=base.seal,
-        clutch=base.clutch,
         demand=Constant(k=position),
         gauge=PositionSensor(),
         leak=LaminarResistance(resistance=leakage_resistance),
@@ -158,6 +145,7 @@ def valve_held(
         travel=FirstOrder(T=closing_time, x=1.0),
         chamber=Line(stiffness=stiffness, damping=stiffness * base.line.damping / base.line.stiffness),
         valve=OnOffValve(area=valve_area, density=density),
+        **pump_parts(base),
         battery=ConstantVoltage(V=voltage),
         relay=IdealOpeningSwitch(),
         coil=Resistor(R=coil_resistance),

@@ -1,5 +1,7 @@
 """The actuators as assemblies of components."""
 
+from typing import TypedDict
+
 from acausal import Component, Connections, connect
 from components.blocks import Constant, Ramp, Step
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
@@ -90,6 +92,31 @@ class PumpActuator(ClutchActuator, partial=True):
             connect(self.motor.shaft, self.pump.shaft),
             connect(self.tank.port, self.pump.a),
         )
+
+
+class PumpParts(TypedDict):
+    """The parts that actuators with a pump differ by in numbers only."""
+
+    motor: DCMotor
+    pump: Pump
+    line: Line
+    slave: SlaveCylinder
+    piston: Mass
+    seal: ViscousFriction
+    clutch: ClutchSpring
+
+
+def pump_parts(actuator: PumpActuator) -> PumpParts:
+    """The parts of an actuator with a pump, for another one with the same numbers."""
+    return PumpParts(
+        motor=actuator.motor,
+        pump=actuator.pump,
+        line=actuator.line,
+        slave=actuator.slave,
+        piston=actuator.piston,
+        seal=actuator.seal,
+        clutch=actuator.clutch,
+    )
 
 
 class ElectrohydraulicActuator(PumpActuator):

@@ -22,7 +22,7 @@ from components.hydraulic import SpringAccumulator
 from components.rotational import SmoothStribeckFriction
 
 from .._opening import STROKE, opening
-from ..actuators import StickingActuator, ehs_maxon
+from ..actuators import StickingActuator, ehs_maxon, pump_parts
 from ._measured import DEAD_TIME, FULL, NO_LOAD_TEST, UNITS
 
 MOVED = 0.01  # of the stroke: what counts as motion
@@ -63,18 +63,14 @@ def empty() -> StickingActuator:
     return _actuator(Constant(k=FULL), pocket=pocket, friction=2.6e-3)
 
 
-def _actuator(command: Constant | Ramp | Step, resistance: float = 0.317, friction: float = 4e-3, **parts: Any) -> Any:
+def _actuator(
+    command: Constant | Ramp | Step, resistance: float = 0.317, friction: float = 4e-3, **parts: Any
+) -> StickingActuator:
     base = ehs_maxon(resistance=resistance, friction=friction)
     return StickingActuator(
         supply=SignalVoltage(),
         command=command,
-        motor=base.motor,
-        pump=base.pump,
-        line=base.line,
-        slave=base.slave,
-        piston=base.piston,
-        seal=base.seal,
-        clutch=base.clutch,
+        **pump_parts(base),
         **parts,
     )
 

@@ -146,6 +146,8 @@ def test_crank_and_slider() -> None:
         },
         rtol=1e-9,
     )
+    across = rotational.CrankSlider(crank=0.04, rod_length=0.13, shaft=rotational.Flange(phi=0.5 * np.pi))
+    np.testing.assert_allclose(jnp.sin(across.rod_angle), 0.04 / 0.13, rtol=1e-12)
     with pytest.raises(ParameterError, match="rod_length must be above crank"):
         rotational.CrankSlider(crank=0.04, rod_length=0.05, offset=-0.02)
 

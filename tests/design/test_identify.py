@@ -86,6 +86,9 @@ def test_intervals_hold_the_true_values_at_their_rate(given: bool) -> None:
 def test_several_experiments_determine_what_they_share(both: Fit[Rig]) -> None:
     single = identify(rig(c=60.0, d=1.0), FREE, drop(noisy(1)))
     assert np.all(both.std < single.std)
+    understated = identify(rig(c=60.0, d=1.0), FREE, drop(noisy(1), 0.2 * NOISE))
+    np.testing.assert_allclose(understated.std, 0.2 * single.std, rtol=1e-4)
+    np.testing.assert_allclose(understated.std_scaled_by_residual, single.std_scaled_by_residual, rtol=1e-4)
     assert both.dof == 58
     assert all(covers(both))
     np.testing.assert_allclose(both.predicted["heavy: link.s_rel"], position(2.5, *both.estimates), atol=1e-6)
