@@ -17,7 +17,7 @@ def opening(
     stroke: Scalar = STROKE,
     rtol: Scalar = 1e-9,
     t_max: Scalar = LONGEST,
-    save: Any = "steps",
+    save: object = "steps",
     throw: bool = False,
     **options: Any,
 ) -> Solution:

@@ -7,12 +7,13 @@ import jax.numpy as jnp
 from acausal import Scalar
 
 from ._opening import STROKE
+from .actuators import ClutchActuator
 
 WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
 RESERVE = 1.01  # of the cam's lift
 
 
-def line_pressure(model: Any, stroke: Scalar = STROKE) -> Scalar:
+def line_pressure(model: ClutchActuator, stroke: Scalar = STROKE) -> Scalar:
     """In Pa, with the slave at a stroke."""
     return model.clutch.rate * stroke / model.slave.area
 

@@ -21,7 +21,7 @@ from components.catalogues import catalogue
 from ._opening import opening as run_until_open
 from ._output import print_table, require_matplotlib, write_json
 from ._statics import WORN, holding_current, lift_share, pressure_angle
-from .actuators import ehs_maxon, ema_maxon
+from .actuators import ClutchActuator, ehs_maxon, ema_maxon
 
 LEADS = 0.1  # ohm, assumed, of what is between battery and motor
 RTOL = 1e-7  # of the runs of products, whose figures are known to three digits
@@ -87,12 +87,12 @@ def current(s: Solution) -> Scalar:
     return holding_current(s.final)
 
 
-def speed(s: Solution, parts: Any) -> Scalar:
+def speed(s: Solution, parts: Mapping[str, Mapping[str, float]]) -> Scalar:
     """Of the motor, as a share of what the gearhead or the pump is made for."""
     return s.peaks["speed"].value / parts["gearhead" if has_cam(s) else "pump"]["speed"]
 
 
-def pressure(s: Solution, parts: Any) -> Scalar:
+def pressure(s: Solution, parts: Mapping[str, Mapping[str, float]]) -> Scalar:
     """At the pump, as a share of what it is made for."""
     return 0.0 if has_cam(s) else s.final.line.p / parts["pump"]["pressure"]
 
@@ -130,7 +130,7 @@ class Row:
     continuous_optimum: Mapping[str, Any]
 
 
-def opening(model: Any, rtol: float) -> Solution:
+def opening(model: ClutchActuator, rtol: float) -> Solution:
     """The run until the clutch is open, with the largest speed of the motor on the way."""
     return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 

@@ -9,12 +9,12 @@ import dataclasses
 import functools as ft
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import simulate
+from acausal import Scalar, simulate
 from acausal.design import Course, control
 from components.blocks import TimeSeries
 
@@ -29,7 +29,10 @@ from ._output import (
     resumed,
     write_json,
 )
-from .actuators import commanded, ehs_maxon, ema_maxon
+from .actuators import CommandedElectrohydraulic, CommandedElectromechanical, commanded, ehs_maxon, ema_maxon
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ACTUATORS = {
     "ema_maxon": (ema_maxon(), 35.0),
@@ -58,7 +61,7 @@ class Row:
     kkt_residual: float
 
 
-def heat(s: Any) -> Any:
+def heat(s: CommandedElectromechanical | CommandedElectrohydraulic) -> Scalar:
     """The power in W that the winding turns into heat."""
     return s.motor.resistor.R * s.motor.p.i**2
 
@@ -154,7 +157,7 @@ def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path
     write_report(out, "control", "Voltages that open a clutch", [overview, *parts], __doc__)
 
 
-def picture(name: str, course: Course[Any]) -> Any:
+def picture(name: str, course: Course[Any]) -> "Figure":
     """Voltage, current, travel and speed over time, beside those at full voltage."""
     actuator, allowed = ACTUATORS[name]
     full = opening(actuator, rtol=1e-6)

@@ -13,7 +13,7 @@ from acausal.design import Normal, SensitivityTable, Spread, Tolerance, sensitiv
 
 from ._opening import opening
 from ._output import finished, print_table, progress, require_matplotlib, resumed, write_json
-from .actuators import ema_maxon
+from .actuators import ElectromechanicalActuator, ema_maxon
 
 SHARES = {
     "motor.resistor.R": 5.0, "motor.bearing.C": 10.0, "motor.emf.k": 3.0, "clutch.rate": 4.0, "supply.V": 2.0,
@@ -39,7 +39,7 @@ class Row:
     p99: float
 
 
-def study(rtol: float = 1e-9) -> Tolerance[Any]:
+def study(rtol: float = 1e-9) -> Tolerance[ElectromechanicalActuator]:
     """The opening time with its tolerances; what turns with the motor is one inertia."""
     model = ema_maxon(rotor_inertia=56e-6, gearbox_inertia=0.0)
     distributions = {path: Normal(std=f"{share} %") for path, share in SHARES.items()}
@@ -50,7 +50,7 @@ def study(rtol: float = 1e-9) -> Tolerance[Any]:
 Keep = Callable[[str, Callable[[], Any]], Any]
 
 
-def spreads(tolerance: Tolerance[Any], kept: Keep = lambda name, make: make()) -> list[Spread]:
+def spreads(tolerance: Tolerance[ElectromechanicalActuator], kept: Keep = lambda name, make: make()) -> list[Spread]:
     """The distribution of the opening time by each method; `kept` tells what has been made before."""
     run = {
         "first order": tolerance.first_order,
@@ -97,7 +97,9 @@ def _row(spread: Spread) -> Row:
     return Row(spread.result, spread.method, spread.mean, spread.std, low, high)
 
 
-def _report(tolerance: Tolerance[Any], found: list[Spread], text: str, out: Path, kept: Keep, rtol: float) -> None:
+def _report(
+    tolerance: Tolerance[ElectromechanicalActuator], found: list[Spread], text: str, out: Path, kept: Keep, rtol: float
+) -> None:
     from ._output import save
     from ._report import write_report
 

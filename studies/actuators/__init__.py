@@ -4,6 +4,8 @@ Each function builds a model from keywords in SI units; every keyword can be tra
 `jax.jit`, `jax.grad` or `jax.vmap`.
 """
 
+from ._commanded import CommandedElectrohydraulic as CommandedElectrohydraulic
+from ._commanded import CommandedElectromechanical as CommandedElectromechanical
 from ._commanded import commanded as commanded
 from ._designs import ehs_maxon as ehs_maxon
 from ._designs import ehs_sticking as ehs_sticking

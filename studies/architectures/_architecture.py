@@ -2,14 +2,15 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
-from acausal import Scalar
+from acausal import Component, Scalar
 
 Flow = tuple[Scalar, Scalar]
+M = TypeVar("M", bound=Component)
 
 
-def as_built(model: Any) -> Any:
+def as_built(model: M) -> M:
     """The start values stay those that were built in."""
     return model
 

@@ -14,6 +14,7 @@ from components.hydraulic import dot_4
 
 from .._opening import STROKE, WORN_LOAD
 from .._warm import magnets, winding
+from ._architecture import M
 
 ZERO = 273.15  # K
 BASE = 40.0  # C
@@ -21,7 +22,7 @@ WORN_LEAKS = 10.0  # times those past new seals; assumed
 PRESSURE = 2e6  # Pa, at which stiffnesses are compared
 
 
-def at_temperature(celsius: Scalar, model: Any) -> Any:
+def at_temperature(celsius: Scalar, model: M) -> M:
     """The model with windings, magnets and liquid at a temperature in C."""
     thinner, softer = _liquid(celsius)
     copper, flux = (law(celsius + ZERO, BASE + ZERO) for law in (winding, magnets))
@@ -32,7 +33,7 @@ def at_temperature(celsius: Scalar, model: Any) -> Any:
     return _multiplied(model, factors)
 
 
-def worn(model: Any) -> Any:
+def worn(model: M) -> M:
     """The model with a clutch that takes `WORN_LOAD` to open, and with seals that leak more."""
     return _multiplied(replace(model, {"clutch.rate": WORN_LOAD / STROKE}), {"leak.resistance": 1.0 / WORN_LEAKS})
 
@@ -42,7 +43,7 @@ CONDITIONS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
 )
 
 
-def _multiplied(model: Any, factors: Mapping[str, Scalar]) -> Any:
+def _multiplied(model: M, factors: Mapping[str, Scalar]) -> M:
     """The model with all parameters multiplied whose path ends in a name."""
     changed = {
         path: value * factor

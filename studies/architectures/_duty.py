@@ -7,6 +7,7 @@ moment at which the stroke is reached it is the stroke, and for the last part it
 from typing import Any
 
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import Component, Connections, Scalar, Solution, connect, replace, simulate
 from components.blocks import Output, Step, Sum, TimeSeries
@@ -57,11 +58,11 @@ def demand() -> Demand:
     )
 
 
-def _closing(opened: Scalar) -> Any:
+def _closing(opened: Scalar) -> Array:
     return opened + HOLD + CLOSING * jnp.linspace(0.0, 1.0, 11)
 
 
-def _open_by_profile() -> dict[str, Any]:
+def _open_by_profile() -> dict[str, Scalar]:
     share = jnp.linspace(0.0, 1.0, 11)
     return {
         "demand.beyond.start_time": 0.0,
@@ -70,7 +71,9 @@ def _open_by_profile() -> dict[str, Any]:
     }
 
 
-def run(model: Any, t1: Scalar, level: Scalar, *, rtol: Scalar, save: Any = "steps", account: bool = True) -> Solution:
+def run(
+    model: Any, t1: Scalar, level: Scalar, *, rtol: Scalar, save: object = "steps", account: bool = True
+) -> Solution:
     """The run until the slave has travelled `level` in m, of t1 in s at most; one program for opening and whole duty.
 
     With an account, the integrals are what the battery gives: "energy" in J and "charge" in A.s.
@@ -86,12 +89,12 @@ def _battery(s: Any) -> dict[str, Scalar]:
     return {"energy": -sum(one.v * one.i for one in sources), "charge": -sum(one.i for one in sources)}
 
 
-def open_clutch(model: Any, *, rtol: Scalar, save: Any = "steps", account: bool = True) -> Solution:
+def open_clutch(model: Component, *, rtol: Scalar, save: object = "steps", account: bool = True) -> Solution:
     """From rest until the clutch is open."""
     return run(model, LONGEST, STROKE, rtol=rtol, save=save, account=account)
 
 
-def whole_duty(model: Any, opened: Scalar, *, rtol: Scalar) -> Solution:
+def whole_duty(model: Component, opened: Scalar, *, rtol: Scalar) -> Solution:
     """From rest through opening, which takes the time `opened` in s, hold and closing."""
     times = {
         "demand.beyond.start_time": opened,
@@ -101,6 +104,6 @@ def whole_duty(model: Any, opened: Scalar, *, rtol: Scalar) -> Solution:
     return run(replace(model, times), opened + HOLD + CLOSING + SETTLING, NEVER, rtol=rtol)
 
 
-def half_open_by_profile(model: Any, *, rtol: Scalar) -> Solution:
+def half_open_by_profile(model: Component, *, rtol: Scalar) -> Solution:
     """From rest to half the stroke, on the way of an opening that follows the profile in `METERED`."""
     return run(replace(model, _open_by_profile()), LONGEST, 0.5 * STROKE, rtol=rtol)

@@ -3,13 +3,13 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
-from acausal import Solution, parameters, replace
+from acausal import Component, Scalar, Solution, parameters, replace
 
 from .._opening import STROKE
 from ._architecture import Architecture
@@ -90,7 +90,7 @@ def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = Tr
     )
 
 
-def _done(name: str, model: Any, rtol: float) -> tuple[float, Solution]:
+def _done(name: str, model: Component, rtol: float) -> tuple[float, Solution]:
     """The opening time and the run of the whole duty."""
     opening = open_clutch(model, rtol=rtol)
     opened = float(opening.t1)
@@ -99,7 +99,7 @@ def _done(name: str, model: Any, rtol: float) -> tuple[float, Solution]:
     return opened, whole_duty(model, opened, rtol=rtol)
 
 
-def _figures(name: str, model: Any, rtol: float) -> dict[str, float]:
+def _figures(name: str, model: Component, rtol: float) -> dict[str, float]:
     """What is compared under other conditions."""
     opened, duty = _done(name, model, rtol)
     if duty.ts[-1] < opened + HOLD + CLOSING:
@@ -114,23 +114,23 @@ def _figures(name: str, model: Any, rtol: float) -> dict[str, float]:
     }
 
 
-def opening_time_of(architecture: Architecture, model: Any, rtol: float) -> Callable[[Any], Any]:
+def opening_time_of(architecture: Architecture, model: Component, rtol: float) -> Callable[[Array], Scalar]:
     """The opening time as a function of the main sizes, in the order of `architecture.sizes`."""
 
-    def time(values: Any) -> Any:
+    def time(values: Array) -> Scalar:
         changed = replace(model, dict(zip(architecture.sizes, values, strict=True)))
         return open_clutch(architecture.start(changed), rtol=rtol, save="end", account=False).t1
 
     return time
 
 
-def sizes_of(architecture: Architecture, model: Any) -> Any:
+def sizes_of(architecture: Architecture, model: Component) -> Array:
     """The main sizes in SI units."""
     values = parameters(model)
     return jnp.asarray([values[path] for path in architecture.sizes])
 
 
-def gradients_of(architecture: Architecture, model: Any, rtol: float) -> tuple[dict[str, float], float]:
+def gradients_of(architecture: Architecture, model: Component, rtol: float) -> tuple[dict[str, float], float]:
     """The derivatives of the opening time by the main sizes, and how far both modes differ, relative to the largest."""
     time, sizes = opening_time_of(architecture, model, rtol), sizes_of(architecture, model)
     forward, reverse = map(np.asarray, jax.jit(ft.partial(_both_modes, time))(sizes))
@@ -139,7 +139,7 @@ def gradients_of(architecture: Architecture, model: Any, rtol: float) -> tuple[d
     return dict(zip(architecture.sizes, forward.tolist(), strict=True)), modes
 
 
-def _both_modes(time: Callable[[Any], Any], sizes: Any) -> tuple[Any, Any]:
+def _both_modes(time: Callable[[Array], Scalar], sizes: Array) -> tuple[Array, Array]:
     """Derivatives pushed forward along each size, and pulled back from the time; both by one linearised run."""
     moment, push = jax.linearize(time, sizes)
     (pulled,) = jax.linear_transpose(push, sizes)(jnp.ones_like(moment))

@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
-from acausal import parameters
+from acausal import Component, parameters
 
 from ._rows import Row
 
@@ -67,7 +66,7 @@ HEADS = (
 )  # fmt: skip
 
 
-def limits(row: Row, model: Any) -> tuple[str, ...]:
+def limits(row: Row, model: Component) -> tuple[str, ...]:
     """A line of the table with `HEADS`.
 
     Throughout the opening all controllers are at their limits. Valves bound it where they take most of the pressure at
@@ -92,7 +91,7 @@ def _bound(row: Row, shares: Mapping[str, float]) -> str:
     return "speed of the motor at full voltage"
 
 
-def elasticities(row: Row, model: Any) -> dict[str, float]:
+def elasticities(row: Row, model: Component) -> dict[str, float]:
     """By how many per cent the opening time changes for a per cent of each main size, by path."""
     values = parameters(model)
     return {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}

@@ -6,7 +6,7 @@ inertia and friction do.
 """
 
 import dataclasses
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import jax.numpy as jnp
 
@@ -15,7 +15,7 @@ from components.hydraulic import FluidPort, LaminarFriction, LaminarResistance, 
 
 from .._opening import opening
 from ..actuators import ClutchActuator
-from ._prototypes import PROTOTYPES, RE40, RE50
+from ._prototypes import PROTOTYPES, RE40, RE50, Build
 from ._row import Row
 
 ITEM = "line"
@@ -44,13 +44,13 @@ class LongLine(Component):
         )
 
 
-def with_pipe(actuator: ClutchActuator, length: Scalar) -> Any:
+def with_pipe(actuator: ClutchActuator, length: Scalar) -> ClutchActuator:
     """An actuator with a pipe of a length in m between line and slave cylinder, in which waves run."""
     pipe = Pipe(n=SEGMENTS, length=length, diameter=DIAMETER, liquid=LIQUID, friction=LaminarFriction(), p=0.0, q=0.0)
     return dataclasses.replace(actuator, line=LongLine(spring=actuator.line, pipe=pipe))
 
 
-def with_drop(actuator: ClutchActuator, length: Scalar, friction: float = 1.0) -> Any:
+def with_drop(actuator: ClutchActuator, length: Scalar, friction: float = 1.0) -> ClutchActuator:
     """The same with the liquid of the pipe added to the spring, and with its laminar drop, or a share of that."""
     volume = 0.25 * jnp.pi * DIAMETER**2 * length
     line, added = actuator.line, LIQUID.bulk_modulus_at(1e6) / volume
@@ -67,10 +67,12 @@ def moved_mass(actuator: ClutchActuator, length: float) -> float:
     return float(LIQUID.reference_density * length * actuator.slave.area**2 / area)
 
 
-def rows(rtol: float = 1e-6, lengths: Any = LENGTHS, actuators: Any = ACTUATORS) -> list[Row]:
+def rows(
+    rtol: float = 1e-6, lengths: Sequence[float] = LENGTHS, actuators: Mapping[str, Build] = ACTUATORS
+) -> list[Row]:
     """Opening times with pipes of several lengths."""
 
-    def time(model: Any) -> float:
+    def time(model: ClutchActuator) -> float:
         return float(opening(model, t_max=LATEST, save="end", rtol=rtol, throw=True, max_steps=100_000).t1)
 
     table = []

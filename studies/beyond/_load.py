@@ -7,7 +7,7 @@ the bearing are assumed.
 
 import dataclasses
 import functools as ft
-from typing import Any
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
@@ -25,7 +25,8 @@ from components.translational import (
 )
 
 from .._opening import STROKE, WORN_LOAD, opening
-from ._prototypes import PROTOTYPES, RE50
+from ..actuators import ClutchActuator
+from ._prototypes import PROTOTYPES, RE50, Prototype
 from ._row import Row
 
 ITEM = "clutch load"
@@ -91,7 +92,7 @@ def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
     return travel, {RIG: float(PROTOTYPES[RE50].build().clutch.rate) * travel, NEW: found[NEW], WORN: found[WORN]}
 
 
-def rows(rtol: float = 1e-9, actuators: Any = PROTOTYPES) -> list[Row]:
+def rows(rtol: float = 1e-9, actuators: Mapping[str, Prototype] = PROTOTYPES) -> list[Row]:
     """Opening times of the prototypes with each load, and the work that it takes."""
     travel, found = curves()
     table = [
@@ -103,7 +104,7 @@ def rows(rtol: float = 1e-9, actuators: Any = PROTOTYPES) -> list[Row]:
     ]  # fmt: skip
     for name, (build, measured) in actuators.items():
         base = build()
-        cases: dict[str, Any] = {RIG: base} | {
+        cases: Mapping[str, ClutchActuator] = {RIG: base} | {
             case: dataclasses.replace(base, clutch=one) for case, one in loads().items()
         }
         for case, model in cases.items():

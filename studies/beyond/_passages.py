@@ -80,12 +80,12 @@ def housing(flow: float, liquid: AnyLiquid) -> Housing:
     return Housing(**parts, flow=ConstantFlow(flow=flow))
 
 
-def steady(model: Housing) -> Any:
+def steady(model: Housing) -> Housing:
     """The drops at this flow."""
     return simulate(model, 1.0, save="end").final
 
 
-def lightest(flow: float, drop: float = DROP) -> Design[Any]:
+def lightest(flow: float, drop: float = DROP) -> Design[Housing]:
     """The diameters that make the housing lightest at a given drop."""
     return optimise(
         housing(flow, dot_4(CELSIUS + 273.15)), {f"{name}.diameter": ("1 mm", "10 mm") for name in SECTIONS},

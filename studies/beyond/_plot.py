@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,13 +13,14 @@ from ._prototypes import PROTOTYPES
 from ._row import Row
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 OPENING = "opening time"
 TARGET = 200.0  # ms, of the thesis for all actuators
 
 
-def _bars(ax: Any, rows: Sequence[Row], scale: float, label: str) -> None:
+def _bars(ax: "Axes", rows: Sequence[Row], scale: float, label: str) -> None:
     """A bar for each row, the thesis' figures beside as diamonds."""
     names = [row.case for row in rows]
     ax.barh(names, [scale * row.value for row in rows], color="tab:blue", height=0.6)

@@ -2,16 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from ..actuators import ehs_maxon, ema_fise, ema_maxon
+from ..actuators import ElectrohydraulicActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon
 from ..prototypes._measured import DEAD_TIME, FULL, MEASURED
+
+Build: TypeAlias = Callable[[], ElectromechanicalActuator | ElectrohydraulicActuator]
 
 
 class Prototype(NamedTuple):
     """What builds a prototype, and its measured opening time in s."""
 
-    build: Callable[[], Any]  # an actuator
+    build: Build  # an actuator
     measured: float
 
 

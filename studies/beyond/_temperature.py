@@ -6,13 +6,14 @@ identified. Thermal figures are those of the data sheet of the RE 40.
 
 import dataclasses
 import functools as ft
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 
 from acausal import Component, Connections, Scalar, connect, replace, simulate
-from components.catalogues import brushed_motor, catalogue
+from components.catalogues import DataSheet, brushed_motor, catalogue
 from components.electrical import BrushedMotor, ConstantCurrent, Ground
 from components.hydraulic import LaminarResistance, Line, dot_4
 from components.rotational import Fixed
@@ -21,9 +22,9 @@ from components.thermal import FixedTemperature
 from .._opening import opening
 from .._statics import holding_current
 from .._warm import SHEETS, magnets, winding
-from ..actuators import ehs_maxon
+from ..actuators import ClutchActuator, ehs_maxon
 from ._line import DIAMETER, LongLine
-from ._prototypes import PROTOTYPES, RE40, RE50
+from ._prototypes import PROTOTYPES, RE40, RE50, Build
 from ._row import Row
 
 ITEM = "temperature"
@@ -37,11 +38,11 @@ ACTUATORS = {name: PROTOTYPES[name].build for name in (RE50, RE40)}
 
 
 @ft.cache
-def _sheet() -> Any:
+def _sheet() -> DataSheet:
     return catalogue("motors")[ORDER]
 
 
-def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
+def at_temperature(build: Build, liquid: Scalar, motor: Scalar) -> ClutchActuator:
     """An actuator with a pipe, whose liquid and motor have temperatures in K."""
     base, oil, cool = build(), dot_4(liquid), dot_4(293.15)
     stiffness = base.line.stiffness * oil.bulk_modulus_at(1e6) / cool.bulk_modulus_at(1e6)
@@ -57,11 +58,13 @@ def at_temperature(build: Any, liquid: Scalar, motor: Scalar) -> Any:
 
 
 @eqx.filter_jit
-def _time(model: Any, rtol: float) -> Scalar:
+def _time(model: ClutchActuator, rtol: float) -> Scalar:
     return opening(model, t_max=LATEST, save="end", rtol=rtol, max_steps=50_000).t1
 
 
-def opening_rows(rtol: float = 1e-8, actuators: Any = ACTUATORS, temperatures: Any = TEMPERATURES) -> list[Row]:
+def opening_rows(
+    rtol: float = 1e-8, actuators: Mapping[str, Build] = ACTUATORS, temperatures: Sequence[float] = TEMPERATURES
+) -> list[Row]:
     """Opening times where all is as warm, and where only the liquid is."""
     rows = []
     for name, build in actuators.items():
@@ -104,7 +107,7 @@ def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8
     model = replace(built, {"motor.resistor.R": resistance + leads, "motor.emf.k": k})
     opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
     current = float(holding_current(model))
-    heat = resistance * (float(opened.integrals["heat"][-1]) + (0.0 if valve else hold * current**2))
+    heat = float(resistance * (opened.integrals["heat"][-1] + (0.0 if valve else hold * current**2)))
     time = float(opened.t1)
     return Allowed(min(60.0 * power / heat, 60.0 / (time + hold)), heat, time, limit, housing)
 

@@ -1,7 +1,7 @@
 """The best products to buy: all combinations of motors, gearheads or pump, standard bores, eccentricities and holds."""
 
 import functools as ft
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import jax.numpy as jnp
@@ -18,7 +18,8 @@ from ._rows import Row
 from ._targets import CAM, COIL, HOLD, POWER, TARGET, VALVE_MASS, opening
 
 HEADS = ("product", "motor", "what", "opening time [ms]", "energy of a hold [J]", "mass [kg]")
-Tables = Mapping[str, list[dict[str, Any]]]
+Tables = Mapping[str, Sequence[Mapping[str, object]]]
+Parts = Mapping[str, Mapping[str, float]]  # figures by table
 
 # A motor whose mass is not stated is left out.
 _MOTORS = [
@@ -42,29 +43,29 @@ TABLES: Mapping[str, Tables] = {
 }  # fmt: skip
 
 
-def _has_valve(parts: Any) -> Scalar:
+def _has_valve(parts: Parts) -> Scalar:
     return parts["held by"]["valve"] if "held by" in parts else 0.0
 
 
-def mass(s: Solution, parts: Any) -> Scalar:
+def mass(s: Solution, parts: Parts) -> Scalar:
     """In kg."""
     is_ema = hasattr(s.final, "cam")
     rest = EMA.rest + parts["motor"]["gearhead"] if is_ema else EHS.rest + (EHS.pump_mass or 0.0)
     return parts["motor"]["mass"] + rest + VALVE_MASS * _has_valve(parts)
 
 
-def current(s: Solution, parts: Any) -> Scalar:
+def current(s: Solution, parts: Parts) -> Scalar:
     """In A, that the motor takes to hold; none where a valve holds."""
     return holding_current(s.final) * (1.0 - _has_valve(parts))
 
 
-def energy(s: Solution, parts: Any) -> Scalar:
+def energy(s: Solution, parts: Parts) -> Scalar:
     """In J, of a hold."""
     model: Any = s.final
     return HOLD * (model.motor.resistor.R * current(s, parts) ** 2 + COIL * _has_valve(parts))
 
 
-def _of_cam(name: str) -> Any:
+def _of_cam(name: str) -> tuple[Callable[[Solution], Scalar], str]:
     """A limit of the cam, met by what has none."""
     function, text = CAM[name]
     return lambda s: function(s) if hasattr(s.final, "cam") else 0.0, text

@@ -8,7 +8,7 @@ from acausal import Scalar, Solution, replace
 from .._opening import STROKE
 from .._opening import opening as run_until_open
 from .._statics import WORN, holding_current, lift_share, line_pressure, pressure_angle
-from ..actuators import ema_fise
+from ..actuators import ClutchActuator, ema_fise
 
 OVERALL, HYDRAULIC = 0.2, 0.1  # s, within which any actuator has to open, and the electrohydraulic one
 POWER = 250.0  # W, rated, above which no motor is taken
@@ -36,12 +36,12 @@ def opening(model: Any, rtol: float = 1e-9) -> Solution:
     return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 
 
-def holding_energy(model: Any) -> Scalar:
+def holding_energy(model: ClutchActuator) -> Scalar:
     """In J, of a hold by the motor."""
     return HOLD * model.motor.resistor.R * holding_current(model) ** 2
 
 
-def _of_model(function: Callable[..., Scalar], *others: Any) -> Callable[[Solution], Scalar]:
+def _of_model(function: Callable[..., Scalar], *others: Scalar) -> Callable[[Solution], Scalar]:
     return lambda s: function(s.final, *others)
 
 

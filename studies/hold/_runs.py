@@ -8,6 +8,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jax import Array
 
 from acausal import Scalar, Solution, simulate
 
@@ -22,12 +23,14 @@ DESIGNS: Mapping[str, Callable[..., Any]] = MappingProxyType({"motor_held": moto
 class Outcome(eqx.Module):
     """What a hold comes to."""
 
-    energy: Any  # J, from the battery
-    top_ups: Any  # how often the motor had to run again
-    period: Any  # s, from the first of them to the second; infinite where there are fewer
+    energy: Array  # J, from the battery
+    top_ups: Array  # how often the motor had to run again
+    period: Array  # s, from the first of them to the second; infinite where there are fewer
 
 
-def run(model: Any, rtol: Scalar = 1e-9, save: Any = "steps", *, energy: bool = True) -> Solution:
+def run(
+    model: MotorHeldActuator | ValveHeldActuator, rtol: Scalar = 1e-9, save: object = "steps", *, energy: bool = True
+) -> Solution:
     """The clutch is opened and held for `DURATION`; the integrals are the energies in J of "motor" and "coil"."""
     return simulate(
         model, DURATION, save=save, energy=energy, integrals=_powers, rtol=rtol, max_steps=50_000, max_events=512
@@ -48,7 +51,9 @@ def static_power(model: MotorHeldActuator, stroke: Scalar = STROKE) -> Scalar:
 
 
 @ft.partial(jax.jit, static_argnames="design")
-def outcomes(design: str, keywords: Any, directions: Any, rtol: Scalar) -> tuple[Outcome, Outcome]:
+def outcomes(
+    design: str, keywords: dict[str, Scalar], directions: dict[str, Scalar], rtol: Scalar
+) -> tuple[Outcome, Outcome]:
     """For each member of the arrays in `keywords`, what the hold comes to, and its derivative along `directions`.
 
     The members run one after the other, since under `vmap` each would take as many steps as the slowest.
@@ -57,7 +62,7 @@ def outcomes(design: str, keywords: Any, directions: Any, rtol: Scalar) -> tuple
     return jax.lax.map(lambda member: jax.jvp(one, member[:1], member[1:]), (keywords, directions))
 
 
-def _outcome(design: str, rtol: Scalar, keywords: Any) -> Outcome:
+def _outcome(design: str, rtol: Scalar, keywords: dict[str, Scalar]) -> Outcome:
     solution = run(DESIGNS[design](**keywords), rtol, "end", energy=False)
     energy = solution.integrals["motor"][-1] + solution.integrals["coil"][-1]
     if design == "motor_held":
@@ -67,7 +72,7 @@ def _outcome(design: str, rtol: Scalar, keywords: Any) -> Outcome:
     return Outcome(energy, count, jnp.where(count > 1.0, times[1] - times[0], jnp.inf))
 
 
-def top_up_times(solution: Solution) -> Any:
+def top_up_times(solution: Solution) -> Array:
     """When the motor had to run again, in s, in rising order; infinite for each event that is another one."""
     return jnp.sort(solution.events.of_event("controller.on"))
 

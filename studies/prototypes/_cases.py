@@ -14,7 +14,14 @@ from components.rotational import EqualMeshLoss, SmoothStribeckFriction
 
 from .._opening import STROKE, opening
 from .._rest import hold
-from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import (
+    ClutchActuator,
+    ElectrohydraulicActuator,
+    ElectromechanicalActuator,
+    ehs_maxon,
+    ema_fise,
+    ema_maxon,
+)
 from ._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 
 RESISTANCE, FRICTION = "motor.resistor.R", "motor.bearing.C"
@@ -75,7 +82,7 @@ def model_of(case: Case) -> ClutchActuator:
     return model
 
 
-def predict(model: Any) -> dict[str, Scalar]:
+def predict(model: ElectromechanicalActuator | ElectrohydraulicActuator) -> dict[str, Scalar]:
     """What the measurements on an actuator that opens should have been."""
     time = opening(model, t_max=LONGEST, save="end", rtol=1e-7).t1
     stall = model.supply.V / model.motor.resistor.R
@@ -86,7 +93,7 @@ def predict(model: Any) -> dict[str, Scalar]:
     }
 
 
-def predict_held(model: Any) -> dict[str, Scalar]:
+def predict_held(model: ClutchActuator) -> dict[str, Scalar]:
     """What the current should have been that holds the clutch open, at any voltage."""
     return {HOLDING: held(model)}
 

@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from acausal import replace
+from acausal import Scalar, replace
 from acausal.design import Fit
 
 from .._opening import opening
+from ..actuators import StickingActuator
 from ._cases import held
 from ._dead_time import at_voltage, record, times
 from ._measured import FULL
@@ -72,7 +73,7 @@ class Separation:
 
 
 class Prediction(NamedTuple):
-    """Numbers, and by how much each direction in which the parameters scatter moves them in a standard deviation."""
+    """Scalar, and by how much each direction in which the parameters scatter moves them in a standard deviation."""
 
     values: Float[np.ndarray, " n"]
     moved: Float[np.ndarray, "directions n"]
@@ -81,15 +82,17 @@ class Prediction(NamedTuple):
 Predictions = Mapping[str, Mapping[str, Prediction]]  # by explanation and measurement
 
 
-def predictions(fits: Mapping[str, Fit[Any]], functions: Mapping[str, Callable[[Any], Any]]) -> Predictions:
+def predictions(
+    fits: Mapping[str, Fit[Any]], functions: Mapping[str, Callable[[Any], Mapping[str, Scalar]]]
+) -> Predictions:
     """What functions of the fitted models give, by the names of the explanations."""
     return {name: _predicted(fit, functions[name]) for name, fit in fits.items()}
 
 
-def _predicted(fit: Fit[Any], function: Callable[[Any], Mapping[str, Any]]) -> dict[str, Prediction]:
+def _predicted(fit: Fit[Any], function: Callable[[Any], Mapping[str, Scalar]]) -> dict[str, Prediction]:
     """Differences over a standard deviation in each direction of the covariance's factor."""
 
-    def at(step: np.ndarray) -> Mapping[str, Any]:
+    def at(step: np.ndarray) -> Mapping[str, Scalar]:
         places = zip(fit.names, np.asarray(fit.estimates) + step, strict=True)
         return function(replace(fit.model, {path: value for name, value in places for path in name.split(", ")}))
 
@@ -111,7 +114,7 @@ def _half(more: np.ndarray, less: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(found), 0.0, found)
 
 
-def of_re50(model: Any) -> dict[str, Any]:
+def of_re50(model: Any) -> dict[str, Scalar]:
     """Measurements that were not made on the RE50 actuator."""
     motor = model.motor
     dry = 0.0 if model.friction is None else model.friction.Tc
@@ -125,7 +128,7 @@ def of_re50(model: Any) -> dict[str, Any]:
     return dict(zip(NOISES["RE50"], values, strict=True))
 
 
-def of_dead_time(name: str, model: Any) -> dict[str, Any]:
+def of_dead_time(name: str, model: StickingActuator) -> dict[str, Scalar]:
     """Measurements that were not made on the electrohydraulic actuator, by an explanation of its dead time."""
     other, run = times(at_voltage(name, model, BATTERY)), record(model, GRID)
     current = run.motor.p.i
