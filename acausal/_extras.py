@@ -9,10 +9,17 @@ import numpy as np
 
 from ._errors import ModelError
 
+# Types of packages that may be missing.
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+    from pandas import DataFrame as DataFrame
+    from xarray import Dataset as Dataset
 else:
-    Axes: TypeAlias = Any  # what a picture is drawn into; matplotlib may be missing
+    Axes: TypeAlias = Any  # what a picture is drawn into
+    Figure: TypeAlias = Any
+    DataFrame: TypeAlias = Any
+    Dataset: TypeAlias = Any
 
 Panels: TypeAlias = np.ndarray | Sequence[Axes] | Axes  # the axes of one or several panels
 

@@ -36,8 +36,8 @@ from .signals import (
 def linearise(
     model: Component,
     *,
-    at: Any = None,
-    t: Any = None,
+    at: object = None,
+    t: object = None,
     inputs: Sequence[str] = (),
     outputs: Sequence[Output] | Mapping[str, Output] = (),
     open: Sequence[str] | str = (),
@@ -102,7 +102,7 @@ def linearise(
 
 
 def _linearised_open(
-    model: Component, at: Any, t: Any, inputs: Sequence[str], outputs: Any, ports: Sequence[str]
+    model: Component, at: object, t: object, inputs: Sequence[str], outputs: Any, ports: Sequence[str]
 ) -> LinearSystem:
     """The model with its loops broken at ports, about the operating point of the closed loops."""
     broken, breaks = opened(model, ports)

@@ -22,7 +22,7 @@ class Shares(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     title: str = eqx.field(static=True)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Array:
         return self.values[self.names.index(name)]
 
     def __str__(self) -> str:
@@ -76,7 +76,7 @@ class Modes(eqx.Module):
         return ", ".join(f"{self.participation.names[k]} {shares[k]:.0%}" for k in order if shares[k] >= 0.1)
 
 
-def poles_of(A: Any) -> Any:
+def poles_of(A: Any) -> Array:
     """Eigenvalues in rising order of size; of a conjugate pair the one above the real axis comes first."""
     if A.shape[-1] == 0:
         return jnp.zeros(A.shape[:-1], complex)

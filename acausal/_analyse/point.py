@@ -64,7 +64,7 @@ def invariants_at(point: Point) -> Callable[[Array], Array] | None:
     return lambda y: missed_invariants(point.system, point.t, y, point.inputs())
 
 
-def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
+def operating_point(model: Component, system: System, at: object, t: object) -> Point:
     """The point that `linearise` is asked for; see there."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
@@ -92,7 +92,7 @@ def operating_point(model: Component, system: System, at: Any, t: Any) -> Point:
     return point if system.events is None or isinstance(at, Component) else _after_events(point, at)
 
 
-def _after_events(point: Point, at: Any) -> Point:
+def _after_events(point: Point, at: object) -> Point:
     """The point in the modes that it implies; where it is that of the start values, after what happens at the start."""
     y, params, outcome, holds = _started(point)
     if not is_traced(outcome) and outcome != 0:

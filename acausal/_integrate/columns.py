@@ -8,7 +8,7 @@ import numpy as np
 from jax import Array
 
 from .._errors import ModelError
-from .._extras import needed
+from .._extras import DataFrame, Dataset, needed
 from .._units.quantity import magnitude, quantity
 from .expressions import expression, shown_unit, unit_of_expression, varies
 
@@ -72,7 +72,7 @@ def _column(
     return Column(label, wanted, values if wanted == unit else magnitude(quantity(values, unit), wanted, label))
 
 
-def to_pandas(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> Any:
+def to_pandas(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> DataFrame:
     """See `Solution.to_pandas`."""
     pd = needed("pandas", "tables", "to_pandas()")
     found = [column for column in columns(solution, items, units) if column.values.ndim == 1]
@@ -83,7 +83,7 @@ def to_pandas(solution: "Solution", items: Sequence[Item], units: Sequence[str])
     return frame
 
 
-def to_xarray(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> Any:
+def to_xarray(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> Dataset:
     """See `Solution.to_xarray`."""
     xr = needed("xarray", "tables", "to_xarray()")
     found = {}

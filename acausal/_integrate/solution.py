@@ -20,7 +20,7 @@ from .._declare.tree import as_html, as_text, branch
 from .._errors import ModelError, UnknownNameError, listed, suggestion
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._extras import Panels
+from .._extras import DataFrame, Dataset, Panels
 from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
@@ -135,7 +135,7 @@ class Solution(eqx.Module, Generic[M]):
             ys[..., self._layout.point],
         )
 
-    def _view(self, ts: Numbers, ys: Numbers) -> Any:
+    def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)
         numbers = trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
@@ -291,14 +291,14 @@ class Solution(eqx.Module, Generic[M]):
         """Trajectories of all variables by name, and the time as "t"."""
         return {"t": np.asarray(self.ts)} | {column.label: column.values for column in columns(self, (), ())}
 
-    def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> Any:
+    def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> DataFrame:
         """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` are its units.
 
         `items` and `units` are those of `plot`; without items, all variables.
         """
         return to_pandas(self, items, units)
 
-    def to_xarray(self, *items: Item, units: Sequence[str] = ()) -> Any:
+    def to_xarray(self, *items: Item, units: Sequence[str] = ()) -> Dataset:
         """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
         return to_xarray(self, items, units)
 

@@ -144,7 +144,7 @@ class Choice:
         free = {path: structure.span(path) for path in paths}
         return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
 
-    def plot(self, ax: Axes | None = None, beside: object = None) -> Any:
+    def plot(self, ax: Axes | None = None, beside: object = None) -> Axes:
         """Feasible combinations by two objectives with the front, or in order by one.
 
         - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.

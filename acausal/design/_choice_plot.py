@@ -1,6 +1,6 @@
 """The picture of a choice."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from ._choice import Choice
 
 
-def plot_choice(choice: "Choice", ax: Axes | None, beside: dict[str, np.ndarray]) -> Any:
+def plot_choice(choice: "Choice", ax: Axes | None, beside: dict[str, np.ndarray]) -> Axes:
     """Feasible combinations by two objectives with the front, or in order by one; `beside`: objectives to compare."""
     ax = given_or_new(ax, 6.5, 4.2)
     first, second = choice.objectives[0], choice.objectives[1] if len(choice.objectives) > 1 else None

@@ -7,10 +7,11 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from .._declare.component import Component
+from .._extras import Figure
 from .._integrate.columns import Column, Item, columns
 from .._integrate.solution import Solution
 from .._integrate.solution_plot import axes_below
-from ._design import Design
+from ._design import Design, Tried
 from ._free import Free
 from ._horizon import Shooting
 
@@ -50,7 +51,7 @@ class Course(Generic[M]):
     def __repr__(self) -> str:
         return f"<Course of {type(self.model).__name__}: {self.design.status}, {self.duration:.6g} s>"
 
-    def plot(self, *items: Item, units: Sequence[str] = ()) -> Any:
+    def plot(self, *items: Item, units: Sequence[str] = ()) -> Figure:
         """Draw variables and expressions over time, a panel for each; returns the matplotlib figure.
 
         `items` and `units` are those of `Solution.plot`. A signal that was free is in the unit of its bounds.
@@ -92,7 +93,7 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
 
     given = {f"{signal}.times[{i}]" for signal in shooting.signals for i in range(len(shooting.times(found.model)))}
 
-    def tried(one: Any) -> Any:
+    def tried(one: Tried) -> Tried:
         return one._replace(x=one.x[kept], results=one.results[shown])
 
     return dataclasses.replace(

@@ -10,6 +10,7 @@ import numpy as np
 from .._analyse.table import aligned
 from .._declare.component import Component
 from .._errors import ModelError
+from .._extras import Figure
 from .._save_load import load, save
 from ._bounds import Scale
 from ._certificate import Curvature
@@ -142,7 +143,7 @@ class Design(Generic[M]):
                 found.append(design)
         return found
 
-    def plot(self) -> Any:
+    def plot(self) -> Figure:
         """Draw variables, objective and margins over the steps of the search; returns the matplotlib figure."""
         from ._plot import plot_design
 

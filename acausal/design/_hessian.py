@@ -1,7 +1,7 @@
 """Second derivatives of results by parameters: exact, and checked, as there are none where a slope has a kink."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple, overload
 
 import jax
 import jax.numpy as jnp
@@ -19,7 +19,7 @@ from ._differences import from_sides
 from ._free_parameters import single_parameters
 from ._limits import objectives_of
 from ._program import Evaluation, Program
-from ._types import Function
+from ._types import Function, One
 
 STEPS = tuple(10.0**-k for k in range(2, 7))  # in sizes of parameters; a large one may reach a kink nearby
 APART = 1e-3  # how far exact derivatives may be from differences, as a share of them and of how they vary
@@ -47,7 +47,15 @@ class Hessian(NamedTuple):
         return f"{value}, second derivatives [{self.scale.unit}]\n{aligned([['', 'per', *self.names], *rows])}"
 
 
-def hessian(model: Component, over: Iterable[str], results: object, *, run: Function | None = None) -> Any:
+@overload
+def hessian(model: Component, over: Iterable[str], results: One, *, run: Function | None = None) -> Hessian: ...
+@overload
+def hessian(
+    model: Component, over: Iterable[str], results: Mapping[str, One], *, run: Function | None = None
+) -> dict[str, Hessian]: ...
+def hessian(
+    model: Component, over: Iterable[str], results: One | Mapping[str, One], *, run: Function | None = None
+) -> Hessian | dict[str, Hessian]:
     """The second derivatives of results by parameters: a `Hessian` for one result, or one for each by name.
 
         bent = hessian(drive, ["gear.ratio", "supply.V"], (lambda s: s.t1, "ms"), run=lambda m: simulate(...))

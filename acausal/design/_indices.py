@@ -1,7 +1,6 @@
 """Sobol' indices: which share of a result's variance each parameter causes, alone and with others."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -31,7 +30,7 @@ class Indices:
     total_error: Float[np.ndarray, "m k"]
     lost: int
 
-    def plot(self, ax: Axes | None = None, result: str = "") -> Any:
+    def plot(self, ax: Axes | None = None, result: str = "") -> Axes:
         """Bars of both indices of one result with their errors, the largest on top; returns the matplotlib axes."""
         row = self.results.index(result) if result else 0
         order = np.argsort(self.total[row])

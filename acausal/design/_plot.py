@@ -4,15 +4,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._extras import needed
+from .._extras import Axes, Figure, needed
 
 if TYPE_CHECKING:
-    from ._design import Design
+    from ._design import Design, Tried
 
 LEAST = -1.0  # margins below are cut off: a start may break its limits by far
 
 
-def plot_design(design: "Design[Any]") -> Any:
+def plot_design(design: "Design[Any]") -> Figure:
     """Objective, variables between their bounds, and margins of the limits, over the steps of the search."""
     plt = needed("matplotlib.pyplot", "plots", "A picture")
     n = 3 if design.results else 2
@@ -30,7 +30,7 @@ def plot_design(design: "Design[Any]") -> Any:
     return figure
 
 
-def _plot_objective(design: "Design[Any]", panel: Any) -> None:
+def _plot_objective(design: "Design[Any]", panel: Axes) -> None:
     scale = design.objective_scale
     feasible = [_keeps_limits(design, tried) for tried in design.history]
     values = [scale.value(tried.objective) for tried in design.history]
@@ -44,7 +44,7 @@ def _plot_objective(design: "Design[Any]", panel: Any) -> None:
     panel.legend(frameon=False, fontsize="small")
 
 
-def _plot_variables(design: "Design[Any]", panel: Any) -> None:
+def _plot_variables(design: "Design[Any]", panel: Axes) -> None:
     z = np.array([np.asarray(design.free.scaled(tried.x)) for tried in design.history])
     for i, variable in enumerate(design.free.variables):
         end = f"{variable.scale.value(design.x[i]):.5g}{variable.scale.text}"
@@ -53,7 +53,7 @@ def _plot_variables(design: "Design[Any]", panel: Any) -> None:
     panel.set_ylim(-0.05, 1.05)
 
 
-def _plot_margins(design: "Design[Any]", panel: Any) -> None:
+def _plot_margins(design: "Design[Any]", panel: Axes) -> None:
     active = {active.name for active in design.active}
     for i, result in enumerate(design.results):
         margins = [result._replace(value=tried.results[i]).margin for tried in design.history]
@@ -64,6 +64,6 @@ def _plot_margins(design: "Design[Any]", panel: Any) -> None:
     panel.set_ylabel("margin [%]")
 
 
-def _keeps_limits(design: "Design[Any]", tried: Any) -> bool:
+def _keeps_limits(design: "Design[Any]", tried: "Tried") -> bool:
     pairs = zip(design.results, tried.results, strict=True)
     return all(result._replace(value=value).margin > -1e-6 for result, value in pairs)

@@ -1,7 +1,7 @@
 """Sensitivities of results to all parameters, as a sorted table and chart."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ._bounds import Scale
 from ._free_parameters import free_parameters
 from ._limits import Objective, objectives_of
 from ._program import Program
-from ._types import Function
+from ._types import Function, One
 
 MOST = 15  # rows of a chart
 
@@ -60,7 +60,7 @@ class SensitivityTable(NamedTuple):
         ]  # fmt: skip
         return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
 
-    def plot(self, ax: Axes | None = None, most: int = MOST) -> Any:
+    def plot(self, ax: Axes | None = None, most: int = MOST) -> Axes:
         """Bars of the change in per cent for one per cent of each parameter, the largest on top; returns the axes."""
         rows = [row for row in self.rows if row.relative][:most][::-1]
         ax = given_or_new(ax, 7.5, 1.2 + 0.3 * len(rows))
@@ -78,7 +78,15 @@ class SensitivityTable(NamedTuple):
         return ax
 
 
-def sensitivities(model: Component, results: object, *, run: Function | None = None) -> Any:
+@overload
+def sensitivities(model: Component, results: One, *, run: Function | None = None) -> SensitivityTable: ...
+@overload
+def sensitivities(
+    model: Component, results: Mapping[str, One], *, run: Function | None = None
+) -> dict[str, SensitivityTable]: ...
+def sensitivities(
+    model: Component, results: One | Mapping[str, One], *, run: Function | None = None
+) -> SensitivityTable | dict[str, SensitivityTable]:
     """The sensitivities of results to all parameters of a model: a `SensitivityTable` for one result, or one for each
     by name.
 

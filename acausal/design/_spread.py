@@ -71,7 +71,7 @@ class Spread:
             return float(limit)
         return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.unit, self.result)[0])
 
-    def plot(self, ax: Axes | None = None, limits: Any = ()) -> Any:
+    def plot(self, ax: Axes | None = None, limits: Any = ()) -> Axes:
         """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
         ax = given_or_new(ax, 6.5, 3.6)
         mean, std = self.scale.value(self.mean), self.scale.difference(self.std)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError
-from .._extras import needed
+from .._extras import Dataset, needed
 from .._integrate.options import count
 from .._units.quantity import has_unit, magnitude
 from ._bar import bar
@@ -60,7 +60,7 @@ def sweep(
     executor: Executor | None = None,
     chunk: int | None = None,
     progress: bool | None = None,
-) -> Any:
+) -> Dataset:
     """Results of a model for many values of its parameters, as an `xarray.Dataset` with units.
 
         sweep(
@@ -179,7 +179,7 @@ def _bounds(name: str, unit: str, given: Any) -> tuple[float, float]:
 
 def _dataset(
     members: Members, names: Sequence[str], scales: Sequence[Scale], values: np.ndarray, codes: np.ndarray
-) -> Any:
+) -> Dataset:
     xr = needed("xarray", "tables", "A dataset")
     units = dict(zip(members.free.names, members.free.units, strict=True))
     shape = tuple(len(axis) for axis in members.axes) or (len(members.x),)

@@ -6,6 +6,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 Value = TypeVar("Value")
 
 Function: TypeAlias = Callable[[Any], Any]  # of a model, or of whatever a user's own run makes of it
+One: TypeAlias = Function | tuple[Function, str]  # a result, with the unit to show it in
 Key: TypeAlias = str | tuple[str, ...]  # a path, or several that share a value
 ByPath: TypeAlias = Mapping[str, Value] | Mapping[tuple[str, ...], Value] | Mapping[Key, Value]
 Progress: TypeAlias = Callable[[int, int], None]  # is told how many are done, of how many
