@@ -110,7 +110,7 @@ Connections: TypeAlias = tuple[Connection, ...]
 def connect(*ports: Port) -> Connection:
     """Join two or more ports of one kind: their across variables become equal, their flows sum to zero.
 
-    Ports of arrays are joined member by member; a single port and those of an array, all with the single one.
+    Ports of arrays are joined member by member; a single port is joined with every member of an array.
     """
     return Connection(ports)
 

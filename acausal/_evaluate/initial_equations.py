@@ -54,7 +54,7 @@ class InitialEquations:
 
     @ft.cached_property
     def names(self) -> list[str]:
-        """The path of each."""
+        """The path of each initial equation."""
         return [name for entry in self._entries for name in entry.names]
 
     @ft.cached_property
@@ -107,5 +107,5 @@ def _mapped(entry: _Entry, read: Sequence[Numbers]) -> Array:
 
 
 def initial_equations_of(flat: FlatModel) -> InitialEquations | None:
-    """Those of a model; None where no component states any."""
+    """The initial equations of a model; None where no component states any."""
     return InitialEquations(flat) if flat.starters else None

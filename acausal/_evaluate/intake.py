@@ -41,21 +41,22 @@ class Intake:
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
     def parameters(self, leaves: Sequence[Numbers | None]) -> ModelParameters:
-        """Those among the leaves of a model, one by one; discrete variables as they are at the start."""
+        """The parameters among the leaves of a model, one by one; discrete variables as they are at the start."""
         numbered = enumerate(zip(self.flat.leaves, leaves, strict=True))
         found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
         return ModelParameters(leaves={i: _strong(value) for i, value in found.items()})
 
     def packed(self, params: ModelParameters) -> ModelParameters:
-        """With the slots filled, for the equations."""
+        """The parameters with their slots filled, as the equations read them."""
         if params.slots:
             return params
         return ModelParameters({key: slot_values(self.flat, params.leaves, *key) for key in self.used}, params.leaves)
 
     def handed(self, params: ModelParameters, read: Iterable[int]) -> ModelParameters:
-        """What a compiled run is called with. Of a large model these are slots, and only those leaves that functions
-        `read` by themselves: thousands of arguments would take XLA long. Of a small one they are its leaves, so that
-        derivatives are along those alone that vary.
+        """What a compiled run is called with.
+
+        For a small model these are its leaves, so that derivatives are along only those that vary. For a large one they
+        are slots, since thousands of arguments would take XLA long, and the leaves that functions `read` one by one.
         """
         if len(self.flat.leaves) <= LARGE:
             return params

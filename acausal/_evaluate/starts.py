@@ -173,7 +173,7 @@ class PairStarts:
     plan: Plan
 
     def values(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
-        """Those of pairs, one after the other."""
+        """The start values of pairs, one after the other."""
         return self._without_rates(self.starts.values(inputs, self._nodes(pairs)), pairs)
 
     def spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:

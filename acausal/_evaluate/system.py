@@ -42,8 +42,8 @@ class System:
     form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are
     left to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
 
-    It evaluates the equations. How numbers come in is the matter of its `intake`, where a search for unknowns starts of
-    `starts`, and what lies behind the states in the vector of a run of `carried`.
+    It evaluates the equations. Its `intake` is how numbers come in, its `starts` where searches for unknowns start, and
+    `carried` what lies behind the states in the vector of a run.
     """
 
     flat: FlatModel
@@ -175,7 +175,7 @@ class System:
 
     @ft.cached_property
     def initial_equations(self) -> InitialEquations | None:
-        """Those that components state."""
+        """The initial equations that components state."""
         return initial_equations_of(self.flat)
 
     @ft.cached_property

@@ -15,8 +15,8 @@ from .run_events import RunEvents
 def changed(
     events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, remains: Array, given: Given
 ) -> tuple[Numbers, Numbers]:
-    """The vector after these events, and whether its constraints forbid it; of several values the last one counts. Of
-    some events only that `remains` which is not discrete.
+    """The vector after the events that `fired`, and whether its constraints forbid it. Of several values that events
+    give to one variable the last one counts. The events that `remains` marks set discrete variables no more.
     """
     if events.system.events is None:
         return y, jnp.asarray(False)

@@ -13,7 +13,7 @@ def sign_of(above: Array) -> Array:
 
 
 def signs(g: Array, above: Array) -> Array:
-    """Which relations hold, by their margins g; where a margin is zero, as it was before: `above`."""
+    """Which relations hold, by their margins g; where a margin is zero, what held before, `above`, still does."""
     return (g > 0) | (above & ~(g < 0))
 
 

@@ -70,7 +70,7 @@ class EventNumbers:
 
     @ft.cached_property
     def either(self) -> np.ndarray:
-        """Those that happen when their condition becomes true and when it becomes false."""
+        """The events that happen both when their condition becomes true and when it becomes false."""
         return self.bends | self._mask(False, False, False, self.settings.direction is None)
 
     @ft.cached_property
@@ -180,7 +180,7 @@ class EventNumbers:
 
     @property
     def is_searched(self) -> bool:
-        """Whether there are any whose time is not known ahead."""
+        """Whether there are events whose time is not known ahead."""
         return not np.all(self.scheduled)
 
     @ft.cached_property
@@ -189,7 +189,7 @@ class EventNumbers:
 
     @property
     def _n_own(self) -> int:
-        """Those that are margins of their own."""
+        """How many events have a margin of their own, instead of relations: curved functions of time, and the end."""
         return self.n_curved + (self.settings.stop is not None)
 
     @ft.cached_property

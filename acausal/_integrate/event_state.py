@@ -19,8 +19,13 @@ ACCUMULATED = 4.0  # why a run ends, besides the reasons of `settle`
 
 
 class EventState(NamedTuple):
-    """Of the conditions, which hold and which have just become true, and their margins, if nothing has `jumped` since;
-    when scheduled events are due; what happened so far, and how many in a row were close to the time `mark`.
+    """What is kept of events.
+
+    - `holds`, `fresh`: which conditions hold, and which of them have just become true.
+    - `seen`: their margins, which are right unless the vector has `jumped` since.
+    - `due`: when scheduled events happen next.
+    - `history`: what happened so far.
+    - `mark`, `crowd`: a time, and how many events in a row were close to it.
     """
 
     holds: Array

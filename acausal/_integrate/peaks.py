@@ -84,12 +84,12 @@ class Peaks:
 
 
 def _own(part: Array) -> Array:
-    """Of all functions at the places of each of them, each at its own."""
+    """The diagonal of [functions, places]: each function at the place of its own peak."""
     return jnp.diagonal(part)
 
 
 def _extremum(turn: Turn, low: tuple[Array, Array, Array], high: tuple[Array, Array, Array]) -> Peak:
-    """From values, rates and times on both sides."""
+    """The peaks between two times, from the values and rates at both."""
     (g, rate, t), (g_high, rate_high, t_high) = low, high
     bend = jnp.where(turn.bend < 0.0, turn.bend, -jnp.inf)
     smooth = Peak(g - rate**2 / (2.0 * bend), t - rate / bend)

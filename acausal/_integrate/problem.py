@@ -125,7 +125,7 @@ class Problem:
 
     @property
     def residual_names(self) -> list[str]:
-        """Of what is to vanish."""
+        """The names of all that is to vanish, in the order of `residual`."""
         system, names = self.system, self.system.element_names
         initial = [] if system.initial_equations is None else system.initial_equations.names
         unknowns = [f"the start value of {name}" for name in pair_names(system, self.given_unknowns)]

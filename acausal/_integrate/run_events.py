@@ -189,6 +189,6 @@ class RunEvents(EventNumbers):
 
 
 def _spread(parts: list[Array], is_own: np.ndarray, filler: Numbers) -> Array:
-    """One vector of several, in the places that are their own, and a filler in the others."""
+    """A vector with the elements of `parts` at the places that `is_own` marks, and the filler at the others."""
     values = jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])
     return values[behind_filler(is_own)]

@@ -75,7 +75,7 @@ def _note(eqn: JaxprEqn, args: Sequence[Array], angles: list[Array], stairs: lis
 
 
 def _turns(closed: ClosedJaxpr) -> bool:
-    """Whether there is any such thing in a jaxpr."""
+    """Whether a jaxpr takes sines or cosines, or has stairs."""
     names = (*_WAVES, *_STAIRS, "rem")
     return any(
         eqn.primitive.name in names or _looks_up(eqn) or any(map(_turns, _bodies(eqn))) for eqn in closed.jaxpr.eqns

@@ -170,7 +170,7 @@ def _note_loop(values: list[Array], degrees: list[int], found: _Found) -> None:
 
 
 def _note(eqn: JaxprEqn, values: list[Array], degrees: list[int], found: _Found) -> None:
-    """What happens to a value here at certain instants."""
+    """Note the margins of an equation that compares values, and the stairs of one that rounds."""
     name = eqn.primitive.name
     if name in ("lt", "le", "gt", "ge", "max", "min") and is_floating(eqn.invars[0]):
         found.compare(values[0] - values[1], max(degrees))

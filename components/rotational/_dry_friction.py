@@ -150,6 +150,8 @@ class StribeckFriction(ShaftFriction):
     The smooth counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"w0": "a parameter of SmoothStribeckFriction"}
+
     Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
     Ts: Param[Scalar, "N.m", nonnegative]  # break-away torque, at least Tc
     ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e

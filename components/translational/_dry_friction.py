@@ -137,6 +137,8 @@ class StribeckFriction(DryFriction):
     counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"v0": "a parameter of SmoothStribeckFriction"}
+
     Fc: Param[Scalar, "N", nonnegative]  # Coulomb (sliding) force
     Fs: Param[Scalar, "N", nonnegative]  # break-away force, at least Fc
     vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
