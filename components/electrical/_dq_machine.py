@@ -21,6 +21,32 @@ class DqCurrents(NamedTuple):
     q: Scalar
 
 
+class _Ellipse(NamedTuple):
+    """The currents at one size of the voltage, by its angle: i = centre + cos(angle) cosine + sin(angle) sine."""
+
+    centre: DqCurrents
+    cosine: DqCurrents
+    sine: DqCurrents
+
+    def at(self, angle: Scalar | Array) -> tuple[DqCurrents, DqCurrents]:
+        """The currents, and their derivatives with respect to the angle."""
+        c, s = jnp.cos(angle), jnp.sin(angle)
+        i = DqCurrents(*(m + c * a + s * b for m, a, b in zip(*self, strict=True)))
+        return i, DqCurrents(*(c * b - s * a for _, a, b in zip(*self, strict=True)))
+
+
+class _Look(NamedTuple):
+    """At an angle of the voltage the torque beyond a bound, its two derivatives, and the square of the current beyond
+    its bound, as a share of that, with its derivative.
+    """
+
+    torque: Scalar
+    rise: Scalar
+    bend: Scalar
+    current: Scalar
+    growth: Scalar
+
+
 class DqMachine(Record):
     """A synchronous machine in rotor coordinates, sinusoidal and without saturation; d is the axis of the magnets.
 
@@ -60,8 +86,9 @@ class DqMachine(Record):
         def root(i_q: Scalar) -> Scalar:
             return jnp.sqrt(self.psi**2 + (2.0 * s * i_q) ** 2)
 
-        def excess(i_q: Scalar) -> Scalar:
-            return k * i_q * (self.psi + root(i_q)) - torque
+        def excess(i_q: Scalar) -> tuple[Scalar, Scalar]:
+            r = root(i_q)
+            return k * i_q * (self.psi + r) - torque, k * (self.psi + r + (2.0 * s * i_q) ** 2 / r)
 
         # The torque over i_q is convex, so that Newton's steps come down to the root from above; they start from what
         # the magnets alone would need, or the reluctance alone, whichever is less.
@@ -88,14 +115,15 @@ class DqMachine(Record):
         fits = self.voltage(easy, sign * w) <= v_max
         return DqCurrents(jnp.where(fits, easy.d, weakened.d), sign * jnp.where(fits, easy.q, weakened.q))
 
-    def _of_voltage(self, angle: Scalar | Array, w: Scalar, v: Scalar) -> DqCurrents:
+    def _of_voltage(self, w: Scalar, v: Scalar) -> _Ellipse:
         """The currents at v_d = -v sin(angle), v_q = v cos(angle)."""
         square = self.Rs**2 + w**2 * self.Ld * self.Lq
         det = jnp.where(square > 0.0, square, 1.0)
-        v_d, drive = -v * jnp.sin(angle), v * jnp.cos(angle) - w * self.psi
-        return DqCurrents(
-            (self.Rs * v_d + w * self.Lq * drive) / det,
-            (self.Rs * drive - w * self.Ld * v_d) / det,
+        r, x, drive = self.Rs / det, w / det, w * self.psi
+        return _Ellipse(
+            DqCurrents(-x * self.Lq * drive, -r * drive),
+            DqCurrents(x * self.Lq * v, r * v),
+            DqCurrents(-r * v, x * self.Ld * v),
         )
 
     def _idle_angle(self, w: Scalar, v: Scalar) -> tuple[Scalar, Scalar]:
@@ -115,54 +143,65 @@ class DqMachine(Record):
         machine that is braked at a voltage near that of a short circuit has no angle without torque: then from the
         least torque on.
         """
-        held, scale = jax.lax.stop_gradient, self.torque(self.most_per_ampere(i_max))
+        held, ellipse = jax.lax.stop_gradient, self._of_voltage(w, v)
+        s, k = self.Ld - self.Lq, 1.5 * self.p
 
-        def given(angle: Scalar | Array) -> Scalar:
-            return self.torque(self._of_voltage(angle, w, v)) / scale
-
-        def rising(angle: Scalar) -> Scalar:
-            """The derivative of `given`; that of the currents is what a quarter turn further adds to their centre."""
-            i, centre = self._of_voltage(angle, w, v), self._of_voltage(angle, w, 0.0 * v)
-            i_d, i_q = (
-                one - other for one, other in zip(self._of_voltage(angle + 0.5 * jnp.pi, w, v), centre, strict=True)
+        def look(angle: Scalar | Array) -> _Look:
+            i, rate = ellipse.at(angle)
+            bend_d, bend_q = (m - one for m, one in zip(ellipse.centre, i, strict=True))
+            flux = self.psi + s * i.d
+            return _Look(
+                k * flux * i.q - torque,
+                k * (s * rate.d * i.q + flux * rate.q),
+                k * (s * (bend_d * i.q + 2.0 * rate.d * rate.q) + flux * bend_q),
+                (i.d**2 + i.q**2) / i_max**2 - 1.0,
+                2.0 * (i.d * rate.d + i.q * rate.q) / i_max**2,
             )
-            s = self.Ld - self.Lq
-            return 1.5 * self.p * (s * i_d * i.q + (self.psi + s * i.d) * i_q) / scale
 
-        def more(angle: Scalar) -> Scalar:
-            return given(angle) - torque / scale
-
-        def larger(angle: Scalar | Array) -> Scalar:
-            i = self._of_voltage(angle, w, v)
-            return (i.d**2 + i.q**2) / i_max**2 - 1.0
+        def turning(angle: Scalar) -> tuple[Scalar, Scalar]:
+            here = look(angle)
+            return here.rise, here.bend
 
         def halved(_: int, bracket: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
             low, high = bracket
             middle = 0.5 * (low + high)
-            below = (more(middle) < 0.0) & (larger(middle) < 0.0)
+            here = look(middle)
+            below = (here.torque < 0.0) & (here.current < 0.0)
             return jnp.where(below, middle, low), jnp.where(below, high, middle)
 
         idle, exists = self._idle_angle(w, v)
         circle = jnp.linspace(-jnp.pi, jnp.pi, 2 * _ANGLES)
-        lowest = _root(rising, held(circle[jnp.argmin(given(circle))]))
+        lowest = _root(turning, held(circle[jnp.argmin(look(circle).torque)]))
         idle = jnp.where(exists, idle, lowest)
         least = held(idle)
         angles = least + jnp.linspace(0.0, jnp.pi, _ANGLES)
-        best = _root(rising, held(angles[jnp.argmax(given(angles))]))
+        at_least, at_angles = look(least), look(angles)
+        best = _root(turning, held(angles[jnp.argmax(at_angles.torque)]))
         # At a low speed much current may be needed for no torque at that voltage, and less of it for some torque.
-        sizes = jnp.where(angles <= best, larger(angles), jnp.inf)
-        low = held(jnp.where(larger(least) < 0.0, least, angles[jnp.argmin(sizes)]))
+        sizes = jnp.where(angles <= best, at_angles.current, jnp.inf)
+        low = held(jnp.where(at_least.current < 0.0, least, angles[jnp.argmin(sizes)]))
         high = held(jax.lax.fori_loop(0, _HALVINGS, halved, (low, held(best)))[1])
-        by_torque, by_current = _root(more, high), _root(larger, high)
-        bound = jnp.where(more(high) >= 0.0, by_torque, jnp.where(larger(high) >= 0.0, by_current, best))
-        return self._of_voltage(jnp.where((larger(low) >= 0.0) | (more(least) >= 0.0), idle, bound), w, v)
+        at_high = look(high)
+        is_enough, is_much = at_high.torque >= 0.0, at_high.current >= 0.0
+
+        def excess(angle: Scalar) -> tuple[Scalar, Scalar]:
+            """By how much the bound that counts is exceeded."""
+            here = look(angle)
+            value = jnp.where(is_enough, here.torque, here.current)
+            return value, jnp.where(is_enough, here.rise, here.growth)
+
+        bound = jnp.where(is_enough | is_much, _root(excess, high), best)
+        angle = jnp.where((look(low).current >= 0.0) | (at_least.torque >= 0.0), idle, bound)
+        return ellipse.at(angle)[0]
 
 
-def _root(function: Callable[[Scalar], Scalar], x: Scalar) -> Scalar:
-    """The root near x, by Newton's steps, which are traced; x where the slope is zero."""
+def _root(function: Callable[[Scalar], tuple[Scalar, Scalar]], x: Scalar) -> Scalar:
+    """The root near x of a function that gives its slope, too, by Newton's steps, which are traced; x where the slope
+    is zero.
+    """
 
     def step(_: int, x: Scalar) -> Scalar:
-        value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
+        value, slope = function(x)
         flat = slope == 0.0
         return x - jnp.where(flat, 0.0, value / jnp.where(flat, 1.0, slope))
 
