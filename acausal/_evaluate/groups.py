@@ -96,9 +96,13 @@ def outputs(group: Group, store: Store, params: ModelParameters, starts: list[Ar
 
 
 def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
+    return run(group.program, _known(group, store, params), [stacked[0] for stacked in starts])
+
+
+def _known(group: Group, store: Store, params: ModelParameters) -> Known:
+    """What the program of the only member of a group reads."""
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
-    values = [store.single(read) for read in group.reads]
-    return run(group.program, Known(own, values, store.time), [stacked[0] for stacked in starts])
+    return Known(own, [store.single(read) for read in group.reads], store.time)
 
 
 def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
@@ -117,6 +121,8 @@ def over_members(
     group: Group, store: Store, params: ModelParameters, function: Callable[[Known, list[Array]], T], extra: list[Array]
 ) -> T:
     """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
+    if len(group.uses) == 1:
+        return jax.tree.map(lambda x: x[None], function(_known(group, store, params), [x[0] for x in extra]))
     own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 

@@ -4,16 +4,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
+from .._numbers import Numbers
 from .._reduce.incidence import Pair
-from .blocks import Known, tear_matrix
-from .groups import Store, over_members
-from .program import Program
+from .affine import Value
+from .blocks import tear_matrix
+from .groups import Group, Store, over_members
+from .once import once
+from .packing import ModelParameters, SlotValues
 from .starts import Inputs
 from .system import System
 
 CHANGE = 1e-6  # relative change of the numbers from which a determinant is computed
 GROWTH = 1e7  # a determinant that this change multiplies by more is zero but for rounding
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
 def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
@@ -22,30 +27,49 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
     Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
     determinant then is far smaller than it becomes when the numbers that it is computed from are changed a little.
     """
-    parts: list[Array] = [jnp.zeros(0, bool)]
-    for group in system.plan.groups:
-        if group.program.method == "linear":
-            parts.append(
-                over_members(group, store, inputs.params, lambda known, _, g=group: _singular(g.program, known), [])
-            )
-    return jnp.concatenate(parts)
+    groups = _linear_groups(system)
+    slots = {key: inputs.params.slots[key] for group in groups for key in group.program.params}
+    segments = {segment: store.segments[segment] for group in groups for segment in group.depends}
+
+    def matrices(slots: dict[tuple[int, int], SlotValues], segments: dict[int, Value]) -> list[Array]:
+        params, values = ModelParameters(slots), Store(store.time, segments)
+        return [
+            over_members(group, values, params, lambda known, _, g=group: tear_matrix(g.program, known), [])
+            for group in groups
+        ]
+
+    numbers = _plain_and_changed((slots, segments))
+    found = jax.vmap(lambda numbers: once(lambda: matrices(*numbers)))(numbers) if groups else []
+    sizes = map(_log_determinant, found)
+    parts = [jnp.any(changed - plain > np.log(GROWTH), axis=1) for plain, changed in sizes]
+    return jnp.concatenate([jnp.zeros(0, bool), *parts])
 
 
 def linear_blocks(system: System) -> list[Pair]:
     """The first unknown of each linear block."""
-    groups = [group for group in system.plan.groups if group.program.method == "linear"]
-    return [use.gives[0] for group in groups for use in group.uses]
+    return [use.gives[0] for group in _linear_groups(system) for use in group.uses]
 
 
-def _singular(program: Program, known: Known) -> Array:
-    def matrix(change: Array) -> Array:
-        """With all numbers changed by shares that differ, so that the changes do not cancel between coefficients."""
-        leaves, structure = jax.tree_util.tree_flatten((known.params, known.values))
-        changed = [x + change * x * np.cos(1.0 + i + np.arange(x.size)).reshape(x.shape) for i, x in enumerate(leaves)]
-        params, values = structure.unflatten(changed)
-        return tear_matrix(program, Known(params, values, known.time))
+def _linear_groups(system: System) -> list[Group]:
+    return [group for group in system.plan.groups if group.program.method == "linear"]
 
-    plain, changed = jax.vmap(matrix)(jnp.array([0.0, CHANGE]))
-    # Logarithms, since the determinant of a large block may be too large or small for a number.
-    size, changed_size = (jnp.linalg.slogdet(item)[1] for item in (plain, changed))
-    return jnp.any(changed_size - size > np.log(GROWTH))
+
+def _plain_and_changed(numbers: PyTree) -> PyTree:
+    """Stacked: the numbers as they are, and changed by shares that differ, so that the changes of numbers that cancel
+    do not.
+    """
+    leaves, structure = jax.tree.flatten(numbers)
+    starts = np.cumsum([1, *map(np.size, leaves)]).tolist()
+
+    def both(x: Numbers, start: int) -> Numbers:
+        share = ((start + np.arange(np.size(x))) * GOLDEN % 1.0).reshape(np.shape(x))
+        return np.stack([np.ones(share.shape), 1.0 + CHANGE * share]) * x
+
+    return structure.unflatten(map(both, leaves, starts))
+
+
+def _log_determinant(matrices: Array) -> Array:
+    """Of square matrices, since the determinant of a large one may be too large or small for a number."""
+    if matrices.shape[-1] == 1:
+        return jnp.log(jnp.abs(matrices[..., 0, 0]))
+    return jnp.linalg.slogdet(matrices)[1]

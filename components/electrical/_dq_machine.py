@@ -36,8 +36,8 @@ class _Ellipse(NamedTuple):
 
 
 class _Look(NamedTuple):
-    """At an angle of the voltage the torque beyond a bound, its two derivatives, and the square of the current beyond
-    its bound, as a share of that, with its derivative.
+    """At an angle of the voltage: by how much the torque is beyond its bound, as a share of the largest one, with two
+    derivatives, and the square of the current beyond its own, as a share of that, with its derivative.
     """
 
     torque: Scalar
@@ -144,14 +144,15 @@ class DqMachine(Record):
         least torque on.
         """
         held, ellipse = jax.lax.stop_gradient, self._of_voltage(w, v)
-        s, k = self.Ld - self.Lq, 1.5 * self.p
+        scale, s = self.torque(self.most_per_ampere(i_max)), self.Ld - self.Lq
+        k = 1.5 * self.p / scale
 
         def look(angle: Scalar | Array) -> _Look:
             i, rate = ellipse.at(angle)
             bend_d, bend_q = (m - one for m, one in zip(ellipse.centre, i, strict=True))
             flux = self.psi + s * i.d
             return _Look(
-                k * flux * i.q - torque,
+                k * flux * i.q - torque / scale,
                 k * (s * rate.d * i.q + flux * rate.q),
                 k * (s * (bend_d * i.q + 2.0 * rate.d * rate.q) + flux * bend_q),
                 (i.d**2 + i.q**2) / i_max**2 - 1.0,
