@@ -21,7 +21,7 @@ from .groups import Group, Store, over_members
 from .implicit import Function, Inverse, nearest, refined
 from .packing import ModelParameters
 from .plan import Plan
-from .program import residual_program_of
+from .program import Program, residual_program_of
 
 SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error
 EXACT, CLOSE = 1e-14, 1e-9  # violations of a constraint, relative to its size, to aim at and to accept
@@ -31,7 +31,9 @@ LOOSE = 1e-8  # singular value, relative to the largest, below which a constrain
 GIVEN = 1e-20  # weight of a start value that is given, where a dependent variable has 1: see `weights`
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 STATE = 1e-6  # weight of a state
-Solve = Callable[[Callable[[Array], Array], Array, Array, Inverse], tuple[Array, Array]]  # `back` or `find`
+Solve = Callable[
+    [Callable[[Array], Array], Array, Array, Inverse], tuple[Array, Array]
+]  # `back`, `found_at_once` or `find`
 
 
 @dataclasses.dataclass(eq=False)
@@ -78,7 +80,8 @@ class Constraints:
         """
         x, t, weight, params = jax.tree_util.tree_map(jnp.asarray, (x, t, weight, params))
         for group in self.groups:
-            x = self._moved(group, Store(t, {0: x}), weight, params, find if far else back)
+            solve = back if not far else found_at_once if _is_linear(group.program) else find
+            x = self._moved(group, Store(t, {0: x}), weight, params, solve)
         return x
 
     def _moved(self, group: Group, store: Store, weight: Numbers, params: ModelParameters, solve: Solve) -> Array:
@@ -89,6 +92,12 @@ class Constraints:
 
         moved = _of_members(group, store, params, one, jnp.asarray(weight)[index], jnp.asarray(self.sizes[index]))
         return placed(store.flat(0), np.ravel(index), jnp.ravel(moved))
+
+
+def _is_linear(program: Program) -> bool:
+    """Whether residuals depend linearly on the variables, with coefficients that depend on none of them."""
+    forms = [step.template.form for step in program.residuals]
+    return not any(form.nonlinear or any(term.on for term in form.terms.values()) for form in forms)
 
 
 def placed(vector: Array, places: np.ndarray, values: Array) -> Array:
@@ -155,6 +164,12 @@ def back(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -
     for _ in range(SWEEPS):
         z = z - basis @ (g(z) / rows)
     return z, rows
+
+
+def found_at_once(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
+    """As `find`, of linear constraints."""
+    z, rows = back(g, z, root, inverse)
+    return jnp.where(jnp.max(jnp.abs(g(z)) / rows) <= CLOSE, z, jnp.nan), rows
 
 
 def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
