@@ -111,7 +111,7 @@ def _report(
     )
     scatter = found[2].plot(limits=[LATEST])
     scatter.axvline(1e3 * MEASURED, color="black", linestyle=":", label="thesis: measured on one specimen")
-    scatter.legend(frameon=False)
+    scatter.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     pictures = {
         "tolerance": scatter.figure,
         "tolerance_causes": indices.plot().figure,

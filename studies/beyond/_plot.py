@@ -82,7 +82,8 @@ def plot_temperature(rows: Sequence[Row]) -> "Figure":
     left.set(xlabel="temperature [C]", ylabel="opening time [ms]")
     left.legend(frameon=False)
     left.grid(alpha=0.3)
-    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute that the motor stands for ever")
+    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute that the winding stands for ever")
+    right.set_title("at 155 C at most", loc="left", fontsize="medium")
     return figure
 
 

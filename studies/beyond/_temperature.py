@@ -12,17 +12,15 @@ from typing import NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Scalar, connect, replace, simulate
+from acausal import Scalar, replace
 from components.catalogues import DataSheet, brushed_motor, catalogue
-from components.electrical import BrushedMotor, ConstantCurrent, Ground
 from components.hydraulic import LaminarResistance, Line, dot_4
-from components.rotational import Fixed
-from components.thermal import FixedTemperature
 
 from .._opening import opening
 from .._statics import holding_current
 from .._warm import SHEETS, magnets, winding
 from ..actuators import ClutchActuator, ehs_maxon
+from ._cycles import COLD, Cycle
 from ._line import DIAMETER, LongLine
 from ._prototypes import PROTOTYPES, RE40, RE50, Build
 from ._row import Row
@@ -82,65 +80,32 @@ def opening_rows(
 class Allowed(NamedTuple):
     """What a motor may do for ever in an ambient."""
 
-    per_minute: float  # operations
-    heat: float  # J, in the winding, of an operation
-    opening: float  # s, of the hot actuator
-    winding: float  # K
-    housing: float  # K
+    per_minute: float  # operations; none where the first one is too much
+    cycle: Cycle
+    limit: float  # K, of the winding
 
 
 def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8) -> Allowed:
-    """How often the EHS may open and hold so that its winding stays below its limit in the mean.
+    """How often the EHS may open and hold, so that its winding never exceeds its limit.
 
-    The winding of resistance R_w at its limit gives T_max - T_ambient = P (1/G_wh + 1/G_ha); an operation puts the heat
-    of the opening and of the hold into it. The heat of closing, of 4 J at most, and that of the pump are left out.
+    It opens with the winding at that limit, and with magnets as warm as the housing is behind a winding that is always
+    there. The heat of closing, of 4 J at most, and that of the pump are left out.
     """
     sheet, built = _sheet(), ehs_maxon()
-    inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
-    limit = sheet["max_winding_temperature"]
-    power = (limit - ambient) / (inner + outer)
-    housing = ambient + power * outer
+    inner, outer, limit = (
+        sheet[name] for name in ("winding_to_housing", "housing_to_ambient", "max_winding_temperature")
+    )
+    housing = ambient + (limit - ambient) * outer / (inner + outer)
     resistance = sheet["resistance"] * winding(limit)
     k = sheet["torque_constant"] * magnets(housing)
     # What was identified beyond the winding of the data sheet is that of leads and brushes.
     leads = built.motor.resistor.R - sheet["resistance"]
     model = replace(built, {"motor.resistor.R": resistance + leads, "motor.emf.k": k})
     opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
-    current = float(holding_current(model))
-    heat = float(resistance * (opened.integrals["heat"][-1] + (0.0 if valve else hold * current**2)))
-    time = float(opened.t1)
-    return Allowed(min(60.0 * power / heat, 60.0 / (time + hold)), heat, time, limit, housing)
-
-
-class Warming(Component):
-    """The motor as it warms, its shaft held, at the current that has the mean heat of the operations."""
-
-    source: ConstantCurrent
-    motor: BrushedMotor
-    ambient: FixedTemperature
-    ground: Ground = Ground()
-    wall: Fixed = Fixed()
-
-    def connections(self) -> Connections:
-        return (
-            connect(self.source.p, self.motor.p),
-            connect(self.source.n, self.motor.n, self.ground.p),
-            connect(self.motor.shaft, self.wall.flange),
-            connect(self.motor.ambient, self.ambient.port),
-        )
-
-
-def time_to_limit(per_minute: float, one: Allowed, ambient: float) -> float:
-    """After how many s the winding reaches its limit, from the ambient's temperature on; infinite where it does not."""
-    current = (per_minute / 60.0 * one.heat / (_sheet()["resistance"] * winding(one.winding))) ** 0.5
-    motor = brushed_motor(ORDER, L=None, T=ambient)
-    model = Warming(
-        source=ConstantCurrent(I=-current), motor=motor, ambient=FixedTemperature(temperature=ambient)
-    )  # fmt: skip
-    found = simulate(
-        model, 4.0 * 3600.0, until=lambda s: s.motor.winding.T - one.winding, save="end", rtol=1e-7, throw=False
-    )
-    return float(found.t1)
+    burst = float(resistance * opened.integrals["heat"][-1])
+    current = 0.0 if valve else float(holding_current(model))
+    cycle = Cycle(brushed_motor(ORDER, L=None, T=ambient), ambient, float(opened.t1), burst, current, hold)
+    return Allowed(60.0 / cycle.shortest_period(limit), cycle, limit)
 
 
 def thermal_rows(rtol: float = 1e-8) -> list[Row]:
@@ -151,16 +116,23 @@ def thermal_rows(rtol: float = 1e-8) -> list[Row]:
             for name, valve in (("motor", False), ("valve", True)):
                 one = allowed(celsius + 273.15, hold, valve, rtol)
                 case = f"EHS, RE40, {celsius:g} C, {hold:g} s held by its {name}"
-                bound = "no pause between them" if one.per_minute > 59.9 / (one.opening + hold) else ""
-                rows.append(Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=bound))
-                rows.append(Row(ITEM, case, "heat of an operation", "J", one.heat))
+                rows.append(Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=_bound(one)))
+                once = one.cycle.warmest(COLD) - 273.15
+                rows.append(Row(ITEM, case, "winding after the first operation", "C", once))
     one = allowed(HOT + 273.15, 1.0, rtol=rtol)
-    rows.append(Row(ITEM, f"EHS, RE40, at its thermal limit, {HOT:g} C", "opening time", "s", one.opening))
+    rows.append(Row(ITEM, f"EHS, RE40, at its thermal limit, {HOT:g} C", "opening time", "s", one.cycle.opening))
     for share in (1.2, 1.5, 2.0):
         case = f"EHS, RE40, {HOT:g} C, 1 s held by its motor, {share:g} times what is allowed"
-        late = time_to_limit(share * one.per_minute, one, HOT + 273.15)
+        late = one.cycle.time_to(one.limit, 60.0 / (share * one.per_minute))
         rows.append(Row(ITEM, case, "time to the limit", "s", late))
     return rows
+
+
+def _bound(one: Allowed) -> str:
+    """What the number of operations is limited by, where not by the heat of many."""
+    if one.per_minute == 0.0:
+        return f"the first one takes the winding past {one.limit - 273.15:.0f} C"
+    return "no pause between them" if one.per_minute > 59.9 / one.cycle.shortest else ""
 
 
 def rows(rtol: float = 1e-8) -> list[Row]:

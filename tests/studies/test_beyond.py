@@ -1,5 +1,6 @@
 """`python -m studies beyond`."""
 
+import dataclasses
 import json
 from typing import Any
 
@@ -7,11 +8,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import replace, simulate
+from acausal import Component, Connections, connect, replace, simulate
 from acausal.design import Normal, Tolerance
+from components.catalogues import brushed_motor
+from components.electrical import BrushedMotor, ConstantCurrent, Ground
 from components.hydraulic import dot_4
+from components.rotational import Fixed
+from components.thermal import FixedTemperature
 from studies.__main__ import main
 from studies.beyond import ITEMS, _load, _passages, _series
+from studies.beyond._cycles import COLD, Cycle
 from studies.beyond._prototypes import PROTOTYPES
 from studies.beyond._row import Row
 
@@ -68,6 +74,60 @@ def test_halving_a_tolerance_takes_three_quarters_of_its_share() -> None:
     assert spread(2.0).std - spread(1.0).std == pytest.approx(gains["pump.diameter"], rel=1e-9)
 
 
+class Held(Component):
+    """A motor that stands still at a constant current."""
+
+    source: ConstantCurrent
+    motor: BrushedMotor
+    ambient: FixedTemperature
+    ground: Ground = Ground()
+    wall: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.source.p, self.motor.p),
+            connect(self.source.n, self.motor.n, self.ground.p),
+            connect(self.motor.shaft, self.wall.flange),
+            connect(self.motor.ambient, self.ambient.port),
+        )
+
+
+AMBIENT = 353.15  # K
+
+
+def cycle(**changes: float) -> Cycle:
+    motor = brushed_motor("148867", L=None, T=AMBIENT)
+    return dataclasses.replace(Cycle(motor, AMBIENT, opening=0.3, burst=60.0, current=20.0, hold=1.0), **changes)
+
+
+def test_winding_warms_as_that_of_the_component() -> None:
+    held = cycle(burst=0.0, hold=10.0)
+    model = Held(
+        source=ConstantCurrent(I=-held.current), motor=held.motor, ambient=FixedTemperature(temperature=AMBIENT)
+    )
+    final = simulate(model, held.hold, save="end", rtol=1e-9).final
+    assert held.warmest(COLD) == pytest.approx(float(final.motor.winding.T), rel=1e-8)
+
+
+def test_operations_that_are_allowed_just_reach_the_limit() -> None:
+    """Once all repeats itself; more often than that, after a while; a hold that is too long at once."""
+    one, limit = cycle(), 428.15
+    period = one.shortest_period(limit)
+    assert one.peak(period) == pytest.approx(limit, abs=1e-6)
+    state, warmest, whole = COLD, [], one.whole(period)
+    for _ in range(2000):
+        warmest.append(one.warmest(state))
+        state = whole @ state
+    assert warmest[-1] == pytest.approx(limit, abs=1e-6)
+    assert np.all(np.diff(warmest) > -1e-9)
+    assert one.time_to(limit, 1.01 * period) == np.inf
+    assert 10.0 * period < one.time_to(limit, 0.9 * period) < 1e4
+    assert one.time_to(limit, 0.5 * period) < one.time_to(limit, 0.9 * period)
+    assert cycle(hold=20.0).shortest_period(limit) == np.inf
+    cool = cycle(current=0.0, burst=1.0)
+    assert cool.shortest_period(limit) == cool.shortest
+
+
 @pytest.mark.slow
 def test_rows_and_report(tmp_path: Any) -> None:
     main(["beyond", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
@@ -92,5 +152,8 @@ def test_rows_and_report(tmp_path: Any) -> None:
     allowed = {case: value for (case, quantity), value in found.items() if quantity == "operations allowed"}
     assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 25 C, 1 s held by its motor"]
     assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 80 C, 1 s held by its valve"]
+    assert allowed["EHS, RE40, 80 C, 10 s held by its motor"] == 0.0
+    warm = found["EHS, RE40, 80 C, 10 s held by its motor", "winding after the first operation"]
+    assert warm > 155.0  # C, which the winding stands
     written = {path.name for path in tmp_path.iterdir()}
     assert {f"beyond_{name.replace(' ', '_')}.png" for name in ITEMS} | {"beyond.html"} <= written
