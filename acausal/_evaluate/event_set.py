@@ -54,9 +54,9 @@ class Function:
 class EventSet:
     """The events of a model, one entry after the other, each with its members.
 
-    - `truths`: whether conditions hold, those of the entries that are not scheduled; `margins` of the relations that
-      they are made of, numbers that are positive where these hold, and `logic`, of each event how it is, None for
-      those that are scheduled.
+    - `truths`: whether the conditions of the entries hold that are not scheduled.
+    - `margins`: of the relations that these conditions are made of, numbers that are positive where these hold.
+    - `logic`: how the condition of each event is made of relations, None for those that are scheduled.
     - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
     - `actions`: the new values, one array for each target of each entry.
     - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
@@ -95,7 +95,7 @@ class EventSet:
 
     @ft.cached_property
     def reasons(self) -> dict[str, str]:
-        """Why those that are refused are, by their label."""
+        """What is said where a refused condition comes true, by the label of its event."""
         return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
 
     @property

@@ -79,6 +79,6 @@ def why_ended(system: System, outcome: float, holds: Array) -> str:
 
 
 def refusal(events: EventSet, refused: Array | np.ndarray) -> str:
-    """What the first component says that cannot do what is asked of it."""
+    """The reason that the first component gives which refuses the point."""
     label = events.labels[int(np.argmax(refused))]
     return f"{label}: {events.reasons[label]}"
