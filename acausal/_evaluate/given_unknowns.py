@@ -37,7 +37,7 @@ class GivenUnknowns:
     pairs: list[Pair]
 
     def moved(self, x: Array, bad: Array) -> tuple[Array, Array]:
-        """The nearest point to x where both these conditions and the constraints hold; and `bad` with what is contradicted.
+        """The nearest point to x where these conditions and the constraints hold; and `bad` with what is contradicted.
 
         Where no such point is found, x stays as it is.
         """

@@ -29,11 +29,8 @@ if TYPE_CHECKING:
     from ._cam_profiles import LinearLift as LinearLift
     from ._cam_profiles import TabulatedLift as TabulatedLift
     from ._dry_friction import BearingFriction as BearingFriction
-    from ._dry_friction import Brake as Brake
-    from ._dry_friction import Clutch as Clutch
     from ._dry_friction import CouplingFriction as CouplingFriction
     from ._dry_friction import DryFriction as DryFriction
-    from ._dry_friction import OneWayClutch as OneWayClutch
     from ._dry_friction import ShaftFriction as ShaftFriction
     from ._dry_friction import StribeckFriction as StribeckFriction
     from ._eddy_current import EddyCurrentBrake as EddyCurrentBrake
@@ -61,6 +58,9 @@ if TYPE_CHECKING:
     from ._motion import SignalAcceleration as SignalAcceleration
     from ._motion import SignalAngle as SignalAngle
     from ._motion import SignalSpeed as SignalSpeed
+    from ._pressed import Brake as Brake
+    from ._pressed import Clutch as Clutch
+    from ._pressed import OneWayClutch as OneWayClutch
     from ._sensors import AccelerationSensor as AccelerationSensor
     from ._sensors import AngleSensor as AngleSensor
     from ._sensors import MultiSensor as MultiSensor

@@ -1,9 +1,8 @@
-"""Dry friction that truly sticks (as in MSL): bearing, brake, clutch, freewheel. See `components/_stick_slip.py`."""
+"""Dry friction that truly sticks (as in MSL), in bearings and couplings. See `components/_stick_slip.py`."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
 from jax import Array
 
 from acausal import (
@@ -21,7 +20,6 @@ from acausal import (
     nonnegative,
     positive,
     prefer,
-    refuse,
     require,
 )
 
@@ -30,7 +28,6 @@ from .. import _stick_slip as stick_slip
 from .._checks import sampled
 from .._friction_laws import stribeck
 from .._tables import linear
-from ..blocks import Input
 from ._interfaces import Flange
 
 
@@ -181,76 +178,3 @@ class CouplingFriction(DryFriction, partial=True):
             torque_a=eq(self.a.tau, -self.tau),
             torque_b=eq(self.b.tau, self.tau),
         )
-
-
-class Pressed(DryFriction, partial=True):
-    """Plates pressed together by u fn_max slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens them."""
-
-    elsewhere: ClassVar[Mapping[str, str]] = {"mue_pos": "mu, the same at all speeds", "f_normalized": "u"}
-
-    mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
-    fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
-    cgeo: Param[Scalar, "m", nonnegative] = 1.0  # number of friction surfaces times their mean radius
-    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
-    u: Input = Input()
-
-    def requirements(self) -> Requirements:
-        return (require(self.peak >= 1.0, "peak must be at least 1"),)
-
-    def pressed(self) -> Array | bool:
-        return self.u.value > 0.0
-
-    def normal(self) -> Scalar:
-        """Normal force as a share of fn_max."""
-        return self.u.value
-
-    def sliding(self, speed: Scalar) -> Scalar:
-        del speed
-        return self.mu * self.cgeo * self.fn_max * self.normal()
-
-    def breakaway(self) -> Scalar:
-        return self.peak * self.sliding(0.0)
-
-    def events(self) -> Events:
-        return super().events() | stick_slip.lets_go(self.mode, self.u.value <= 0.0)
-
-
-class Brake(Pressed, ShaftFriction):
-    """A brake between a shaft and the ground, or a `support=Flange()` of its own (MSL `Brake`). See `Pressed`."""
-
-
-class Clutch(Pressed, CouplingFriction):
-    """A friction clutch between two shafts (MSL `Clutch`). See `Pressed` for the law."""
-
-
-class OneWayClutch(Pressed, CouplingFriction):
-    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b overruns a, w >= 0, but not a b.
-
-    Stuck, it holds any negative torque; a positive one only up to the static level, which is zero for a freewheel that
-    is not pressed. It never opens. Where it would have to stop a motion against its sense at once, at the start or
-    after an impact, the run ends with an error: it cannot share an impulse.
-    """
-
-    pressing: Discrete[Scalar, "1"] = 0.0  # 1 while u > 0
-
-    def pressed(self) -> Array | bool:
-        return True
-
-    def normal(self) -> Scalar:
-        return jnp.where(self.pressing < 0.5, 0.0, self.u.value)
-
-    def events(self) -> Events:
-        pressing = pieces.passes(self.u.value, self.pressing, 0.0, name="pressing")
-        locked = ("backward", "reverse", "tear", "release")
-        events = {name: event for name, event in super().events().items() if name not in locked}
-        against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
-        return (
-            {name: _never_backward(event) for name, event in events.items()}
-            | pressing
-            | dict(against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a."))
-        )
-
-
-def _never_backward(event: Any) -> Any:
-    changes = {name: jnp.maximum(value, 0.0) if name == "mode" else value for name, value in event.changes.items()}
-    return event._replace(changes=changes)
