@@ -19,7 +19,7 @@ test-slow: $(READY)  ## the tests that compile many models
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/basedpyright --pythonpath $(BIN)/python
+	$(BIN)/basedpyright
 
 bench: $(READY)  ## measure; see benchmarks/
 	$(BIN)/python -m benchmarks --json output/benchmarks.json --out output
