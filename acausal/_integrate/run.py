@@ -78,10 +78,11 @@ def _packed(settings: Settings, given: Given) -> Given:
 def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Given) -> _Integrated:
     given, numbers = _packed(settings, given), given.numbers
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
-    y0, events, memory = begin_run(settings, given, y0, is_reversible=not isinstance(adjoint, diffrax.ForwardMode))
+    is_reversible = not isinstance(adjoint, diffrax.ForwardMode)
+    y0, events, memory = begin_run(settings, given, y0, is_reversible=is_reversible)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(term_of(settings)),
-        solver_of(settings, events, memory),
+        solver_of(settings, events, memory, is_reversible=is_reversible),
         numbers.t0,
         numbers.t1,
         numbers.dt0,

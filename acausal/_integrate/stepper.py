@@ -3,12 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
-from jaxtyping import PyTree
 
 from .._equinox_private import unvmap_any
 from .._numbers import Numbers
@@ -18,10 +16,12 @@ from .event_state import EventState, crowded
 from .field import Given
 from .first_event import first_event, short_of
 from .peaks import Peaks
+from .rejected import Outcome, rejectable
 from .run_events import RunEvents
 from .settle import settle
 from .span import Span, SpanOf
 from .state_vector import StateVector, Vector
+from .wrapper import Wrapper
 
 
 class SolverState(eqx.Module):
@@ -31,51 +31,29 @@ class SolverState(eqx.Module):
     events: EventState | None
 
 
-class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
+class Stepper(Wrapper):
     """Steps of `solver`, up to the first event.
 
     `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given)` renews the
     unknowns from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may be
-    missing.
+    missing. Steps of a run that `is_reversible` may fail and be differentiated in reverse mode.
 
     A step is taken as if there were no events. Where one begins in it, the step ends there: the vector is that of the
     dense output, changed by what happens, and `moment` in its status says when. With times to save at beyond the event,
     or where an equation bends, the step does not count, and is repeated up to there.
     """
 
-    solver: Any
     layout: StateVector = eqx.field(static=True)
     project: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
     remember: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
     peaks: Peaks | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
+    is_reversible: bool = eqx.field(static=True)
     begin: EventState | None  # the `EventState` to start with, None without events
-
-    @property
-    def term_structure(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.solver.term_structure
-
-    @property
-    def term_compatible_contr_kwargs(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride]
-        return self.solver.term_compatible_contr_kwargs
-
-    @property
-    def root_finder(self) -> Any:
-        return self.solver.root_finder
-
-    @property
-    def scan_kind(self) -> Any:
-        return self.solver.scan_kind
 
     @property
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
         return SpanOf(self.solver.interpolation_cls, self.layout)
-
-    def order(self, terms: Any) -> Any:
-        return self.solver.order(terms)
-
-    def error_order(self, terms: Any) -> int:
-        return self.solver.error_order(terms)
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> SolverState:
         inner = self.solver.init(terms, t0, t1, self.layout.core(y0), args.carrying(y0[self.layout.carried]))
@@ -88,15 +66,20 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
 
     @eqx.filter_jit  # diffrax traces a step several times
     def step(
-        self,
-        terms: Any,
-        t0: Any,
-        t1: Any,
-        y0: Vector,
-        args: Given,
-        solver_state: SolverState,
-        made_jump: Numbers,
-    ) -> tuple[Vector, Vector, dict[str, PyTree], SolverState, diffrax.RESULTS]:
+        self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: SolverState, made_jump: Numbers
+    ) -> Outcome:
+        attempt = rejectable(Stepper._attempt, self.layout.core) if self.is_reversible else Stepper._attempt
+        y, error, info, state, result = attempt(self, terms, t0, t1, y0, args, solver_state, made_jump)
+        if state.events is not None:
+            # A run that has ended stays where it is.
+            has_ended = y0[self.layout.outcome] != 0
+            y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
+        return y, error, info | {"memory": y[self.layout.memory]}, state, result
+
+    def _attempt(
+        self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: SolverState, made_jump: Numbers
+    ) -> Outcome:
+        """A step of a run that goes on."""
         layout, state = self.layout, solver_state.events
         carried = y0[layout.carried]
         end = t1 if state is None else short_of(t1, y0[layout.next_instant], args)
@@ -116,11 +99,7 @@ class Stepper(diffrax.AbstractAdaptiveSolver, diffrax.AbstractWrappedSolver):
             error = jnp.where(has_leapt(y0[layout.states], core[layout.states], sizes), jnp.inf, error)
             y, state = self._through_events(path, t0, t1, layout.joined(core, carried), state, args)
             y = self._with_peaks(path, y[layout.moment], y, args)
-            # A run that has ended stays where it is.
-            has_ended = y0[layout.outcome] != 0
-            y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
-        info = {"inner": info, "begin": t0, "end": end, "carried": carried, "memory": y[layout.memory]}
-        return y, error, info, SolverState(inner, state), result
+        return y, error, {"inner": info, "begin": t0, "end": end, "carried": carried}, SolverState(inner, state), result
 
     def _with_peaks(self, path: Span, end: Numbers, y: Vector, given: Given) -> Vector:
         """The vector after a step with the peaks up to its end."""

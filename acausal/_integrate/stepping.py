@@ -20,6 +20,7 @@ from .event_state import EventState
 from .field import Given, vector_field
 from .interval import seen
 from .peaks import Peaks
+from .rejected import Rejectable
 from .run_events import RunEvents
 from .schedule import tick
 from .settings import Settings
@@ -40,13 +41,15 @@ def term_of(settings: Settings) -> Callable[[PyTree, PyTree, PyTree], PyTree]:
     return rates
 
 
-def solver_of(settings: Settings, events: RunEvents | None, begin: EventState | None) -> diffrax.AbstractSolver:
+def solver_of(
+    settings: Settings, events: RunEvents | None, begin: EventState | None, *, is_reversible: bool
+) -> diffrax.AbstractSolver:
     """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
     if not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks:
-        return solver
+        return Rejectable(solver) if is_reversible else solver
 
     def project(t: Numbers, states: Array, given: Given) -> Array:
         return onto_invariants(system, t, states, given.inputs)
@@ -61,6 +64,7 @@ def solver_of(settings: Settings, events: RunEvents | None, begin: EventState | 
         remember if system.carried.memory else None,
         Peaks(settings) if settings.peaks else None,
         events,
+        is_reversible,
         begin,
     )
 

@@ -92,8 +92,9 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     The start must satisfy the algebraic equations of a DAE. A matrix that cannot be inverted, or a vector field that
     is not finite, makes a step of NaN: diffrax counts its error as infinite, and an adaptive controller retries with a
-    smaller step, until `max_steps` or its `dtmin` ends the run with that result. Forward-mode derivatives are not
-    touched by such steps; reverse mode, which multiplies by zero what was not used, gives NaN.
+    smaller step, until `max_steps` or its `dtmin` ends the run with that result. Derivatives of a run of `simulate` are
+    not touched by such steps. Where diffrax drives the method, those of forward mode are not either, but reverse mode,
+    which multiplies by zero what was not used, gives NaN.
 
     **Fields:**
 
