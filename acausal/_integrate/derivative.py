@@ -9,6 +9,7 @@ from jax import Array
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import PyTree
 
+from .._jax_private import jaxpr_as_fun
 from .._numbers import Numbers
 from .._progress import differentiating
 from .._tangents import array_of
@@ -28,6 +29,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
     one batch beside the value, by `quick`, and in either mode what follows is a product with $J$. Where many vary, or
     where $J$ would be large with the `size` of the value, it is `reversible` that is differentiated.
     """
+    quick = _traced_once(quick)
 
     @jax.custom_jvp
     def function(arrays: Arrays) -> PyTree:
@@ -47,6 +49,20 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
 
     function.defjvp(rule, symbolic_zeros=True)
     return function
+
+
+def _traced_once(function: Function) -> Function:
+    """The function as a program for each shape of its arrays: its value and its derivatives are made from one trace."""
+    programs: dict[object, Function] = {}
+
+    def program(arrays: Arrays) -> PyTree:
+        kinds = tuple((np.shape(x), jnp.result_type(x)) for x in arrays)
+        if kinds not in programs:
+            closed, shapes = jax.make_jaxpr(function, return_shape=True)(arrays)
+            programs[kinds] = lambda arrays: jax.tree.structure(shapes).unflatten(jaxpr_as_fun(closed)(*arrays))
+        return programs[kinds](arrays)
+
+    return program
 
 
 def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
