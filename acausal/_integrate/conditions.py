@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -39,7 +40,10 @@ class EventConditions(NamedTuple):
 
     def begin(self, above: Array, holds: Array) -> Array:
         """Which events begin where these relations hold, after `holds`."""
-        true = self.true(above)
+        return self.begun(self.true(above), holds)
+
+    def begun(self, true: Array, holds: Array) -> Array:
+        """Which events begin where these conditions hold, after `holds`."""
         return (~holds & true) | (self.either & holds & ~true)
 
     def may_begin(self, above: Array, changes: Array, turns: Array, holds: Array) -> Array:
@@ -49,6 +53,6 @@ class EventConditions(NamedTuple):
         """
         least = jnp.where(changes | turns, -1.0, sign_of(above))
         most = jnp.where(changes | turns, 1.0, sign_of(above))
-        low, high = self.logic(least, -most), self.logic(most, -least)
+        low, high = jax.vmap(self.logic)(jnp.stack([least, most]), jnp.stack([-most, -least]))
         many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
         return jnp.where(holds, (low < 0) & (self.either | many), high > 0)

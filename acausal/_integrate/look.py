@@ -92,7 +92,8 @@ def look(
         new = new._replace(g=new.g - offset)
         first = jnp.where(is_zero | (s.low.g == 0), s.low.rate > 0, s.low.g > 0)
         above = jnp.where(is_end, first, s.above)
-        holds = jnp.where(is_end & fresh, conditions.true(above), s.holds)
+        true = conditions.true(above)
+        holds = jnp.where(is_end & fresh, true, s.holds)
         low = _pick(is_start, new, s.low._replace(g=s.low.g - jnp.where(is_end, offset, 0.0)))
         s = _Search(
             low, _pick(is_end, new, s.high), _pick(is_end, new, s.end), above, holds, offset,
@@ -100,7 +101,7 @@ def look(
         )  # fmt: skip
         after = signs(new.g, above)
         may_begin = conditions.may_begin(above, above != after, may_turn(conditions, low, new, above), holds)
-        at_once = conditions.begin(above, holds)
+        at_once = conditions.begun(true, holds)
         is_clear = is_end & ~jnp.any(may_begin | at_once)
         passed = s._replace(low=s.end, holds=holds & conditions.true(after), is_over=is_clear)
         return jax.lax.cond(
