@@ -24,6 +24,7 @@ def _events(model: Component, path: str = "") -> Iterator[tuple[str, Component, 
 
 def _settled(model: Any, rounds: int = 4) -> Any:
     """A model after the events that its values make happen, and what follows."""
+    model = jax.tree.map(jnp.asarray, model)  # as in a run: Python's own False has no negation by ~
     for _ in range(rounds):
         new: dict[str, Any] = {}
         for path, part, event in _events(model):
