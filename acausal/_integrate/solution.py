@@ -32,7 +32,7 @@ from .made_from import equations_of
 from .peaks import Peak
 from .result import sentence
 from .state_vector import StateVector
-from .trajectories import both_sides, over_batch, trajectories
+from .trajectories import both_sides, chosen, over_batch, trajectories
 from .unresolved import unresolved
 
 M = TypeVar("M", bound=Component)
@@ -88,7 +88,7 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def ys(self) -> Array | np.ndarray:
         """The state vector at the saved times; see `sol.system.state_names`."""
-        return self._rows[1][..., : len(self.system.nominals)]
+        return chosen(self._rows[1], (..., slice(len(self.system.nominals))))
 
     @property
     def _rows(self) -> tuple[Array | np.ndarray, Array | np.ndarray]:
@@ -113,7 +113,8 @@ class Solution(eqx.Module, Generic[M]):
         ts_padded, ys_padded = ((x if is_traced(x) else np.asarray(x))[rows] for x in (ts, ys))
         leaves, structure = jax.tree_util.tree_flatten(self._view(ts_padded, ys_padded))
         cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.leaves]
-        return structure.unflatten([x[: len(ts)] if c else x for x, c in zip(leaves, cut, strict=True)])
+        reached = slice(len(ts))
+        return structure.unflatten([chosen(x, reached) if c else x for x, c in zip(leaves, cut, strict=True)])
 
     @property
     def final(self) -> M:
@@ -171,7 +172,7 @@ class Solution(eqx.Module, Generic[M]):
     def _integrals(self, columns: Array | np.ndarray) -> PyTree:
         if self._integrals_tree is None:
             raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
-        return self._integrals_tree.unflatten([columns[..., i] for i in range(columns.shape[-1])])
+        return self._integrals_tree.unflatten([chosen(columns, (..., i)) for i in range(columns.shape[-1])])
 
     @property
     def peaks(self) -> PyTree:

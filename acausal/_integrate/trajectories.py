@@ -2,6 +2,7 @@
 
 import functools as ft
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,14 +19,14 @@ from .event_history import EventHistory
 
 
 def both_sides(
-    rows: Array, times: np.ndarray, start: Array, history: EventHistory | None, columns: slice | None
+    rows: Array | np.ndarray, times: np.ndarray, start: Array, history: EventHistory | None, columns: slice | None
 ) -> Array | np.ndarray:
     """The rows saved at times that were reached, and where steps are saved, those before each event.
 
     `columns` are theirs in the vector that is stepped; None where the rows are the times themselves.
     """
     reached = np.isfinite(times)
-    times, rows = times[reached], rows[reached]
+    times, rows = times[reached], chosen(rows, reached)
     if history is None or not history.before.shape[-1]:
         return rows
     moments, numbers, first = known(history.times), known(history.numbers), known(start)
@@ -34,10 +35,17 @@ def both_sides(
     assert first is not None
     # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
     shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > first)
-    before = history.times[shown] if columns is None else history.before[shown][:, columns]
+    before = chosen(history.times if columns is None else history.before[:, columns], shown)
     order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
     xp = jnp if is_traced(before) or is_traced(rows) else np
     return xp.concatenate([before, rows])[order]
+
+
+def chosen(rows: Array | np.ndarray, which: Any) -> Array | np.ndarray:
+    """What an index chooses. Outside of transformations numpy does: jax compiles anew for each number of rows."""
+    if is_traced(rows) or isinstance(rows, np.ndarray):
+        return rows[which]
+    return jnp.asarray(np.asarray(rows)[which])
 
 
 def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:
