@@ -140,7 +140,7 @@ def valve_held(
         demand=Constant(k=position),
         gauge=PositionSensor(),
         leak=LaminarResistance(resistance=leakage_resistance),
-        controller=TwoPointController(bandwidth=band),
+        controller=TwoPointController(bandwidth=band, is_on=1.0),  # opens at once
         drive=Gain(k=voltage),
         travel=FirstOrder(T=closing_time, x=1.0),
         chamber=Line(stiffness=stiffness, damping=stiffness * base.line.damping / base.line.stiffness),

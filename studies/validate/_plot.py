@@ -84,7 +84,7 @@ def plot_deviations(rows: list[Row], figure: Figure | None = None) -> Figure:
     panel.set_yticks(range(len(stated)), names, fontsize=7)
     panel.set_ylim(len(stated) - 0.5, -0.5)
     panel.axvline(0.0, color="black", linewidth=1.0)
-    widest = 1.15 * max(100.0, *(100.0 * abs(row.deviation or 0.0) for row in stated))
+    widest = 1.25 * max(100.0, *(100.0 * abs(row.deviation or 0.0) for row in stated))
     panel.set_xlim(-widest, widest)
     panel.set_xlabel("model against thesis [%]")
     panel.grid(axis="x", alpha=0.3)

@@ -78,7 +78,9 @@ def test_leaking_past_the_shut_valve(by_valve: Any) -> None:
 def test_switching(by_valve: Any) -> None:
     off, on = switched(by_valve)
     assert (len(off), len(on)) == (10, 9)
-    assert len(by_valve.events) == 2 * (len(off) + len(on))  # the relay follows each time
+    # The relay follows each time, and at the start.
+    assert len(by_valve.events) == 2 * (len(off) + len(on)) + 1
+    assert np.min(by_valve.events.of_event("relay.rise")) == 0.0
     np.testing.assert_allclose(np.diff(on), np.diff(on)[0], rtol=1e-7)
     closed = np.sum(np.append(on, DURATION) - off)
     coil = float(by_valve.integrals["coil"][-1])
