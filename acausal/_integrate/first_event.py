@@ -20,13 +20,14 @@ NEAR_END = 1e-6  # a bend so near to an end of a step, as a share of it, does no
 
 
 class FirstEvent(NamedTuple):
-    """The events that begin first in a step, at t, if there `is_any`, and a time just `before`; and where it should
-    rather end, the `cut`, infinite if it is good as it is.
+    """The events that begin first in a step, at t, if there `is_any`, a time just `before`, and the `pace` of the
+    margins of all events there; and where the step should rather end, the `cut`, infinite if it is good as it is.
     """
 
     is_any: Array
     t: Array
     before: Array
+    pace: Array
     begins: Array
     holds: Array
     seen: Seen  # the margins at the end
@@ -41,8 +42,8 @@ def first_event(
     run_end, short = forward * numbers.t1, tick(t1, numbers.t0)
     arrives = _reaches(t1, instant, given) & (instant < run_end)
     end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
-    none = jnp.zeros(events.total, bool)
-    found = Found(jnp.asarray(False), end, t1, none, none, state.holds, state.seen, end)
+    none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
+    found = Found(jnp.asarray(False), end, t1, still, none, none, state.holds, state.seen, end)
     if events.is_searched:
         span = jnp.abs(numbers.t1 - numbers.t0)
         margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
@@ -59,7 +60,7 @@ def first_event(
     before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, t1 - 0.5 * short, t))
     cut = _cut(events, found, t0, t1, given)
     is_whole = jnp.isinf(cut)
-    return FirstEvent(jnp.any(begins) & is_whole, t, before, begins & is_whole, found.holds, found.end, cut)
+    return FirstEvent(jnp.any(begins) & is_whole, t, before, found.pace, begins & is_whole, found.holds, found.end, cut)
 
 
 def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:

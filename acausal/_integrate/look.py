@@ -20,6 +20,7 @@ class Found(NamedTuple):
     """The first events in a step, if there `is_any`.
 
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
+    - `pace`: how fast the margin of each event changes at t.
     - `leaps`: those of them whose margin jumps, instead of passing zero.
     - `end`, `holds`: the margins where the search ended, and the conditions that hold there.
     - `reached`: up to where the step was searched; less than its end where that took too many points.
@@ -28,6 +29,7 @@ class Found(NamedTuple):
     is_any: Array
     t: Array
     before: Array
+    pace: Array
     begins: Array
     leaps: Array
     holds: Array
@@ -165,7 +167,9 @@ def look(
     leaps = begins & ~conditions.begin(without, s.holds) & jnp.any(after != s.above)
     given_up = jnp.where(s.low.t > start.t + short, s.low.t, s.high.t)
     reached = jnp.where(s.is_found | (s.low.t >= s.end.t), s.end.t, given_up)
-    return Found(s.is_found, s.high.t, s.low.t, begins, leaps, s.holds, last, reached)
+    _, pace = jax.jvp(lambda g: conditions.logic(g, -g), (s.high.g,), (s.high.rate,))
+    pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
+    return Found(s.is_found, s.high.t, s.low.t, pace, begins, leaps, s.holds, last, reached)
 
 
 def _both(a: PyTree, b: PyTree) -> PyTree:

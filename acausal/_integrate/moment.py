@@ -2,7 +2,7 @@
 
 import functools as ft
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +11,18 @@ from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._tangents import array_of, pushed
+
+STILL = 1e-8  # rate of a margin, as a share of that on the path of a step, below which only an error moved it to zero
+LEAST = 1e-150  # rate of a margin that has decayed to where numbers lose their digits
+
+
+class Approach(NamedTuple):
+    """How a step comes to the moment of an event: a time just `before` it, and the `pace`, how fast the margin of each
+    event changes there on the path of the step.
+    """
+
+    before: Numbers
+    pace: Array
 
 
 class Laws(Protocol):
@@ -27,7 +39,7 @@ class Laws(Protocol):
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def carried_to_moment(
-    laws: Laws, number: Array, t: Numbers, before: Array, ys: Array, due: Array, given: PyTree
+    laws: Laws, number: Array, t: Numbers, approach: Approach, ys: Array, due: Array, given: PyTree
 ) -> tuple[Numbers, Numbers]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
@@ -37,24 +49,26 @@ def carried_to_moment(
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$
 
-    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own. The
-    rates f are those up to the moment, at the time `before`, since equations may change their law with it.
+    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own;
+    neither has one that decays to zero, of which the error of a step makes the sign change. There the path of the step
+    passes zero while by the equations nothing moves any more. The rates f are those up to the moment, at the time
+    `before`, since equations may change their law with it.
     """
-    del laws, number, before, due, given
+    del laws, number, approach, due, given
     return t, ys
 
 
 @ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
 def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[PyTree, PyTree]:
-    number, t, before, ys, due, given = primals
+    number, t, approach, ys, due, given = primals
     _, dt, _, dys, ddue, dgiven = tangents
-    moment, there = carried_to_moment(laws, number, t, before, ys, due, given)
+    moment, there = carried_to_moment(laws, number, t, approach, ys, due, given)
     dt, dys = array_of(dt), array_of(dys)
 
     def rates(t: Numbers, ys: Array, given: PyTree) -> Numbers:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
-    f, df = pushed(rates, (jax.lax.stop_gradient(before - t) + moment, there, given), (dt, dys, dgiven))
+    f, df = pushed(rates, (jax.lax.stop_gradient(approach.before - t) + moment, there, given), (dt, dys, dgiven))
     # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
     dys = dys + (moment - t) * df
 
@@ -63,5 +77,6 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
 
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
     _, slope = jax.jvp(lambda t, y: margin(t, y, due, given), (moment, there[0]), (jnp.ones_like(moment), f[0]))
-    later = jnp.where(slope != 0, -dg / jnp.where(slope != 0, slope, 1.0), 0.0)
+    is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + LEAST
+    later = jnp.where(is_still, 0.0, -dg / jnp.where(is_still, 1.0, slope))
     return (moment, there), (dt + later, dys + f * later)

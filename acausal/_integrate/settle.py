@@ -12,7 +12,7 @@ from .._numbers import Numbers
 from .changes import changed
 from .event_history import EventHistory
 from .field import Given
-from .moment import carried_to_moment
+from .moment import Approach, carried_to_moment
 from .run_events import RunEvents
 from .schedule import tick
 
@@ -67,7 +67,7 @@ class _Round(NamedTuple):
 def settle(
     events: RunEvents,
     t: Array,
-    before: Numbers,
+    approach: Approach,
     y: Numbers,
     begins: Array,
     holds: Array,
@@ -78,7 +78,7 @@ def settle(
     order: Array | None = None,
 ) -> Settled:
     """Carry out the events that begin at t, each at its own moment, then those that become true by them, and so on. At
-    `before`, just before t, none of them had begun.
+    the time before of the `approach` none of them had begun.
 
     Events that begin at one instant start from the values before all of them. What they make true happens next; what
     that makes true, after it. Where many rounds come to no end, the events of a round happen one by one, the first in
@@ -95,7 +95,7 @@ def settle(
             here = events.here(t, y, given)
             is_met = here.is_zero[None] & (events.settings.direction is not False)
             return _stopped(t, y, here.truths, is_met, history)
-        moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, before, y[None], due, given)
+        moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, approach, y[None], due, given)
         is_any = jnp.any(begins)
         return _stopped(jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, history)
     total = events.total
@@ -107,7 +107,7 @@ def settle(
         own = (jnp.arange(total) == which) & is_own
         t, ys = r.t, r.ys
         if not is_start:
-            moment, moved = carried_to_moment(events, which, t, before, ys, due, given)
+            moment, moved = carried_to_moment(events, which, t, approach, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
         held, due_later, times = r.holds, r.due & ~own, r.order

@@ -15,6 +15,7 @@ from .controller import has_leapt
 from .event_state import EventState, crowded
 from .field import Given
 from .first_event import first_event, short_of
+from .moment import Approach
 from .peaks import Peaks
 from .rejected import Outcome, rejectable
 from .run_events import RunEvents
@@ -138,9 +139,8 @@ class Stepper(Wrapper):
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
-            settled = settle(
-                events, forward * t, forward * found.before, y, found.begins, found.holds, due, state.history, given
-            )
+            approach = Approach(forward * found.before, found.pace)
+            settled = settle(events, forward * t, approach, y, found.begins, found.holds, due, state.history, given)
             y1 = events.with_algebraic(settled.t, settled.y, given)
             due = events.due(settled.t, y1, given)
             mark, crowd, outcome = crowded(events, state, t - t0, settled.t, found.begins, given)

@@ -19,6 +19,7 @@ from .event_history import EventHistory
 from .event_state import EventState
 from .field import Given, vector_field
 from .interval import seen
+from .moment import Approach
 from .peaks import Peaks
 from .rejected import Rejectable
 from .run_events import RunEvents
@@ -93,7 +94,9 @@ def begin_run(
         begins &= past >= t0 - tick(t0, t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + tick(numbers.past.time, t0)
-    settled = settle(events, t0, t0, y, begins, none, due, history, given, order=past)
+    settled = settle(
+        events, t0, Approach(t0, jnp.zeros(events.total)), y, begins, none, due, history, given, order=past
+    )
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
     instant = given.direction * first(due, given.direction)

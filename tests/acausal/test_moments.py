@@ -157,6 +157,44 @@ def test_the_time_of_a_stop_condition_that_leaps() -> None:
     np.testing.assert_allclose(jnp.stack(slopes), [1.0, 0.0], atol=1e-9)
 
 
+class Closing(Component):
+    """A valve that closes more and more slowly, and is shut at an opening of zero, on a vessel that runs empty besides.
+
+    It never gets there, but for errors of steps, which make the opening change its sign again and again.
+    """
+
+    delay: Param[Scalar, "s"] = 1e-3  # T
+    rate: Param[Scalar, "1/s"] = 1.0  # k
+    opening: Var[Scalar, "1"] = 1.0  # exp(-t / T)
+    content: Var[Scalar, "1"] = 1.0  # exp(-k t)
+    passed: Var[Scalar, "s"] = 0.0  # T
+    is_shut: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        opening = jnp.where(self.is_shut > 0.5, 0.0, self.opening)
+        return dict(
+            closing=eq(self.delay * d.opening, -self.opening),
+            emptying=eq(d.content, -self.rate * self.content),
+            passing=eq(d.passed, opening),
+        )
+
+    def events(self) -> Events:
+        return dict(
+            shuts=when((self.is_shut < 0.5) & (self.opening < 0.0), is_shut=1.0),
+            opens=when((self.is_shut > 0.5) & (self.opening > 0.0), is_shut=0.0),
+        )
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_what_decays_to_zero_has_no_moment_there(mode: Any) -> None:
+    def found(numbers: Float[Array, "2"]) -> Array:
+        delay, rate = numbers
+        end = simulate(Closing(delay=delay, rate=rate), 1.0, save="end", rtol=1e-8).final
+        return jnp.stack([end.content, end.passed])
+
+    np.testing.assert_allclose(mode(found)(jnp.array([1e-3, 1.0])), [[0.0, -np.exp(-1.0)], [1.0, 0.0]], atol=1e-5)
+
+
 class Past(Component):
     """Changes of x that do not commute, at times before the start, one of them again and again."""
 
