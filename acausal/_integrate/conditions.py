@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -53,6 +52,6 @@ class EventConditions(NamedTuple):
         """
         least = jnp.where(changes | turns, -1.0, sign_of(above))
         most = jnp.where(changes | turns, 1.0, sign_of(above))
-        low, high = jax.vmap(self.logic)(jnp.stack([least, most]), jnp.stack([-most, -least]))
+        low, high = self.logic(least, -most), self.logic(most, -least)
         many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
         return jnp.where(holds, (low < 0) & (self.either | many), high > 0)
