@@ -31,9 +31,8 @@ LOOSE = 1e-8  # singular value, relative to the largest, below which a constrain
 GIVEN = 1e-20  # weight of a start value that is given, where a dependent variable has 1: see `weights`
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 STATE = 1e-6  # weight of a state
-Solve = Callable[
-    [Callable[[Array], Array], Array, Array, Inverse], tuple[Array, Array]
-]  # `back`, `found_at_once` or `find`
+# `back`, `found_at_once` or `find`
+Solve = Callable[[Callable[[Array], Array], Array, Array, Inverse], tuple[Array, Array]]
 
 
 @dataclasses.dataclass(eq=False)
