@@ -5,7 +5,7 @@ import functools as ft
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -19,6 +19,7 @@ from ._free_parameters import free_parameters
 from ._sweep import MOST, listed
 from ._types import Function, Key
 
+M = TypeVar("M", bound=Component)
 Figures = Mapping[str, Mapping[str, object]]  # by table and by name
 
 
@@ -57,11 +58,11 @@ class Part(Free):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Structure:
+class Structure(Generic[M]):
     """A model with its tables, and all combinations of what they offer, the last table going fastest."""
 
     name: str
-    model: Component
+    model: M
     tables: tuple[Alternatives, ...]
     part: Part
     picked: Int[np.ndarray, "n t"]  # row of each table
@@ -71,7 +72,7 @@ class Structure:
         """The names of the alternatives of a combination, by table."""
         return {table.title: table.names[row] for table, row in zip(self.tables, self.picked[i], strict=True)}
 
-    def of(self, i: int) -> tuple[Any, Figures]:
+    def of(self, i: int) -> tuple[M, Figures]:
         """The model and the figures of a combination."""
         return self.part.with_values(self.model, self.x[i].tolist())
 
@@ -85,7 +86,7 @@ class Structure:
         raise ModelError(f"The tables hold no {path!r}; they hold {known}.")
 
 
-def structure_of(name: str, model: Component, tables: Mapping[str, object]) -> Structure:
+def structure_of(name: str, model: M, tables: Mapping[str, object]) -> Structure[M]:
     """All combinations of tables; raises `ModelError` or `ParameterError` for what is wrong with these."""
     if not isinstance(tables, Mapping) or not tables:
         raise ModelError(f"tables is a dictionary of at least one table, got {tables!r}.")

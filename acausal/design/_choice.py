@@ -3,12 +3,13 @@
 import dataclasses
 import functools as ft
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._analyse.table import aligned
+from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import Axes
 from ._alternatives import Structure, held
@@ -19,6 +20,7 @@ from ._limits import Limit, Objective
 from ._optimise import optimise
 from ._types import Function, Key
 
+M = TypeVar("M", bound=Component)
 BROKEN = 1e-9  # share of a limit from which on it is broken
 
 
@@ -33,7 +35,7 @@ class Asked:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Choice:
+class Choice(Generic[M]):
     """All combinations with their results; `print` it for the best of them and what ruled the others out.
 
     - `values`: of the objectives, in SI units; not a number for what could not be computed.
@@ -42,7 +44,7 @@ class Choice:
     - `places`: the structure of each combination, and which one of it.
     """
 
-    structures: tuple[Structure, ...]
+    structures: tuple[Structure[M], ...]
     objectives: tuple[Objective, ...]
     limits: tuple[Limit, ...]
     values: Float[np.ndarray, "n p"]
@@ -66,7 +68,7 @@ class Choice:
         """All of them by name."""
         return tuple(self.combination(i) for i in range(len(self.codes)))
 
-    def model(self, i: int) -> Any:
+    def model(self, i: int) -> M:
         """The model of a combination."""
         number, place = self.places[i].tolist()
         return self.structures[number].of(place)[0]
@@ -124,7 +126,7 @@ class Choice:
                 pair[1] += len(against) == 1 and bool(self.is_computed[i])
         return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
 
-    def continuous(self, *paths: Key, i: int | None = None, **options: Any) -> Design:
+    def continuous(self, *paths: Key, i: int | None = None, **options: Any) -> Design[M]:
         """The continuous optimum: what `optimise` finds from a combination on, by default the best one.
 
         Each of `paths` is free between the least and the largest value that the tables offer for it; other values and

@@ -3,7 +3,7 @@
 import functools as ft
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,12 +19,13 @@ from ._store import store_of
 from ._sweep import chunk_of
 from ._types import Executor, Function
 
+M = TypeVar("M", bound=Component)
 Table = Sequence[Mapping[Any, Any]]
 Tables = Mapping[str, Table]
 
 
 def choose(
-    model: Component | Mapping[str, Component],
+    model: M | Mapping[str, M],
     tables: Tables | Mapping[str, Tables],
     minimise: object,
     *,
@@ -34,7 +35,7 @@ def choose(
     store: str | Path | None = None,
     executor: Executor | None = None,
     progress: bool | None = None,
-) -> Choice:
+) -> Choice[M]:
     """Run all combinations of what tables offer, and say which are feasible, which is best and what rules others out.
 
         choose(

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -56,7 +56,7 @@ class Results:
 
 
 @dataclasses.dataclass(frozen=True)
-class Experiment(Generic[M]):
+class Experiment:
     """Scalar results that were measured, and how the model predicts them; for trajectories see `Experiment.of_run`.
 
     - `predict(model)`: a dictionary with what is measured, by the names of `measured`; numbers or arrays, computed with
@@ -71,7 +71,7 @@ class Experiment(Generic[M]):
     - `name`: what tables and messages call it.
     """
 
-    predict: Callable[[M], Mapping[str, Numbers]] | Run
+    predict: Callable[[Any], Mapping[str, Numbers]] | Run
     measured: Mapping[str, object]
     sigma: Mapping[str, object] = dataclasses.field(default_factory=dict)
     changes: Mapping[str, object] = dataclasses.field(default_factory=dict)
@@ -87,13 +87,13 @@ class Experiment(Generic[M]):
         measured: Mapping[str, object],
         *,
         sigma: Mapping[str, object] | None = None,
-        outputs: Mapping[str, Callable[[M], Numbers]] | None = None,
+        outputs: Mapping[str, Function] | None = None,
         changes: Mapping[str, object] | None = None,
         free: ByPath[object] | None = None,
         units: Mapping[str, str] | None = None,
         name: str = "",
         **options: Any,
-    ) -> "Experiment[M]":
+    ) -> "Experiment":
         """Trajectories that were measured in one run.
 
         - `times`: when, in s or as a quantity, in rising order; the run ends with the last one.

@@ -30,7 +30,7 @@ LEAST_NOISE = 1e-12  # of what is measured, where the model fits exactly
 def identify(
     model: M,
     free: ByPath[object],
-    experiments: Experiment[M] | Sequence[Experiment[M]],
+    experiments: Experiment | Sequence[Experiment],
     *,
     priors: ByPath[Normal] | None = None,
     starts: int = 1,

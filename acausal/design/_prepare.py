@@ -28,7 +28,7 @@ class Labels:
     estimated: tuple[str, ...]
 
 
-def prepared(experiments: Sequence[Experiment[Any]], model: Component) -> tuple[list[Prepared], list[Labels]]:
+def prepared(experiments: Sequence[Experiment], model: Component) -> tuple[list[Prepared], list[Labels]]:
     """The experiments with all that is wrong with them said."""
     if not experiments or not all(isinstance(experiment, Experiment) for experiment in experiments):
         raise ModelError("experiments is a sequence of at least one Experiment.")
@@ -39,7 +39,7 @@ def prepared(experiments: Sequence[Experiment[Any]], model: Component) -> tuple[
     return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
 
 
-def _prepared(experiment: Experiment[Any], model: Component, name: str) -> tuple[Prepared, Labels]:
+def _prepared(experiment: Experiment, model: Component, name: str) -> tuple[Prepared, Labels]:
     if not experiment.measured:
         raise ModelError(f"{name}: nothing is measured.")
     strange = [key for key in experiment.sigma if key not in experiment.measured]
@@ -63,7 +63,7 @@ def _prepared(experiment: Experiment[Any], model: Component, name: str) -> tuple
 
 
 def with_own(
-    experiments: Sequence[Experiment[Any]],
+    experiments: Sequence[Experiment],
     ready: Sequence[Prepared],
     labels: Sequence[Labels],
     model: Component,
@@ -94,7 +94,7 @@ def _changes(changes: Mapping[str, object], model: Component) -> dict[str, Numbe
     return {path: changed[path] for path in changes}
 
 
-def _unit(experiment: Experiment[Any], model: Component, key: str, name: str) -> str:
+def _unit(experiment: Experiment, model: Component, key: str, name: str) -> str:
     if key in experiment.units:
         return experiment.units[key]
     if not isinstance(experiment.predict, Run) or key not in experiment.predict.paths:

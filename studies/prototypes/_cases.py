@@ -132,7 +132,7 @@ def fit(case: Case) -> Fit[Any]:
 
 def _experiment(
     function: Callable[[Any], dict[str, Scalar]], data: Mapping[str, Datum], name: str, changes: Mapping[str, float]
-) -> Experiment[Any]:
+) -> Experiment:
     return Experiment(
         function,
         {key: datum.value for key, datum in data.items()},

@@ -4,7 +4,7 @@
 
 import inspect
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, assert_type
 
 import pytest
@@ -13,6 +13,7 @@ from _models import RC, rc
 import acausal
 import acausal.design
 from acausal import AcausalError, ArgumentError, ParameterError, Scalar, Solution, simulate
+from acausal.design import Choice, Course, Design, Experiment, Fit, Front, choose, control, identify, optimise, pareto
 from components.electrical import DCMotor, Resistor
 
 PUBLIC = {name: item for name, item in vars(acausal).items() if not name.startswith("_")}
@@ -96,6 +97,20 @@ def test_what_editors_see() -> None:
     assert_type(Resistor(R=1.0), Resistor)
     assert_type(solution.final.c.v, Scalar)
     assert_type(DCMotor(R=1.0, k=1.0, J=1.0).rotor.w, Scalar)
+
+
+def what_editors_see_of_designs(motor: DCMotor, run: Callable[[Any], Any], experiment: Experiment) -> None:
+    """Checked by the type checker alone: what is found knows the class of the model, whatever the run returns."""
+    assert_type(identify(motor, {}, experiment), Fit[DCMotor])
+    assert_type(identify(motor, {}, [experiment]).model, DCMotor)
+    assert_type(Experiment.of_run([1.0], {"power": [2.0]}, outputs={"power": lambda s: s.rotor.w}), Experiment)
+    assert_type(optimise(motor, {}, len, run=run), Design[DCMotor])
+    assert_type(optimise(motor, {}, lambda s: s.t1, run=lambda m: simulate(m, 1.0)).model, DCMotor)
+    assert_type(pareto(motor, {}, {}, run=run), Front[DCMotor])
+    assert_type(control(motor, {}, duration=1.0), Course[DCMotor])
+    assert_type(choose(motor, {}, len), Choice[DCMotor])
+    assert_type(choose({"slow": motor}, {}, len).model(0), DCMotor)
+    assert_type(choose(motor, {}, len).continuous("R"), Design[DCMotor])
 
 
 def test_type_checkers_know_what_constructors_take() -> None:

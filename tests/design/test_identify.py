@@ -36,7 +36,7 @@ def position(m: float = 1.0, c: float = 40.0, d: float = 1.5, s0: float = 0.1) -
     return s0 * np.exp(-damping * TIMES) * wave
 
 
-def drop(measured: Any, sigma: Any = NOISE, mass: float = 1.0, **options: Any) -> Experiment[Rig]:
+def drop(measured: Any, sigma: Any = NOISE, mass: float = 1.0, **options: Any) -> Experiment:
     given = {} if sigma is None else {"link.s_rel": sigma}
     changes = {"mass.m": mass}
     return Experiment.of_run(TIMES, {"link.s_rel": measured}, sigma=given, changes=changes, rtol=1e-8, **options)
@@ -122,7 +122,7 @@ def test_combinations_that_the_data_cannot_tell_apart_are_named() -> None:
     assert abs(c_over_m - 40.0) < 1.0
 
 
-def _free_mass(measured: Any) -> Experiment[Rig]:
+def _free_mass(measured: Any) -> Experiment:
     return Experiment.of_run(TIMES, {"link.s_rel": measured}, sigma={"link.s_rel": NOISE}, rtol=1e-8)
 
 
