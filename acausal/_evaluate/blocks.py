@@ -38,7 +38,8 @@ class Known:
 
 
 def run(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
-    """The unknowns of a block, steps first and then tearing variables; `guesses` start a non-linear solve.
+    """The unknowns of a block, steps first and then tearing variables; a non-linear solve starts from `guesses`,
+    [tries, ...].
 
     They may be `Minus` arrays, whose sign is left to whoever reads them. What lies outside its range is NaN.
     """
@@ -159,8 +160,9 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
     Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
     guess, so that one tolerance fits pascals and cubic millimetres.
     """
-    start, unravel = ravel_pytree([jnp.asarray(guess, float) for guess in guesses])
-    sizes = np.concatenate([np.full(np.size(g), size) for g, size in zip(guesses, program.sizes, strict=True)])
+    unravel = ravel_pytree([jnp.asarray(guess[0], float) for guess in guesses])[1]
+    starts = jnp.stack([ravel_pytree(guess)[0] for guess in zip(*guesses, strict=True)])
+    sizes = np.concatenate([np.full(np.size(g[0]), size) for g, size in zip(guesses, program.sizes, strict=True)])
 
     def residual(x: Array, args: PyTree) -> Array:
         params, values, time = args
@@ -173,8 +175,8 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
 
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
-    slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(start / sizes, args))
-    root = scaled_root(residual, start / sizes, args, row_scale(slopes), is_inside if any(program.ranges) else None)
+    slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(starts[0] / sizes, args))
+    root = scaled_root(residual, starts / sizes, args, row_scale(slopes), is_inside if any(program.ranges) else None)
     return unravel(root * sizes)
 
 

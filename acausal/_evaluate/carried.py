@@ -63,7 +63,7 @@ class Carried:
 
         def guess(pairs: Sequence[Pair]) -> Array:
             index = np.array([first[pair] + np.arange(self.plan.size(pair[0])) for pair in pairs])
-            return values[index].reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
+            return values[index].reshape(len(pairs), 1, *self.plan.shapes[pairs[0][0]])
 
         return guess
 

@@ -83,7 +83,7 @@ class Store:
 
 
 def guesses_of(group: Group, guess: Guess) -> list[Array]:
-    """Start values of the tearing variables, stacked over the members; none for blocks that need none."""
+    """Start values of the tearing variables, [members, tries, ...]; none for blocks that need none."""
     if group.program.method != "nonlinear":
         return []
     first = len(group.program.steps)

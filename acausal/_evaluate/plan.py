@@ -140,7 +140,8 @@ class Plan:
     ) -> Store:
         """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
-        `guess(pairs)` gives starting values, stacked, for the tearing variables of non-linear blocks.
+        `guess(pairs)` gives starting values for the tearing variables of non-linear blocks: for each of them one or
+        more, of which the next is tried where the one before leads to no solution.
         """
         groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
         guesses = [guesses_of(group, guess) for group in groups]

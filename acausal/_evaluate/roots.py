@@ -25,16 +25,17 @@ Test = Callable[[Array, PyTree], Truth]
 
 def scaled_root(
     residual: Callable[[Array, PyTree], Array],
-    start: Array,
+    starts: Array,
     args: PyTree,
     scale: Numbers,
     is_inside: Test | None = None,
 ) -> Array:
     """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
 
-    Newton's method from the start; where it fails, or finds a root that is not inside what `is_inside(x, args)` admits,
-    Powell's, whose steps stay inside. Only the root is differentiated, by the implicit function theorem: where a method
-    ends that fails, the function may have no derivative.
+    From the first of the `starts`, [tries, unknowns], from which one is found: by Newton's method; where that fails, or
+    finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay inside. Only the
+    root is differentiated, by the implicit function theorem: where a method ends that fails, the function may have no
+    derivative.
     """
 
     def scaled(x: Array, args: PyTree) -> Array:
@@ -47,14 +48,25 @@ def scaled_root(
         value = scaled(x, args)
         return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
 
-    def search(x: Array, args: PyTree) -> Array:
-        root, is_good = _found(scaled, NEWTON, x, args)
+    def attempt(start: Array, args: PyTree) -> tuple[Array, Array]:
+        root, is_good = _found(scaled, NEWTON, start, args)
         if is_inside is not None:
             is_good &= is_inside(root, args[1])
-        return jax.lax.cond(is_good, lambda: root, lambda: _or_nan(*_found(fenced, DOGLEG, x, args)))
+        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _found(fenced, DOGLEG, start, args))
+
+    def search(starts: Array, args: PyTree) -> Array:
+        if len(starts) == 1:
+            return _or_nan(*attempt(starts[0], args))
+
+        def another(tried: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            return tried[0] + 1, *attempt(starts[tried[0]], args)
+
+        none = (jnp.asarray(0), starts[0], jnp.asarray(False))
+        return _or_nan(*jax.lax.while_loop(lambda tried: ~tried[2] & (tried[0] < len(starts)), another, none)[1:])
 
     held = jax.lax.stop_gradient((scale, args))
-    return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), start, lambda _, x: search(x, held), _solved)
+    first = jax.lax.stop_gradient(starts)
+    return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), starts[0], lambda *_: search(first, held), _solved)
 
 
 def _found(

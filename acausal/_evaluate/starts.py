@@ -184,7 +184,7 @@ class PairStarts:
         """From where non-linear solves start."""
 
         def guess(pairs: Sequence[Pair]) -> Array:
-            return self.values(inputs, pairs).reshape(len(pairs), *self.plan.shapes[pairs[0][0]])
+            return self.values(inputs, pairs).reshape(len(pairs), 1, *self.plan.shapes[pairs[0][0]])
 
         return guess
 

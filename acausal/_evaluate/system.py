@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flat_model import FlatModel
 from .._reduce.incidence import Pair
@@ -23,7 +23,7 @@ from .carried import Carried
 from .constraints import Constraints, constraints_of
 from .event_set import EventSet
 from .events import events_of, time_leaves
-from .groups import Group, Store, group_residuals
+from .groups import Group, Guess, Store, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
 from .intake import Intake
@@ -205,30 +205,48 @@ class System:
             rates = jnp.where(jnp.all(jnp.stack(inside)), rates, jnp.nan)
         return rates, store
 
-    def evaluate(self, t: Numbers, y: Array, inputs: Inputs, wanted: Sequence[Pair], also: Iterable[int] = ()) -> Store:
+    def evaluate(
+        self,
+        t: Numbers,
+        y: Array,
+        inputs: Inputs,
+        wanted: Sequence[Pair],
+        also: Iterable[int] = (),
+        *,
+        anew: Truth = False,
+    ) -> Store:
         """Compute the wanted pairs, and further segments.
 
-        After the states, `y` may hold what is `carried`; iterations then start from the memory in it.
+        After the states, `y` may hold what is `carried`; iterations then start from the memory in it. Where they fail,
+        and equations have changed their law, as after an event, they begin `anew`, from the start values.
         """
-        guess = self.carried.memory_of(y) or self.starts.guess(inputs)
+        guess = self._guess(y, inputs, anew)
         params = self.carried.with_discrete(inputs, y).params
         return self.plan.evaluate(y[: len(self.nominals)], t, params, guess, wanted, also)
+
+    def _guess(self, y: Array, inputs: Inputs, anew: Truth) -> Guess:
+        first, last = self.starts.guess(inputs), self.carried.memory_of(y)
+        if last is None:
+            return first
+        if anew is False:
+            return last
+        return lambda pairs: jnp.concatenate([last(pairs), jnp.where(anew, first(pairs), last(pairs))], axis=1)
 
     def evaluate_all(self, t: Numbers, y: Array, inputs: Inputs) -> Store:
         """All unknowns at a point, outputs that feed no state included."""
         return self.evaluate(t, y, inputs, list(self.plan.places))
 
-    def collected(self, t: Numbers, y: Array, inputs: Inputs, pairs: Sequence[Pair]) -> Array:
+    def collected(self, t: Numbers, y: Array, inputs: Inputs, pairs: Sequence[Pair], *, anew: Truth = False) -> Array:
         """The values of pairs as one flat vector."""
-        return self.plan.collect(self.evaluate(t, y, inputs, pairs), pairs)
+        return self.plan.collect(self.evaluate(t, y, inputs, pairs, anew=anew), pairs)
 
-    def with_memory(self, t: Numbers, y: Array, inputs: Inputs) -> Array:
+    def with_memory(self, t: Numbers, y: Array, inputs: Inputs, *, anew: Truth = False) -> Array:
         """`y`, which may end in the memory of an earlier point, with that of this one."""
         carried = self.carried
         if not carried.memory:
             return y
         n, end = carried.n_states, carried.n_states + carried.n_memory
-        found = self.collected(t, y, inputs, carried.memory)
+        found = self.collected(t, y, inputs, carried.memory, anew=anew)
         found = found if len(y) == n else jnp.where(jnp.isfinite(found), found, y[n:end])
         return jnp.concatenate([y[:n], jax.lax.stop_gradient(found), y[end:]])
 

@@ -11,7 +11,7 @@ from jax import Array
 from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
 from .._indices import behind_filler
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .schedule import last_before, next_after
@@ -90,7 +90,7 @@ class RunEvents(EventNumbers):
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
         wanted |= {*events.truths.leaves, *events.actions.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
-        store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted))
+        store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
         values = values_of(ordinary, t, point, given, store, wanted)
         truths = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
         parts = [_spread(truths, ~self.scheduled[: self.n_model + self.n_instants], False)]
@@ -168,13 +168,13 @@ class RunEvents(EventNumbers):
     ) -> dict[int, Numbers]:
         return values_of(self.system, t, y[self.layout.point], given, store, leaves)
 
-    def with_algebraic(self, t: Array, y: Array, given: Given) -> Array:
+    def with_algebraic(self, t: Array, y: Array, given: Given, *, anew: Truth = False) -> Array:
         """The vector with the algebraic unknowns of the mass-matrix form that belong to its states."""
         system = self.system
         if system.solved is None:
             return y
         n = len(system.solved.nominals)
-        values = system.solved.collected(t, self._ordinary(y), given.inputs, system.algebraic)
+        values = system.solved.collected(t, self._ordinary(y), given.inputs, system.algebraic, anew=anew)
         return self.layout.with_part(y, slice(n, self.layout.n_states), values)
 
     def _ordinary(self, y: Array) -> Array:

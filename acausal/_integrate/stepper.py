@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._equinox_private import unvmap_any
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .._reduce.instants import first
 from .controller import has_leapt
 from .event_state import EventState, crowded
@@ -35,9 +35,9 @@ class SolverState(eqx.Module):
 class Stepper(Wrapper):
     """Steps of `solver`, up to the first event.
 
-    `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given)` renews the
-    unknowns from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may be
-    missing. Steps of a run that `is_reversible` may fail and be differentiated in reverse mode.
+    `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given, anew)` renews
+    the unknowns from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may
+    be missing. Steps of a run that `is_reversible` may fail and be differentiated in reverse mode.
 
     A step is taken as if there were no events. Where one begins in it, the step ends there: the vector is that of the
     dense output, changed by what happens, and `moment` in its status says when. With times to save at beyond the event,
@@ -46,7 +46,7 @@ class Stepper(Wrapper):
 
     layout: StateVector = eqx.field(static=True)
     project: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
-    remember: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
+    remember: Callable[[Array, Array, Given, Truth], Array] | None = eqx.field(static=True)
     peaks: Peaks | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
     is_reversible: bool = eqx.field(static=True)
@@ -115,11 +115,11 @@ class Stepper(Wrapper):
         states = self.layout.states
         return self.layout.with_part(y, states, self.project(given.direction * t, y[states], given))
 
-    def _remembered(self, t: Array, y: Vector, given: Given) -> Vector:
+    def _remembered(self, t: Array, y: Vector, given: Given, *, anew: Truth = False) -> Vector:
         """The vector with the unknowns that belong to it."""
         if self.remember is None:
             return y
-        return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given))
+        return self.layout.with_part(y, self.layout.memory, self.remember(given.direction * t, y, given, anew))
 
     def _through_events(
         self, path: Span, t0: Array, t1: Array, y1: Vector, state: EventState, given: Given
@@ -141,7 +141,7 @@ class Stepper(Wrapper):
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
             approach = Approach(forward * found.before, found.pace)
             settled = settle(events, forward * t, approach, y, found.begins, found.holds, due, state.history, given)
-            y1 = events.with_algebraic(settled.t, settled.y, given)
+            y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             due = events.due(settled.t, y1, given)
             mark, crowd, outcome = crowded(events, state, t - t0, settled.t, found.begins, given)
             outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
@@ -156,4 +156,4 @@ class Stepper(Wrapper):
             return layout.with_part(y, layout.status, status), unchanged
 
         y, state = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
-        return self._remembered(t, y, given), state
+        return self._remembered(t, y, given, anew=found.is_any), state

@@ -12,7 +12,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._evaluate.invariants import onto_invariants
-from .._numbers import Numbers
+from .._numbers import Numbers, Truth
 from .._reduce.instants import first
 from .controller import Steps, core_norm
 from .event_history import EventHistory
@@ -55,8 +55,8 @@ def solver_of(
     def project(t: Numbers, states: Array, given: Given) -> Array:
         return onto_invariants(system, t, states, given.inputs)
 
-    def remember(t: Numbers, y: Array, given: Given) -> Array:
-        return system.with_memory(t, y[settings.layout.point], given.inputs)[settings.layout.memory]
+    def remember(t: Numbers, y: Array, given: Given, anew: Truth) -> Array:
+        return system.with_memory(t, y[settings.layout.point], given.inputs, anew=anew)[settings.layout.memory]
 
     return Stepper(
         solver,

@@ -2,6 +2,9 @@
 
 from typing import Any
 
+import diffrax
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -186,3 +189,19 @@ def test_beside_an_accumulator(cracking: float, back: float) -> None:
         flow=ConstantFlow(flow=FLOW), accumulator=gas, valve=relief(cracking), back=ConstantPressure(pressure=back)
     )
     assert float(settled(rig, 200.0).flow.port.p) == pytest.approx(back + drop(cracking, FLOW), rel=1e-5)
+
+
+@pytest.mark.parametrize("solver", [None, diffrax.Kvaerno5()])
+@pytest.mark.parametrize("cracking", [1.5e7, 1e8])
+def test_beside_an_accumulator_that_becomes_full(cracking: float, solver: Any) -> None:
+    """The pressure leaps to where the valve takes all, from where the law of the valve does not tell the way."""
+    gas = GasAccumulator(capacity=1e-3, resistance=1e9, volume=2e-3, precharge=5e6)
+
+    def pressure(cracking: Any) -> Any:
+        flow = ConstantFlow(flow=FLOW)
+        rig = Charging(flow=flow, accumulator=gas, valve=relief(cracking), back=ConstantPressure(pressure=0.0))
+        return simulate(rig, 15.0, save="end", solver=solver).final.flow.port.p
+
+    found, slope = jax.value_and_grad(pressure)(jnp.asarray(cracking))
+    assert float(found) == pytest.approx(drop(cracking, FLOW), rel=1e-9)
+    assert float(slope) == pytest.approx(1.0, rel=1e-6)
