@@ -1,5 +1,6 @@
 """What is drawn or exported of a solution: variables and expressions, each with a label and a unit."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -36,6 +37,9 @@ def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -
     if isinstance(units, str):
         raise ModelError(f"units={units!r}: give several in a list, as in units=[{units!r}].")
     named = list(_named(items)) if items else [(name, name) for name in variables(solution)]
+    labels = Counter(label for label, _ in named)
+    if twice := [label for label, count in labels.items() if count > 1]:
+        raise ModelError(f"There are two columns {twice[0]!r}: label them, as in {{'power': lambda s: s.r.v * s.r.i}}.")
     leaves = jax.tree_util.tree_leaves(solution.values)
     return [_column(solution, leaves, label, what, units) for label, what in named]
 
@@ -55,7 +59,12 @@ def _named(items: Sequence[Item]) -> Iterator[tuple[str, str | Callable[[Any], A
         elif isinstance(item, list | tuple):
             raise ModelError(f"Name what you want one by one, not in a {type(item).__name__}, got {item!r}.")
         else:
-            yield item if isinstance(item, str) else getattr(item, "__name__", "expression"), item
+            yield item if isinstance(item, str) else _name(item), item
+
+
+def _name(function: Callable[[Any], Any]) -> str:
+    name = getattr(function, "__name__", "<lambda>")
+    return "expression" if name == "<lambda>" else name
 
 
 def _column(

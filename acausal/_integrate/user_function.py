@@ -187,9 +187,8 @@ def _check_real(results: list[Array], what: str) -> None:
         if jnp.iscomplexobj(value):
             raise ModelError(f"{what} must return real numbers, but returned a complex one.")
         if jnp.issubdtype(jnp.result_type(value), jnp.bool_):
-            raise ModelError(
-                f"{what} returned a truth value: return a real function that crosses zero, as in s.x - 1.0."
-            )
+            remedy = "function that crosses zero, as in s.x - 1.0" if what == "until" else "number"
+            raise ModelError(f"{what} returned a truth value: return a real {remedy}.")
 
 
 def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Numbers]]:

@@ -115,7 +115,7 @@ def held(model: ClutchActuator, direction: float = 1.0) -> Scalar:
     return current
 
 
-def fit(case: Case) -> Fit[Any]:
+def fit(case: Case) -> Fit[ClutchActuator]:
     """The parameters of a case with what is known of them."""
     experiments = []
     for voltage, data in MEASURED[case.actuator].items():

@@ -173,7 +173,7 @@ BAD: list[tuple[Any, Any, str]] = [
     ("c.v", ["voltz"], "units: the unit 'voltz' is not known"),
     ("c.v", "mV", r"give several in a list, as in units=\['mV'\]"),
     ({"both": lambda s: (s.c.v, s.r.v)}, (), "An expression must be one real number, but this one returned 2"),
-    ({"true": lambda s: s.c.v > 1.0}, (), "returned a truth value"),
+    ({"true": lambda s: s.c.v > 1.0}, (), "returned a truth value: return a real number"),
     ({"wrong": lambda s: s.c.u}, (), "An expression: .*no port, part, parameter or variable 'u'"),
 ]
 
@@ -182,6 +182,15 @@ BAD: list[tuple[Any, Any, str]] = [
 def test_what_cannot_be_drawn_is_said(item: Any, units: Any, message: str, charge: Solution[RC]) -> None:
     with pytest.raises(ModelError, match=message):
         charge.plot(item, units=units)
+
+
+@pytest.mark.parametrize("take", [Solution.plot, Solution.to_pandas, Solution.to_xarray])
+def test_two_columns_of_one_name_need_labels(take: Callable[..., Any], charge: Solution[RC]) -> None:
+    """Else the second one would take the place of the first in a table."""
+    with pytest.raises(ModelError, match="two columns 'expression': label them"):
+        take(charge, lambda s: s.c.v, lambda s: s.r.v)
+    with pytest.raises(ModelError, match=r"two columns 'c\.v'"):
+        take(charge, "c.v", {"c.v": "r.v"})
 
 
 def test_panels_by_unit(charge: Solution[RC]) -> None:
