@@ -1,46 +1,83 @@
-"""The open clutch at rest: what holds it, without friction, and what that asks of a cam."""
+"""The open clutch at rest, without friction and gear losses: what holds it, and what that asks of a cam."""
 
+import dataclasses
+import functools as ft
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 
 from acausal import Scalar
+from components.rotational import EccentricDisc, LinearLift
 
 from ._opening import STROKE
-from .actuators import ClutchActuator
+from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 
 WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
 RESERVE = 1.01  # of the cam's lift
 
 
+@dataclasses.dataclass(frozen=True)
+class Hold:
+    """An actuator that stands still against its clutch spring."""
+
+    stroke: Scalar  # m, of the slave
+    pressure: Scalar  # Pa
+    compression: Scalar  # m3, by which the liquid is compressed
+    angle: Scalar  # rad, of the motor
+    current: Scalar  # A
+
+
+def hold(model: ClutchActuator, stroke: Scalar = STROKE) -> Hold:
+    """The equilibrium at a stroke in m, by virtual work: the motor's k i per angle is the pressure times the volume.
+
+    Where the cam's torque falls with its angle the equilibrium is unstable.
+    """
+    pressure = line_pressure(model, stroke)
+    compression = pressure / model.line.stiffness
+    angle = angle_at(model, model.slave.area * stroke + compression)
+    current = pressure * jax.grad(ft.partial(delivered, model))(angle) / model.motor.emf.k
+    return Hold(stroke, pressure, compression, angle, current)
+
+
 def line_pressure(model: ClutchActuator, stroke: Scalar = STROKE) -> Scalar:
-    """In Pa, with the slave at a stroke."""
+    """In Pa, with the slave at a stroke in m."""
     return model.clutch.rate * stroke / model.slave.area
 
 
-def held(model: Any, stroke: Scalar = STROKE) -> tuple[Scalar, Scalar]:
-    """Lift of the cam and current in A of the motor that hold the slave at a stroke."""
-    profile = model.cam.profile
+def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
+    """The volume in m3 that has left pump or master cylinder when the motor has turned by `angle` in rad."""
+    if isinstance(model, PumpActuator):
+        return model.pump.displacement * angle
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    return model.master.area * model.cam.profile.lift(angle / model.gearbox.ratio)
+
+
+def angle_at(model: ClutchActuator, volume: Scalar) -> Scalar:
+    """The angle in rad by which the motor has turned when a volume in m3 has left pump or master cylinder."""
+    if isinstance(model, PumpActuator):
+        return volume / model.pump.displacement
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    profile, lift = model.cam.profile, volume / model.master.area
+    if isinstance(profile, LinearLift):
+        return model.gearbox.ratio * lift / profile.rate
+    # In the first half of its turn, lift = -e cos(angle) + sqrt(radius^2 - (e sin(angle))^2) - (radius - e).
+    assert isinstance(profile, EccentricDisc)
     e, radius = profile.eccentricity, profile.radius
-    pressure = line_pressure(model, stroke)
-    lift = (model.slave.area * stroke + pressure / model.line.stiffness) / model.master.area
-    # lift = -e cos(angle) + sqrt(radius^2 - (e sin(angle))^2) - (radius - e)
     reach = lift + radius - e
-    cos = (radius**2 - e**2 - reach**2) / (2.0 * reach * e)
-    slope = profile.slope(jnp.arccos(cos))
-    return lift, pressure * model.master.area * slope / (model.gearbox.ratio * model.motor.emf.k)
+    return model.gearbox.ratio * jnp.arccos((radius**2 - e**2 - reach**2) / (2.0 * reach * e))
 
 
-def holding_current(model: Any) -> Scalar:
-    """In A, of a motor behind a cam or a pump."""
-    if hasattr(model, "cam"):
-        return held(model)[1]
-    return line_pressure(model) * model.pump.displacement / model.motor.emf.k
+def holding_current(model: ClutchActuator) -> Scalar:
+    """In A, of the motor with the clutch open."""
+    return hold(model).current
 
 
 def lift_share(model: Any, stroke: Scalar) -> Scalar:
-    """The share of the cam's lift that a stroke needs."""
-    return RESERVE * held(model, stroke)[0] / (2.0 * model.cam.profile.eccentricity)
+    """The share of the cam's lift that a stroke in m needs."""
+    rest = hold(model, stroke)
+    lift = (model.slave.area * stroke + rest.compression) / model.master.area
+    return RESERVE * lift / (2.0 * model.cam.profile.eccentricity)
 
 
 def pressure_angle(model: Any) -> Scalar:

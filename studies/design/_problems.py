@@ -11,7 +11,7 @@ from acausal import Scalar, Solution
 from acausal.design import Design, optimise
 
 from .._opening import STROKE, opening
-from .._statics import WORN, held, lift_share, pressure_angle
+from .._statics import WORN, holding_current, lift_share, pressure_angle
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 
 HOLD = 60.0  # s
@@ -50,7 +50,7 @@ def largest(s: Any) -> dict[str, Scalar]:
 
 def winding_rise(model: Any) -> Scalar:
     """By how much the winding in K gets warmer than the housing while the clutch is held open for `HOLD`."""
-    power = model.motor.resistor.R * held(model)[1] ** 2
+    power = model.motor.resistor.R * holding_current(model) ** 2
     return WINDING_RESISTANCE * power * (1.0 - jnp.exp(-HOLD / WINDING_TIME))
 
 
@@ -58,7 +58,7 @@ def _limits(**changes: str) -> dict[str, Any]:
     """Limits of the electromechanical actuator, by name."""
     functions: dict[str, Callable[[Any], Any]] = {
         "peak current": lambda s: s.peaks["current"].value,
-        "holding current": lambda s: held(s.final)[1],
+        "holding current": lambda s: holding_current(s.final),
         "line pressure": lambda s: s.peaks["pressure"].value,
         "motor speed": lambda s: s.peaks["speed"].value,
         "winding": lambda s: winding_rise(s.final),

@@ -13,7 +13,7 @@ from jax import Array
 from acausal import Scalar, Solution, simulate
 
 from .._opening import STROKE
-from .._rest import hold
+from .._statics import hold
 from ..actuators import MotorHeldActuator, ValveHeldActuator, motor_held, valve_held
 
 DURATION = 60.0  # s, at a traffic light

@@ -1,7 +1,6 @@
 """The fits: which parameters are free, which measurements they are to meet, and what is known beforehand."""
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -12,8 +11,8 @@ from acausal import Scalar
 from acausal.design import Experiment, Fit, Normal, identify
 from components.rotational import EqualMeshLoss, SmoothStribeckFriction
 
-from .._opening import STROKE, opening
-from .._rest import hold
+from .._opening import opening
+from .._statics import hold
 from ..actuators import (
     ClutchActuator,
     ElectrohydraulicActuator,
@@ -100,10 +99,7 @@ def predict_held(model: ClutchActuator) -> dict[str, Scalar]:
 
 def held(model: ClutchActuator, direction: float = 1.0) -> Scalar:
     """The current in A at the full stroke when the motor is on the point of opening further, -1: of giving way."""
-    # The cam is open well behind the middle of its half turn; a pump knows no such branches.
-    near = 0.8 * math.pi * model.gearbox.ratio if isinstance(model, ElectromechanicalActuator) else 0.0
-    rest = hold(model, STROKE, near)
-    current = rest.current
+    current = hold(model).current
     if isinstance(model, ElectromechanicalActuator):
         loss, ratio = model.gearbox.loss, model.gearbox.ratio
         if loss is not None:

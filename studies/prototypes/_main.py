@@ -10,6 +10,7 @@ from acausal.design import Fit
 
 from .._compile import compiled_quickly
 from .._output import print_table, progress, require_matplotlib, save
+from ..actuators import ClutchActuator
 from ._cases import CASES, Case, fit
 from ._dead_time import EXPLANATIONS, REFUTED, record
 from ._dead_time import fit as fit_dead_time
@@ -83,12 +84,12 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         _draw(out, fits, records, tables)
 
 
-def _competing(fits: Mapping[Case, Fit[Any]]) -> dict[Case, Fit[Any]]:
+def _competing(fits: Mapping[Case, Fit[ClutchActuator]]) -> dict[Case, Fit[ClutchActuator]]:
     """Those of the RE50 that were given all its data, and can meet them."""
     return {case: item for case, item in fits.items() if case.actuator == "ema_maxon" and len(case.free) == 3}
 
 
-def _draw(out: Path, fits: Mapping[Case, Fit[Any]], records: Any, tables: Tables) -> None:
+def _draw(out: Path, fits: Mapping[Case, Fit[ClutchActuator]], records: Any, tables: Tables) -> None:
     from .._report import Table as Shown
     from .._report import write_report
     from ._plot import plot_dead_time, plot_plane, plot_proposals

@@ -16,7 +16,7 @@ from acausal import Scalar, replace
 from acausal.design import Fit
 
 from .._opening import opening
-from ..actuators import StickingActuator
+from ..actuators import ClutchActuator, StickingActuator
 from ._cases import held
 from ._dead_time import at_voltage, record, times
 from ._measured import FULL
@@ -83,13 +83,13 @@ Predictions = Mapping[str, Mapping[str, Prediction]]  # by explanation and measu
 
 
 def predictions(
-    fits: Mapping[str, Fit[Any]], functions: Mapping[str, Callable[[Any], Mapping[str, Scalar]]]
+    fits: Mapping[str, Fit[ClutchActuator]], functions: Mapping[str, Callable[[Any], Mapping[str, Scalar]]]
 ) -> Predictions:
     """What functions of the fitted models give, by the names of the explanations."""
     return {name: _predicted(fit, functions[name]) for name, fit in fits.items()}
 
 
-def _predicted(fit: Fit[Any], function: Callable[[Any], Mapping[str, Scalar]]) -> dict[str, Prediction]:
+def _predicted(fit: Fit[ClutchActuator], function: Callable[[Any], Mapping[str, Scalar]]) -> dict[str, Prediction]:
     """Differences over a standard deviation in each direction of the covariance's factor."""
 
     def at(step: np.ndarray) -> Mapping[str, Scalar]:

@@ -9,6 +9,7 @@ from typing import Any
 from acausal.design import Combination, Fit
 
 from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
+from ..actuators import ClutchActuator
 from ._proposals import Proposal, Separation
 
 # Tables 8.1 to 8.3 of the thesis, and the data sheets' torque constants.
@@ -80,7 +81,7 @@ class Tables:
 
     @classmethod
     def of(
-        cls, found: list[tuple[str, str, Fit[Any]]], proposals: list[Proposal], separations: list[Separation]
+        cls, found: list[tuple[str, str, Fit[ClutchActuator]]], proposals: list[Proposal], separations: list[Separation]
     ) -> "Tables":
         """From fits, each with its prototype and case."""
         return cls(
@@ -168,20 +169,20 @@ def _unbounded(item: Any, name: str) -> Any:
     return dataclasses.replace(item, **{name: math.inf}) if getattr(item, name) is None else item
 
 
-def _rows(prototype: str, case: str, fit: Fit[Any]) -> Iterator[Row]:
+def _rows(prototype: str, case: str, fit: Fit[ClutchActuator]) -> Iterator[Row]:
     for name, unit, *numbers in zip(fit.names, fit.units, fit.estimates, fit.low, fit.high, strict=True):
         thesis = THESIS[prototype].get(name.split(",")[0])
         yield Row(prototype, case, name, unit, thesis, *map(float, numbers))
 
 
-def _meetings(prototype: str, case: str, fit: Fit[Any]) -> Iterator[Meeting]:
+def _meetings(prototype: str, case: str, fit: Fit[ClutchActuator]) -> Iterator[Meeting]:
     for channel in fit.channels:
         fitted, sigma = fit.predicted[channel.label][0], fit.sigma[channel.label][0]
         measured = float(channel.measured.ravel()[0])
         yield Meeting(prototype, case, channel.label, channel.unit, measured, float(sigma), float(fitted))
 
 
-def _outcome(prototype: str, case: str, fit: Fit[Any]) -> Outcome:
+def _outcome(prototype: str, case: str, fit: Fit[ClutchActuator]) -> Outcome:
     said = [_said(combination) for combination in fit.combinations if combination.std >= OPEN]
     return Outcome(prototype, case, float(fit.chi2), int(fit.dof), said)
 

@@ -11,7 +11,7 @@ import scipy
 from acausal import Scalar
 
 from .._opening import LONGEST, opening_time
-from .._rest import delivered
+from .._statics import delivered
 from ..actuators import ClutchActuator, ElectromechanicalActuator
 
 RANGE = (1.5, 8.0)  # of the ratios among which the best is sought

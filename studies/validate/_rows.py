@@ -12,7 +12,8 @@ from jaxtyping import Float
 from acausal import Solution
 
 from .._opening import STROKE, opening
-from .._rest import hold, mode_frequencies
+from .._statics import hold
+from .._vibrations import mode_frequencies
 from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
 from ..prototypes._cases import CASES, fit
 from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia

@@ -1,0 +1,52 @@
+"""How actuators vibrate at rest."""
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float
+
+from acausal import Scalar, linearise, replace
+from components.electrical import ConstantCurrent
+from components.rotational import LinearLift
+
+from ._statics import Hold, angle_at, hold
+from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
+
+
+def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = False) -> Float[np.ndarray, " modes"]:
+    """Frequencies in Hz of the undamped actuator, linearised at a stroke in m, in rising order.
+
+    Undamped means without friction, and with a motor fed by a current, since the back-emf brakes one that is fed by a
+    voltage. Without load the line is free of pressure at that stroke; `loaded` is the actuator held against its spring,
+    where the pressure on the curved cam acts as a further stiffness.
+    """
+    undamped = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
+    if loaded:
+        rest = hold(model, stroke)
+        undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
+    else:
+        undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), angle_at(model, model.slave.area * stroke))
+    frequencies = np.asarray(linearise(undamped).poles.imag) / (2.0 * np.pi)
+    return frequencies[frequencies > 1e-6 * np.max(frequencies)]
+
+
+def _fed_by_current(model: ClutchActuator, current: Scalar) -> ClutchActuator:
+    """The model with a source of `current` in A in place of its supply."""
+    return eqx.tree_at(lambda m: m.supply, model, ConstantCurrent(I=-current))
+
+
+def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
+    """The cam replaced by a linear one of the slope that it has at an angle of the motor in rad."""
+    if isinstance(model, PumpActuator):
+        return model
+    assert isinstance(model, ElectromechanicalActuator | WormActuator)
+    slope = model.cam.profile.slope(angle / model.gearbox.ratio)
+    return eqx.tree_at(lambda m: m.cam.profile, model, LinearLift(rate=slope))
+
+
+def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
+    """The model with start values at rest."""
+    starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
+    if not isinstance(model, PumpActuator):
+        assert isinstance(model, ElectromechanicalActuator | WormActuator)
+        starts["cam.shaft.phi"] = rest.angle / model.gearbox.ratio
+    return replace(model, starts)
