@@ -1,5 +1,6 @@
 """Data of a synchronous machine with permanent magnets, and its best currents within the limits of an inverter."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -143,57 +144,73 @@ class DqMachine(Record):
         machine that is braked at a voltage near that of a short circuit has no angle without torque: then from the
         least torque on.
         """
-        held, ellipse = jax.lax.stop_gradient, self._of_voltage(w, v)
-        scale, s = self.torque(self.most_per_ampere(i_max)), self.Ld - self.Lq
-        k = 1.5 * self.p / scale
-
-        def look(angle: Scalar | Array) -> _Look:
-            i, rate = ellipse.at(angle)
-            bend_d, bend_q = (m - one for m, one in zip(ellipse.centre, i, strict=True))
-            flux = self.psi + s * i.d
-            return _Look(
-                k * flux * i.q - torque / scale,
-                k * (s * rate.d * i.q + flux * rate.q),
-                k * (s * (bend_d * i.q + 2.0 * rate.d * rate.q) + flux * bend_q),
-                (i.d**2 + i.q**2) / i_max**2 - 1.0,
-                2.0 * (i.d * rate.d + i.q * rate.q) / i_max**2,
-            )
-
-        def turning(angle: Scalar) -> tuple[Scalar, Scalar]:
-            here = look(angle)
-            return here.rise, here.bend
-
-        def halved(_: int, bracket: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
-            low, high = bracket
-            middle = 0.5 * (low + high)
-            here = look(middle)
-            below = (here.torque < 0.0) & (here.current < 0.0)
-            return jnp.where(below, middle, low), jnp.where(below, high, middle)
-
+        held, scale = jax.lax.stop_gradient, self.torque(self.most_per_ampere(i_max))
+        at = _AtVoltage(self, self._of_voltage(w, v), torque, scale, i_max)
         idle, exists = self._idle_angle(w, v)
         circle = jnp.linspace(-jnp.pi, jnp.pi, 2 * _ANGLES)
-        lowest = _root(turning, held(circle[jnp.argmin(look(circle).torque)]))
+        lowest = _root(at.turning, held(circle[jnp.argmin(at.look(circle).torque)]))
         idle = jnp.where(exists, idle, lowest)
         least = held(idle)
         angles = least + jnp.linspace(0.0, jnp.pi, _ANGLES)
-        at_least, at_angles = look(least), look(angles)
-        best = _root(turning, held(angles[jnp.argmax(at_angles.torque)]))
+        at_least, at_angles = at.look(least), at.look(angles)
+        best = _root(at.turning, held(angles[jnp.argmax(at_angles.torque)]))
         # At a low speed much current may be needed for no torque at that voltage, and less of it for some torque.
         sizes = jnp.where(angles <= best, at_angles.current, jnp.inf)
         low = held(jnp.where(at_least.current < 0.0, least, angles[jnp.argmin(sizes)]))
-        high = held(jax.lax.fori_loop(0, _HALVINGS, halved, (low, held(best)))[1])
-        at_high = look(high)
+        bound = at.bound(low, best)
+        angle = jnp.where((at.look(low).current >= 0.0) | (at_least.torque >= 0.0), idle, bound)
+        return at.ellipse.at(angle)[0]
+
+
+@dataclasses.dataclass(frozen=True)
+class _AtVoltage:
+    """The currents of a machine at one size of the voltage, by its angle, beside a torque and a current asked for."""
+
+    machine: DqMachine
+    ellipse: _Ellipse
+    torque: Scalar
+    scale: Scalar  # the largest torque at i_max
+    i_max: Scalar
+
+    def look(self, angle: Scalar | Array) -> _Look:
+        m, (i, rate) = self.machine, self.ellipse.at(angle)
+        s, k = m.Ld - m.Lq, 1.5 * m.p / self.scale
+        bend_d, bend_q = (centre - one for centre, one in zip(self.ellipse.centre, i, strict=True))
+        flux = m.psi + s * i.d
+        return _Look(
+            k * flux * i.q - self.torque / self.scale,
+            k * (s * rate.d * i.q + flux * rate.q),
+            k * (s * (bend_d * i.q + 2.0 * rate.d * rate.q) + flux * bend_q),
+            (i.d**2 + i.q**2) / self.i_max**2 - 1.0,
+            2.0 * (i.d * rate.d + i.q * rate.q) / self.i_max**2,
+        )
+
+    def turning(self, angle: Scalar) -> tuple[Scalar, Scalar]:
+        """The derivative of the torque by the angle, zero where the torque is largest or least, and its derivative."""
+        here = self.look(angle)
+        return here.rise, here.bend
+
+    def bound(self, low: Scalar, best: Scalar) -> Scalar:
+        """The angle from `low` on at which torque or current reach their bounds, or `best` if none of them does."""
+        held = jax.lax.stop_gradient
+        high = held(jax.lax.fori_loop(0, _HALVINGS, self._halved, (low, held(best)))[1])
+        at_high = self.look(high)
         is_enough, is_much = at_high.torque >= 0.0, at_high.current >= 0.0
 
         def excess(angle: Scalar) -> tuple[Scalar, Scalar]:
             """By how much the bound that counts is exceeded."""
-            here = look(angle)
+            here = self.look(angle)
             value = jnp.where(is_enough, here.torque, here.current)
             return value, jnp.where(is_enough, here.rise, here.growth)
 
-        bound = jnp.where(is_enough | is_much, _root(excess, high), best)
-        angle = jnp.where((look(low).current >= 0.0) | (at_least.torque >= 0.0), idle, bound)
-        return ellipse.at(angle)[0]
+        return jnp.where(is_enough | is_much, _root(excess, high), best)
+
+    def _halved(self, _: int, bracket: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+        low, high = bracket
+        middle = 0.5 * (low + high)
+        here = self.look(middle)
+        below = (here.torque < 0.0) & (here.current < 0.0)
+        return jnp.where(below, middle, low), jnp.where(below, high, middle)
 
 
 def _root(function: Callable[[Scalar], tuple[Scalar, Scalar]], x: Scalar) -> Scalar:
