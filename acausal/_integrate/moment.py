@@ -43,8 +43,9 @@ def carried_to_moment(
 ) -> tuple[Numbers, Numbers]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
-    As numbers both are what they were: t has been located. But $t^*$ depends on whatever the run depends on. With
-    $y(t^*)$ on the solution through $(t, y)$, and the margin $g$ of the first vector,
+    It returns t and `ys` as they are, since the moment has been located, and gives them derivatives: the moment $t^*$
+    depends on whatever the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the margin $g$ of the
+    first vector,
 
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$

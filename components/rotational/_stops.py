@@ -29,10 +29,10 @@ class HardStop(Component):
     """Rigid stops on the ground that keep a shaft within phi_min <= phi <= phi_max, with Newton's law of impact.
 
     At a stop the speed w turns to -restitution w. A rebound no faster than `rest` does not happen: the shaft rests
-    there, held by the contact torque, until it is pulled away. This ends infinitely many
-    jumps after a finite number. Impacts and lift-off are events. The shaft has to have an inertia. An
-    impact changes the speed of what is rigidly joined to the shaft, and no other: it is right for one moving body, but
-    does not share an impulse among several that are joined by planetary gears or levers.
+    there, held by the contact torque, until it is pulled away. So rebounds that would go on without end, ever smaller,
+    end after a finite number. Impacts and lift-off are events. The shaft has to have an inertia. An impact changes the
+    speed of what is rigidly joined to the shaft, and no other: it is right for one moving body, but does not share an
+    impulse among several that are joined by planetary gears or levers.
 
     Where a stop and dry friction hold the shaft at once, the stop carries the load, since it does not creep; where two
     stops do, give one of them a `creep` of 1e-10 / (kg.m2).
