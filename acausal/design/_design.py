@@ -17,7 +17,7 @@ from ._certificate import Curvature
 from ._free import Free
 from ._limits import Limit
 
-M = TypeVar("M", bound=Component)
+M = TypeVar("M", bound=Component, covariant=True)
 Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
 SHOWN = 12  # sensitivities in a table
 ROUNDING = 1e-9  # of a margin

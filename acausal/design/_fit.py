@@ -18,7 +18,7 @@ from ._least_squares import Ends, Minimum, Problem
 from ._profile import Profile, profile
 from ._residuals import ResidualTest, tests_of
 
-M = TypeVar("M", bound=Component)
+M = TypeVar("M", bound=Component, covariant=True)
 RANK = 1e-7  # singular values below this share of the largest are errors of the runs
 SAME = 1e-3  # relative difference of sums of squares, or absolute one below 1, that is taken for none
 WEAK = 1.0  # relative uncertainty from which on the data do not tell a combination

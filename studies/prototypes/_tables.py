@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,10 @@ class Tables:
 
     @classmethod
     def of(
-        cls, found: list[tuple[str, str, Fit[ClutchActuator]]], proposals: list[Proposal], separations: list[Separation]
+        cls,
+        found: Sequence[tuple[str, str, Fit[ClutchActuator]]],
+        proposals: list[Proposal],
+        separations: list[Separation],
     ) -> "Tables":
         """From fits, each with its prototype and case."""
         return cls(

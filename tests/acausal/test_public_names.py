@@ -12,7 +12,7 @@ from _models import RC, rc
 
 import acausal
 import acausal.design
-from acausal import AcausalError, ArgumentError, ParameterError, Scalar, Solution, simulate
+from acausal import AcausalError, ArgumentError, Component, ParameterError, Scalar, Solution, simulate
 from acausal.design import Choice, Course, Design, Experiment, Fit, Front, choose, control, identify, optimise, pareto
 from components.electrical import DCMotor, Resistor
 
@@ -103,6 +103,8 @@ def what_editors_see_of_designs(motor: DCMotor, run: Callable[[Any], Any], exper
     """Checked by the type checker alone: what is found knows the class of the model, whatever the run returns."""
     assert_type(identify(motor, {}, experiment), Fit[DCMotor])
     assert_type(identify(motor, {}, [experiment]).model, DCMotor)
+    general: Fit[Component] = identify(motor, {}, experiment)
+    assert_type(general.model, DCMotor)
     assert_type(Experiment.of_run([1.0], {"power": [2.0]}, outputs={"power": lambda s: s.rotor.w}), Experiment)
     assert_type(optimise(motor, {}, len, run=run), Design[DCMotor])
     assert_type(optimise(motor, {}, lambda s: s.t1, run=lambda m: simulate(m, 1.0)).model, DCMotor)
