@@ -42,10 +42,12 @@ def both_sides(
 
 
 def chosen(rows: Array | np.ndarray, which: Any) -> Array | np.ndarray:
-    """What an index chooses. Outside of transformations numpy does: jax compiles anew for each number of rows."""
+    """What an index chooses. Outside of transformations numpy does: jax compiles anew for each number of rows, also for
+    `jnp.asarray` of them.
+    """
     if is_traced(rows) or isinstance(rows, np.ndarray):
         return rows[which]
-    return jnp.asarray(np.asarray(rows)[which])
+    return jax.device_put(np.asarray(rows)[which])
 
 
 def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:

@@ -4,6 +4,7 @@ import types
 from typing import Any, Self
 
 import jax
+import jax.monitoring
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -230,3 +231,26 @@ def test_plain_numbers_of_a_structure_are_of_the_kind_that_is_annotated() -> Non
     assert repr(Stated(power=-0.0).power) == "0.0"
     kept: Any = Stated(power=float("inf"), n=2.5, flag=3)  # pyright: ignore[reportArgumentType]
     assert (kept.power, kept.n, kept.flag) == (float("inf"), 2.5, 3)
+
+
+def test_trajectories_of_another_length_are_read_without_compiling() -> None:
+    """A program for each number of rows would take longer to compile than all else that a reading does."""
+    compiled: list[str] = []
+
+    def listen(event: str, duration_secs: float, **kwargs: str | int) -> None:
+        if event.endswith("backend_compile_duration"):
+            compiled.append(event)
+
+    def length(sol: Any) -> int:
+        assert len(sol.c.v) == len(sol.integrals) == len(sol.ys)
+        return len(sol.ts)
+
+    # Both have between 16 and 32 rows: they are filled up to a power of two, for which there is one program.
+    short, long = (simulate(rc(), 1.0, rtol=rtol, integrals=lambda s: s.c.v) for rtol in (1e-6, 1e-7))
+    jax.monitoring.register_event_duration_secs_listener(listen)
+    try:
+        rows, before = length(short), len(compiled)
+        assert length(long) > rows
+        assert len(compiled) == before
+    finally:
+        jax.monitoring.unregister_event_duration_listener(listen)
