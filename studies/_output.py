@@ -1,8 +1,10 @@
 """What the studies share: tables, progress, JSON and pictures."""
 
 import dataclasses
+import functools as ft
 import hashlib
 import importlib.util
+import io
 import json
 import math
 import shutil
@@ -152,9 +154,17 @@ def legend(figure: "Figure", columns: int, *, above: bool = False) -> None:
     figure.legend(entries.values(), entries.keys(), loc=place, ncols=columns, frameon=False)
 
 
+@ft.lru_cache(maxsize=16)
+def png(figure: "Figure") -> bytes:
+    """A picture that is finished as PNG; drawn once, for its file and for the report."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=150)
+    return content.getvalue()
+
+
 def save(figure: "Figure", directory: Path, name: str) -> None:
     """Write a picture as PNG and say so."""
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / f"{name}.png"
-    figure.savefig(path, dpi=150)
+    path.write_bytes(png(figure))
     print(f"wrote {path}")

@@ -3,11 +3,12 @@
 import base64
 import html
 import importlib.metadata
-import io
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
+
+from ._output import png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -84,9 +85,7 @@ def _is_number(text: str) -> bool:
 
 
 def _image(figure: "Figure", heading: str) -> str:
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=110)
-    data = base64.b64encode(content.getvalue()).decode()
+    data = base64.b64encode(png(figure)).decode()
     return f'<img alt="{html.escape(_said(figure, heading))}" src="data:image/png;base64,{data}">'
 
 

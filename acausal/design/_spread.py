@@ -86,7 +86,7 @@ class Spread:
         for number, limit in enumerate(np.ravel(limits)):
             ax.axvline(self.scale.value(limit), color="tab:red", linewidth=1.5, label="" if number else "limit")
         ax.set_xlabel(self.scale.headed(self.result))
-        ax.set_ylabel("density")
+        ax.set_ylabel(f"density per{self.scale.text}" if self.scale.text else "density")
         ax.legend(frameon=False, fontsize="small")
         lost = f", {sum(self.failed.values())} failed" if self.failed else ""
         ax.set_title(f"{self.method}: {mean:.5g} ± {std:.3g}{self.scale.text}{lost}", fontsize="medium")

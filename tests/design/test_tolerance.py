@@ -196,6 +196,8 @@ def test_pictures_and_tables() -> None:
     plt = pytest.importorskip("matplotlib.pyplot")
     drawn = study().monte_carlo(100)
     assert drawn["y"].plot(limits=[100.0]).get_xlabel() == "y"
+    panel = study((linear, "ms")).first_order()["y"].plot()
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("y [ms]", "density per ms")
     assert study().first_order()["y"].plot().get_title().startswith("first order")
     assert study().indices(16).plot().get_xlabel() == "share of the variance of y"
     assert sensitivities(rig(), linear).plot().get_xlabel().startswith("change of result in %")

@@ -1,10 +1,12 @@
 """Reports of studies as their readers get them: one file that shows, and says, everything."""
 
+import base64
 import html.parser
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from studies._output import save
 from studies._report import Table, write_report
 
 
@@ -45,6 +47,16 @@ def test_pictures_lie_in_the_page_and_are_said(tmp_path: Path) -> None:
     # Nothing is fetched from elsewhere, and no box is empty.
     assert not [attributes for tag, attributes in tags if tag in ("script", "link") or "href" in attributes]
     assert sum(tag == "pre" for tag, _ in tags) == 1
+
+
+def test_pictures_of_page_and_folder_are_the_same(tmp_path: Path) -> None:
+    """And are drawn once."""
+    figure = picture()
+    save(figure, tmp_path, "figure")
+    figure.suptitle("too late")
+    write_report(tmp_path, "page", "A page", [("Heading", "", [figure])])
+    content = base64.b64encode((tmp_path / "figure.png").read_bytes()).decode()
+    assert content in (tmp_path / "page.html").read_text()
 
 
 def test_tables_are_those_of_the_page(tmp_path: Path) -> None:
