@@ -1,7 +1,11 @@
-"""Indices as constants of programs."""
+"""Indices as constants of programs, and what is found by them."""
 
+from collections.abc import Sequence
+
+import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
+from jax import Array
 from jaxtyping import Bool, UInt32
 
 
@@ -15,3 +19,24 @@ def behind_filler(is_own: Bool[np.ndarray, "..."]) -> UInt32[np.ndarray, "..."]:
     their own; the others find the filler.
     """
     return unsigned(np.where(is_own, np.cumsum(is_own).reshape(is_own.shape), 0))
+
+
+def first_true(masks: Sequence[Array]) -> tuple[Array, Array]:
+    """Whether any element holds of several masks, one behind the other, and the index of the first that does.
+
+    They are not put together: XLA on the CPU compiles each part of a vector as a function of its own, but operations on
+    numbers as one.
+    """
+    total = found = sum(mask.size for mask in masks)
+    for mask in reversed(masks):
+        total -= mask.size
+        if mask.size == 1:
+            found = jnp.where(jnp.ravel(mask)[0], total, found)
+        elif mask.size:
+            found = jnp.where(jnp.any(mask), total + jnp.argmax(mask), found)
+    return jnp.asarray(found) < sum(mask.size for mask in masks), jnp.asarray(found)
+
+
+def joined(masks: Sequence[Array]) -> Array:
+    """Several masks as one vector."""
+    return jnp.concatenate([jnp.zeros(0, bool), *(jnp.ravel(mask) for mask in masks)])

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import jax.scipy.linalg as jsl
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
@@ -17,21 +18,25 @@ _Solve = Callable[[_Vector], _Vector]
 def gauss_jordan_inverse(matrix: _Matrix) -> _Matrix:
     """Inverse by elimination in place with partial pivoting; not finite where the matrix is singular.
 
-    Rows are never exchanged (`pivot_of[i]` is the column that row `i` eliminated, -1 before), so that a sweep is
-    elementwise: for small matrices XLA on CPU runs this faster than its calls to LAPACK.
+    Rows are never exchanged (`pivot_of[i]` is the column that row `i` eliminated, n before), so that a sweep is
+    elementwise: for small matrices XLA on CPU runs this faster than its calls to LAPACK. Indices cannot be negative,
+    so that looking them up needs no operation that asks.
     """
-    index = jnp.arange(len(matrix))
+    n = len(matrix)
+    index = jnp.arange(n, dtype=np.uint32)
 
     def eliminate(k, carry):
         a, pivot_of = carry
-        column = a[:, k]
-        p = jnp.argmax(jnp.where(pivot_of < 0, jnp.abs(column), -1))
-        row = jnp.where(index == k, 1, a[p]) / a[p, k]
-        a = jnp.where(index == k, 0, a) - column[:, None] * row
-        return jnp.where((index == p)[:, None], row, a), jnp.where(index == p, k, pivot_of)
+        column = lax.dynamic_index_in_dim(a, k, 1, keepdims=False)
+        p = lax.argmax(jnp.where(pivot_of == n, jnp.abs(column), -1.0), 0, np.uint32)
+        is_k, is_p = index == k, index == p
+        row = lax.dynamic_index_in_dim(a, p, keepdims=False)
+        row = jnp.where(is_k, 1.0, row) / lax.dynamic_index_in_dim(row, k, keepdims=False)
+        a = jnp.where(is_k, 0.0, a) - column[:, None] * row
+        return jnp.where(is_p[:, None], row, a), jnp.where(is_p, k, pivot_of)
 
-    a, pivot_of = lax.fori_loop(0, len(matrix), eliminate, (matrix, jnp.full_like(index, -1)))
-    row_of = jnp.sum(jnp.where(pivot_of[:, None] == index, index[:, None], 0), axis=0)
+    a, pivot_of = lax.fori_loop(np.uint32(0), np.uint32(n), eliminate, (matrix, jnp.full_like(index, n)))
+    row_of = jnp.sum(jnp.where(pivot_of[:, None] == index, index[:, None], 0), axis=0, dtype=np.uint32)
     return a[row_of[:, None], pivot_of]
 
 

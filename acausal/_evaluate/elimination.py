@@ -88,7 +88,9 @@ def _solved(rows: list[_Row]) -> list[Any]:
     """The same by operations on arrays, of which there are fewer."""
     n = len(rows)
     matrices = stacked(rows)
-    solutions = jax.vmap(lambda a: linear_solver(a[:, :n], is_refined=True)(-a[:, n]))(matrices)
+    solve = lambda a: linear_solver(a[:, :n], is_refined=True)(-a[:, n])  # noqa: E731
+    # A batch of one would compile to more.
+    solutions = solve(matrices[0])[None] if len(matrices) == 1 else jax.vmap(solve)(matrices)
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for row in rows for value in row if value is not None))
     return [solutions[:, i].reshape(shape) for i in range(n)]
 

@@ -61,7 +61,11 @@ class Store:
 
     def is_finite(self) -> Array:
         """Whether all that was computed so far is finite."""
-        return jnp.all(jnp.isfinite(jnp.concatenate([self.flat(segment) for segment in self.segments])))
+        by_shape: dict[tuple[int, ...], Array] = {}
+        for value in self.segments.values():
+            bare = jnp.asarray(value.array if isinstance(value, Minus) else value)
+            by_shape[bare.shape] = by_shape.get(bare.shape, jnp.asarray(True)) & jnp.isfinite(bare)
+        return jnp.all(jnp.stack([jnp.all(are_finite) for are_finite in by_shape.values()]))
 
     def gather(self, read: Read) -> Array:
         """The values of all members, stacked in front."""

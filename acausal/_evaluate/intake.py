@@ -82,13 +82,13 @@ class Intake:
             if start is not None and not np.all(leaf.declaration.admits(start)):
                 raise ParameterError(_bad_start(leaf, start))
 
-    def bad_values(self, inputs: Inputs) -> Array:
+    def bad_values(self, inputs: Inputs) -> list[Array]:
         """For each of the requirements, and of the start values that are given, whether it is not met."""
-        checks = [self.requirements.broken(inputs.params)]
+        checks = self.requirements.broken(inputs.params)
         for index in sorted(inputs.given):
             start = self.starts.of_leaf(inputs, index)
-            checks.append(~jnp.all(self.flat.leaves[index].declaration.admits(start))[None])
-        return jnp.concatenate(checks)
+            checks.append(~jnp.all(self.flat.leaves[index].declaration.admits(start)))
+        return checks
 
     def needed(self, given: frozenset[int]) -> list[str]:
         """What each of `bad_values` is short of, as sentences."""

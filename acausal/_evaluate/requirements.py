@@ -12,9 +12,11 @@ from jax import Array
 from .._declare.fields import join
 from .._declare.requirements import told
 from .._errors import ParameterError
+from .._indices import joined
 from .._reduce.flat_model import FlatModel
 from .._reduce.required import required
 from .._tracing import known
+from .groups import UNROLLED
 from .packing import ModelParameters, SlotValues
 
 
@@ -34,13 +36,17 @@ class ModelRequirements:
         """The parameters that are read, by kind and slot."""
         return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
 
-    def broken(self, params: ModelParameters) -> Array:
-        """For each requirement, whether it is not met."""
-        parts = [jnp.zeros(0, bool)]
+    def broken(self, params: ModelParameters) -> list[Array]:
+        """For each requirement, whether it is not met: those of a few like components one by one, of many together."""
+        parts: list[Array] = []
         for number, needed in self._groups:
-            values = [params.slots[number, slot].stacked for slot in needed.slots]
-            parts.append(~jnp.ravel(jax.vmap(needed, axis_size=self.flat.holders[number].total)(*values)))
-        return jnp.concatenate(parts)
+            total, slots = self.flat.holders[number].total, [params.slots[number, slot] for slot in needed.slots]
+            if total > UNROLLED:
+                holds = jax.vmap(lambda *values, f=needed: jnp.stack(f(*values)), axis_size=total)
+                parts.append(~jnp.ravel(holds(*(slot.stacked for slot in slots))))
+            else:
+                parts += [~jnp.asarray(x) for i in range(total) for x in needed(*(slot.of(i) for slot in slots))]
+        return parts
 
     def enforced(self, params: ModelParameters) -> ModelParameters:
         """The leaves of packed parameters, NaN where some requirement is not met and they are not known.
@@ -87,4 +93,4 @@ class ModelRequirements:
 
 @ft.partial(jax.jit, static_argnums=0)
 def _broken(requirements: ModelRequirements, slots: dict[tuple[int, int], SlotValues]) -> Array:
-    return requirements.broken(ModelParameters(slots))
+    return joined(requirements.broken(ModelParameters(slots)))

@@ -21,7 +21,7 @@ GROWTH = 1e7  # a determinant that this change multiplies by more is zero but fo
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
-def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
+def singular_blocks(system: System, store: Store, inputs: Inputs) -> list[Array]:
     """For each linear block, in the order of `linear_blocks`, whether it is singular but for rounding.
 
     Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
@@ -41,8 +41,7 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> Array:
     numbers = _plain_and_changed((slots, segments))
     found = jax.vmap(lambda numbers: once(lambda: matrices(*numbers)))(numbers) if groups else []
     sizes = map(_log_determinant, found)
-    parts = [jnp.any(changed - plain > np.log(GROWTH), axis=1) for plain, changed in sizes]
-    return jnp.concatenate([jnp.zeros(0, bool), *parts])
+    return [jnp.any(changed - plain > np.log(GROWTH), axis=1) for plain, changed in sizes]
 
 
 def linear_blocks(system: System) -> list[Pair]:

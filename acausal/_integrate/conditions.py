@@ -35,7 +35,8 @@ class EventConditions(NamedTuple):
 
     def true(self, above: Array) -> Array:
         """Which conditions hold where these relations do."""
-        return self.logic(sign_of(above), -sign_of(above)) > 0
+        sign = sign_of(above)
+        return self.logic(sign, -sign) > 0
 
     def begin(self, above: Array, holds: Array) -> Array:
         """Which events begin where these relations hold, after `holds`."""
@@ -50,8 +51,8 @@ class EventConditions(NamedTuple):
 
         A condition that holds must become false and true again for that.
         """
-        least = jnp.where(changes | turns, -1.0, sign_of(above))
-        most = jnp.where(changes | turns, 1.0, sign_of(above))
+        may_change, sign = changes | turns, sign_of(above)
+        least, most = jnp.where(may_change, -1.0, sign), jnp.where(may_change, 1.0, sign)
         low, high = self.logic(least, -most), self.logic(most, -least)
         many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
         return jnp.where(holds, (low < 0) & (self.either | many), high > 0)

@@ -11,7 +11,7 @@ from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
-from .._reduce.logic import Circuit, Expression, circuit, relations_of
+from .._reduce.logic import NEVER, Circuit, Expression, circuit, relations_of
 from .settings import Settings
 from .state_vector import StateVector
 
@@ -193,18 +193,18 @@ class EventNumbers:
         return self.n_curved + (self.settings.stop is not None)
 
     @ft.cached_property
-    def logic(self) -> list[Expression | None]:
-        """How each event is made of relations, None for what is scheduled."""
-        own: list[Expression | None] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
+    def logic(self) -> list[Expression]:
+        """How each event is made of relations; what is scheduled is never found by them."""
+        own: list[Expression] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
         model = self.system.events.logic if self.system.events else ()
-        return [*model, *[None] * self.n_instants, *own]
+        return [*(expression or NEVER for expression in model), *[NEVER] * self.n_instants, *own]
 
     @ft.cached_property
     def reads(self) -> np.ndarray:
         """[events, margins], which events are decided by which margins."""
         found = np.zeros((self.total, self.n_margins), bool)
         for i, expression in enumerate(self.logic):
-            found[i, list(relations_of(expression) if expression else ())] = True
+            found[i, list(relations_of(expression))] = True
         return found
 
     @ft.cached_property
@@ -222,6 +222,7 @@ class EventNumbers:
 
     @ft.cached_property
     def circuit(self) -> Circuit:
-        """The conditions of all events; one that is scheduled reads an additional relation, which never holds."""
-        never = ("holds", self.n_margins)
-        return circuit([expression or never for expression in self.logic], self.n_margins + 1)
+        """How far the condition of each event is above zero, at least or at most, from such bounds of the margins and
+        of their negatives.
+        """
+        return circuit(self.logic, self.n_margins)

@@ -47,7 +47,7 @@ def first_event(
     if events.is_searched:
         span = jnp.abs(numbers.t1 - numbers.t0)
         margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
-        conditions = EventConditions(margins, events.conditions, events.reads, events.either, events.moves)
+        conditions = EventConditions(margins, events.circuit, events.reads, events.either, events.moves)
         start = state.seen._replace(t=t0)
         found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, span, short)
     t = jnp.where(found.is_any, found.t, end)

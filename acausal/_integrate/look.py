@@ -10,7 +10,7 @@ from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .conditions import EventConditions, signs
-from .interval import PARTS, TURN, Seen, advance, judged, may_turn, over, seen
+from .interval import PARTS, TURN, Seen, Verdict, advance, judged, may_turn, over, seen
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -82,7 +82,7 @@ def look(
     the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed down to
     rounding. So an event is found if each margin turns at most once on each part, and bends one way where it does.
     """
-    length = end - start.t
+    length, none, no = end - start.t, jnp.zeros_like(holds), jnp.asarray(False)
 
     def next_point(s: _Search) -> _Search:
         new = seen(conditions.margins, s.x)
@@ -112,39 +112,43 @@ def look(
 
     def narrowed(s: _Search, new: Seen, at_once: Array) -> _Search:
         """The search after a look at a point between `low` and `high`."""
-        now = jnp.any(at_once)
         above = signs(new.g, s.above)
         holds = s.holds & conditions.true(above)
         verdicts = jax.vmap(ft.partial(judged, conditions, length, short, s.count))(
             *_both((s.low, new, s.above, s.holds), (new, s.high, above, holds))
         )
         before, behind = (jax.tree.map(lambda x, i=i: x[i], verdicts) for i in (0, 1))
-        last = signs(s.high.g, above)
-        verdict = _pick(before.passes, behind, before)
-        low = _pick(before.passes, _pick(behind.passes, s.high, new), s.low)
-        high = _pick(verdict.passes, s.end, _pick(before.passes, s.high, new))
-        part = jnp.minimum(length / PARTS, over(TURN * (s.end.t - low.t), advance(low, s.end)))
-        onward = low.t + jnp.minimum(part, 0.5 * (s.end.t - low.t))
-        is_found = now | verdict.is_found
-        at_low = (s.above, s.holds), (above, holds), (last, holds & conditions.true(last))
-        above, holds = _pick(before.passes, _pick(behind.passes, at_low[2], at_low[1]), at_low[0])
-        return _Search(
-            low,
-            _pick(now, low, high),
-            s.end,
-            above,
-            holds,
-            s.offset,
-            jnp.where(verdict.passes, onward, verdict.x),
-            jnp.where(now, at_once, verdict.begins),
-            is_found,
-            is_found | (verdict.passes & (low.t >= s.end.t)) | (s.count > MOST),
-            s.count,
+
+        def at_once_found() -> _Search:
+            return s._replace(high=s.low, begins=at_once, is_found=~no, is_over=~no)
+
+        def between(low: Seen, high: Seen, above: Array, holds: Array, verdict: Verdict) -> _Search:
+            return s._replace(
+                low=low, high=high, above=above, holds=holds, x=verdict.x, begins=verdict.begins,
+                is_found=verdict.is_found, is_over=verdict.is_found | (s.count > MOST),
+            )  # fmt: skip
+
+        def onward() -> _Search:
+            """The next part, where nothing happens up to `high`."""
+            low, last = s.high, signs(s.high.g, above)
+            part = jnp.minimum(length / PARTS, over(TURN * (s.end.t - low.t), advance(low, s.end)))
+            x = low.t + jnp.minimum(part, 0.5 * (s.end.t - low.t))
+            is_over = (low.t >= s.end.t) | (s.count > MOST)
+            true = holds & conditions.true(last)
+            return s._replace(low=low, high=s.end, above=last, holds=true, x=x, begins=none, is_over=is_over)
+
+        case = jnp.where(jnp.any(at_once), 0, jnp.where(~before.passes, 1, jnp.where(~behind.passes, 2, 3)))
+        return jax.lax.switch(
+            case,
+            [
+                at_once_found,
+                lambda: between(s.low, new, s.above, s.holds, before),
+                lambda: between(new, s.high, above, holds, behind),
+                onward,
+            ],
         )
 
-    none = jnp.zeros_like(holds)
     last = start._replace(t=end)
-    no = jnp.asarray(False)
     begin = _Search(
         low=start,
         high=last,

@@ -15,6 +15,7 @@ from jaxtyping import PyTree
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
+from .._indices import first_true
 from .adjoint import BothModes, Forwards
 from .derivative import differentiable
 from .event_state import ACCUMULATED
@@ -170,9 +171,10 @@ def _outcome(
 ) -> tuple[Result, Array]:
     """The result, and which parameter or start value is to blame for a bad one; later rules win."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    bad_values = system.intake.bad_values(inputs)
+    is_bad_value, bad_value = first_true(system.intake.bad_values(inputs))
+    is_bad_start, bad_start = first_true([bad_starts])
     everything = system.evaluate_all(t, y[layout.point], inputs)
-    singular = singular_blocks(system, everything, inputs)
+    is_singular, singular = first_true(singular_blocks(system, everything, inputs))
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
     rules = [
         (why == STOPPED, Result.stopped),
@@ -182,19 +184,15 @@ def _outcome(
         (why == ENDLESS, Result.events_endless),
         (why == CONTRADICTED, Result.bad_reset),
         (why == REFUSED, Result.refused),
-        (jnp.any(singular), Result.undetermined),
+        (is_singular, Result.undetermined),
         (~everything.is_finite(), Result.not_finite),
-        (jnp.any(bad_starts), Result.bad_start),
+        (is_bad_start, Result.bad_start),
         (jnp.asarray(0.0 if given.numbers.unmet is None else given.numbers.unmet) > 0.0, Result.bad_start),
-        (jnp.any(bad_values), Result.bad_parameter),
+        (is_bad_value, Result.bad_parameter),
     ]
     result = Result.reached_end if settings.stop is None else Result.never_stopped
     for condition, outcome in rules:
         result = Result.where(condition, outcome, result)
-    culprit = jnp.where(result == Result.undetermined, _first(singular), -1)
-    culprit = jnp.where(jnp.any(bad_starts), _first(bad_starts), culprit)
-    return result, jnp.where(jnp.any(bad_values), _first(bad_values), culprit)
-
-
-def _first(mask: Array) -> Array:
-    return jnp.argmax(mask) if len(mask) else jnp.asarray(0)
+    culprit = jnp.where(result == Result.undetermined, singular, -1)
+    culprit = jnp.where(is_bad_start, bad_start, culprit)
+    return result, jnp.where(is_bad_value, bad_value, culprit)

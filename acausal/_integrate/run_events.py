@@ -54,7 +54,7 @@ class RunEvents(EventNumbers):
             return late
         # Algebraic unknowns have no rates of their own; here they are functions of the time and the states.
         margins = self.margins(t, self.with_algebraic(t, y, given), given)
-        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.conditions(margins, -margins)[number])
+        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.circuit(margins, -margins)[number])
 
     # What is read at a point
 
@@ -76,13 +76,6 @@ class RunEvents(EventNumbers):
         if stop:
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
-
-    def conditions(self, holds: Array, fails: Array) -> Array:
-        """How far the condition of each event is above zero, at least or at most, from such bounds of `margins` and of
-        their negatives; -1 for what is scheduled.
-        """
-        never = jnp.full(1, -1.0)
-        return self.circuit(jnp.concatenate([holds, never]), jnp.concatenate([fails, -never]))
 
     def here(self, t: Numbers, y: Array, given: Given) -> Here:
         """What holds at a point, and what events would change there."""

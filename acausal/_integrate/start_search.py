@@ -16,6 +16,7 @@ from .._evaluate.initial import start_point
 from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
+from .._indices import joined
 from .._numbers import Numbers
 from .field import Given
 from .modes import Solver, modes_at
@@ -151,7 +152,7 @@ def search_start(
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
-    unmet = system.intake.requirements.broken(values.inputs.params) if trim.leaves else jnp.zeros(0, bool)
+    unmet = joined(system.intake.requirements.broken(values.inputs.params) if trim.leaves else [])
     is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
     if past is not None:
         is_bad |= ~begun_late(system, past, t0).holds

@@ -12,6 +12,7 @@ from .._indices import unsigned
 
 # ("holds", k) and ("fails", k) for relation k; ("and", a, b) and ("or", a, b) for expressions.
 Expression: TypeAlias = tuple[Any, ...]
+NEVER: Expression = ("never",)  # by itself only
 _OPPOSITE = {"holds": "fails", "fails": "holds", "and": "or", "or": "and"}
 
 
@@ -63,7 +64,8 @@ def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequenc
 @dataclasses.dataclass(frozen=True, eq=False)
 class Circuit:
     """Expressions in relations: `levels` say, of each gate, whether it is an "and" and which earlier values it reads,
-    and `outputs` where the expressions are. First of all come the relations and their opposites.
+    and `outputs` where the expressions are. First of all come -1 for what never holds, the relations, and their
+    opposites.
     """
 
     levels: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
@@ -73,7 +75,9 @@ class Circuit:
         """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
         the smaller one, of `or` the larger one.
         """
-        values = jnp.concatenate([holds, fails])
+        if not self.levels and np.array_equal(self.outputs, 1 + np.arange(len(holds))):
+            return holds
+        values = jnp.concatenate([np.array([-1.0]), holds, fails])
         for is_and, first, second in self.levels:
             a, b = values[first], values[second]
             values = jnp.concatenate([values, jnp.where(is_and, jnp.minimum(a, b), jnp.maximum(a, b))])
@@ -86,10 +90,12 @@ def circuit(expressions: Sequence[Expression], n_relations: int) -> Circuit:
     for expression in expressions:
         _measure(expression, depths)
     places: dict[Expression, int] = {}
-    levels, total = [], 2 * n_relations
+    levels, total = [], 1 + 2 * n_relations
 
     def place(a: Expression) -> int:
-        return places[a] if len(a) == 3 else a[1] + n_relations * (a[0] == "fails")
+        if len(a) == 3:
+            return places[a]
+        return 0 if a == NEVER else 1 + a[1] + n_relations * (a[0] == "fails")
 
     for depth in range(1, max(depths.values(), default=0) + 1):
         gates = [a for a, own in depths.items() if own == depth]

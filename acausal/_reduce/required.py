@@ -50,8 +50,8 @@ class Required:
     told: tuple[tuple[int, ...], ...]  # the slots whose values each text is about
     never: tuple[str, ...]  # those that cannot hold, whatever the numbers
 
-    def __call__(self, *values: Numbers) -> Array:
-        return jnp.stack(jaxpr_as_fun(self.jaxpr)(*values))
+    def __call__(self, *values: Numbers) -> list[Array]:
+        return jaxpr_as_fun(self.jaxpr)(*values)
 
 
 @ft.cache

@@ -19,6 +19,7 @@ from .._evaluate.diagnosis import first_not_finite
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
+from .._indices import joined
 from .._integrate.failure import about_block, about_range
 from .._integrate.started import started
 from .._reduce.flatten import flatten
@@ -107,6 +108,6 @@ def _start(system: System, model: Component) -> list[str]:
     if pair is not None:
         said = f"{name_of(pair)} is infinite or not a number at the start."
         return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]
-    singular = singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs)
+    singular = joined(singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs))
     pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
     return [f"{name_of(pair)} is arbitrary but for errors of rounding.{about_block(system, pair)}" for pair in pairs]

@@ -19,6 +19,7 @@ from acausal._declare.node import leaves_of, nodes_of
 from acausal._declare.requirements import broken
 from acausal._evaluate.packing import ModelParameters, slot_values
 from acausal._evaluate.requirements import ModelRequirements
+from acausal._indices import joined
 from acausal._reduce.flatten import flatten
 
 NO_NUMBERS = (None, "a", 1j, {}, [1.0, "a"])
@@ -124,7 +125,7 @@ def test_requirements_are_the_same_for_numbers_and_compiled(component: Component
     @jax.jit
     def is_broken(leaves: list[Any]) -> Any:
         slots = {key: slot_values(flat, dict(enumerate(leaves)), *key) for key in keys}
-        return requirements.broken(ModelParameters(slots))
+        return joined(requirements.broken(ModelParameters(slots)))
 
     for _ in range(20):
         values = {
