@@ -162,9 +162,13 @@ class _Maker:
     def __init__(self, role: Role) -> None:
         self._role: Role = role
 
+    @property
+    def remedy(self) -> str:
+        return f"{self._role.capitalize()}[...] takes a type and a unit, as in Param[Scalar, 'ohm']."
+
     def __getitem__(self, items: tuple[Any, ...]) -> Any:
         if not isinstance(items, tuple) or len(items) < 2:
-            raise ArgumentError(f"{self._role.capitalize()}[...] takes a type and a unit, as in Param[Scalar, 'ohm'].")
+            raise ArgumentError(self.remedy)
         kind, unit, *options = items
         return Annotated[kind, _declaration(self._role, unit, tuple(options), kind == Scalar)]
 
@@ -183,8 +187,13 @@ else:
     Discrete = _Maker("discrete")
 
 
-def declared(annotation: object) -> Declaration | None:
-    """The `Declaration` inside an annotation, if it is one of ours."""
+def declared(annotation: object, where: str) -> Declaration | None:
+    """The `Declaration` inside an annotation, if it is one of ours.
+
+    Raises `ArgumentError` for one of ours without a type and a unit: it would pass for the type of a constant.
+    """
+    if isinstance(annotation, _Maker):
+        raise ArgumentError(f"{where} lacks its type and its unit: {annotation.remedy}")
     for item in getattr(annotation, "__metadata__", ()):
         if isinstance(item, Declaration):
             return item

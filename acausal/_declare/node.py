@@ -130,8 +130,8 @@ def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: obje
 
 
 def _field(owner: str, name: str, annotation: Any, default: object) -> object:
-    declaration = declared(annotation)
     where = f"{owner}.{name}"
+    declaration = declared(annotation, where)
     if isinstance(default, dataclasses.Field):
         return default
     if declaration is None and not _holds_parts(annotation):
