@@ -245,7 +245,7 @@ def test_trajectories_of_another_length_are_read_without_compiling() -> None:
         assert len(sol.c.v) == len(sol.integrals) == len(sol.ys)
         return len(sol.ts)
 
-    # Both have between 16 and 32 rows: they are filled up to a power of two, for which there is one program.
+    # Both have fewer than 64 rows, to which all are filled up, so that there is one program for them.
     short, long = (simulate(rc(), 1.0, rtol=rtol, integrals=lambda s: s.c.v) for rtol in (1e-6, 1e-7))
     jax.monitoring.register_event_duration_secs_listener(listen)
     try:
