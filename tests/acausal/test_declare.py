@@ -161,8 +161,9 @@ def test_a_final_component_cannot_be_derived_from() -> None:
 @pytest.mark.parametrize("kind", [Param, Var, Flow, Time, Discrete])
 def test_a_declaration_without_type_and_unit(kind: Any) -> None:
     """It is no constant of a type of that name."""
+    metaclass: Any = type(Component)
     with pytest.raises(ArgumentError, match=r"Bare\.x lacks its type and its unit: .*Scalar, 'ohm'"):
-        type(Component)("Bare", (Component,), {"__module__": __name__, "__annotations__": {"x": kind}, "x": 0.0})
+        metaclass("Bare", (Component,), {"__module__": __name__, "__annotations__": {"x": kind}, "x": 0.0})
 
 
 def test_override_without_annotation() -> None:
