@@ -8,7 +8,7 @@ import pytest
 from _rig import Rig
 from scipy import linalg, optimize
 
-from acausal import Connections, ParameterError, connect, simulate
+from acausal import Component, Connections, ParameterError, connect, simulate
 from components import blocks, electrical, rotational, thermal, translational
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 
@@ -59,7 +59,7 @@ V1, R1, R2 = 5.0, 0.8, 1.5
     ],
     ids=lambda item: type(item).__name__,
 )
-def test_two_port_between_source_and_load(part: Any, i1: float, v2: float) -> None:
+def test_two_port_between_source_and_load(part: Component, i1: float, v2: float) -> None:
     """A source V1 with inner resistance R1 at port 1, a resistor R2 at port 2."""
     rig = Rig(parts=(ConstantVoltage(V=V1), Resistor(R=R1), part, Resistor(R=R2), Ground()), wiring=wire_transformer)
     end = simulate(rig, 1.0, save="end").final.parts[2]
@@ -117,7 +117,7 @@ def wire_signal(source: Any, resistor: Any, part: Any, signal: Any, ground: Any)
 @pytest.mark.parametrize(
     ("part", "charge"), [(electrical.VariableCapacitor(Q=3.0), "Q"), (electrical.VariableInductor(Psi=3.0), "Psi")]
 )
-def test_charge_of_variable_capacitor_and_flux_of_variable_inductor(part: Any, charge: str) -> None:
+def test_charge_of_variable_capacitor_and_flux_of_variable_inductor(part: Component, charge: str) -> None:
     """u = 1 + t/2, on a resistor: R dQ/dt = -Q/u, and dPsi/dt = -R Psi/u, so that both go as u^-2 for R = 1."""
     ramp = blocks.Ramp(height=1.0, duration=2.0, offset=1.0)
     rig = Rig(parts=(ConstantVoltage(V=0.0), Resistor(R=1.0), part, ramp, Ground()), wiring=wire_signal)

@@ -9,14 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
+from jax import Array
 
-from acausal import Component, Connections, ParameterError, Scalar, connect, simulate
+from acausal import Component, Connections, ParameterError, Scalar, Solution, connect, simulate
 from components import blocks, rotational, translational
 
 TIGHT = 1e-10
 
 
-def times_of(solution: Any, name: str) -> list[Any]:
+def times_of(solution: Solution, name: str) -> list[Array]:
     """The times of the events of one name."""
     events = solution.events
     return [events.times[i] for i, here in enumerate(events.names) if here == name]
@@ -77,7 +78,7 @@ def wire_belt(belt: Any, block: Any, spring: Any, wall: Any, friction: Any) -> C
 C, M, V = 100.0, 1.0, 0.2
 
 
-def stick_slip_times(Fc: Scalar, peak: Scalar, cycles: int) -> Any:
+def stick_slip_times(Fc: Scalar, peak: Scalar, cycles: int) -> tuple[Array, Array]:
     """Break-away and sticking of a block that starts at rest on the belt, by harmonic motion about Fc / C."""
     omega, x0 = math.sqrt(C / M), (peak - 1.0) * Fc / C
     slip = (math.pi + 2.0 * jnp.arctan2(V, omega * x0)) / omega
@@ -266,7 +267,7 @@ def wire_pulled(pull: Any, spring: Any, mass: Any, friction: Any) -> Connections
 def test_a_steep_peak_breaks_away_once_in_each_cycle() -> None:
     """With a size of the speed below that within which the peak falls off."""
 
-    def run(fexp: Any, static: Any, speed: Any) -> Any:
+    def run(fexp: Array, static: Array, speed: Array) -> tuple[Array, Array]:
         parts = (
             translational.ConstantSpeed(speed=speed),
             translational.SpringDamper(c=100.0, d=1.0),

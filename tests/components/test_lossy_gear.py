@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
+from jax import Array
 from numpy.typing import NDArray
 
 from acausal import Connections, ParameterError, Scalar, connect, simulate
@@ -15,7 +16,7 @@ from components import blocks, rotational
 RATIO, MOTOR, LOAD, END, N = 3.0, 0.02, 0.3, 2.0, 24
 
 
-def losses(*row: Scalar) -> Any:
+def losses(*row: Scalar) -> Array:
     return jnp.stack([jnp.zeros(()), *map(jnp.asarray, row)])[None]
 
 
@@ -46,7 +47,7 @@ def test_steady_torque_is_that_of_msl_and_continuous() -> None:
         [np.linspace(-2.0, 2.0, 41), *(m * at_switch + s * near for m in (1.0, -1.0) for s in (1.0, -1.0))]
     )
 
-    def torque(speed: Scalar, x: Scalar) -> Any:
+    def torque(speed: Scalar, x: Scalar) -> tuple[Scalar, Scalar]:
         parts = (
             rotational.ConstantSpeed(speed=speed),
             rotational.LossyGear(ratio=RATIO, losses=table),
