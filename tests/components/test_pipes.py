@@ -193,11 +193,13 @@ def test_friction_factors() -> None:
 
 
 def test_a_program_does_not_grow_with_the_segments() -> None:
+    """Below some ten states, matrices are inverted in another way."""
+
     def equations(n: int) -> int:
         rig = hammer(n, ChurchillFriction(), TURBULENT)
         return str(jax.make_jaxpr(lambda rig: simulate(rig, 0.1, save="end").final.pipe.p_b)(rig)).count(" = ")
 
-    assert equations(200) <= equations(5)
+    assert equations(200) == equations(100)
 
 
 def test_a_gradient_does_not_grow_with_the_segments() -> None:
