@@ -170,24 +170,26 @@ def polished(at: At, z: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], is_eq
 
 
 def _newton(at: At, point: Point, multipliers: Multipliers, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray | None:
-    """Where the linearised conditions are met; None where they have no such place nearby."""
+    """Where the conditions are met that are linearised with active bounds reached; None where no such place is near."""
     active = multipliers.active()
     low, high = bounds
     z = np.where(active.lower, low, np.where(active.upper, high, point.z))
     moving = np.flatnonzero(~(active.lower | active.upper))
-    held = point.jacobian[active.constraints]
+    here = at(z)
+    if here is None:
+        return None
     if not len(moving):
         return z
     hessian = np.zeros((len(moving), len(moving)))
     for column, variable in enumerate(moving):
-        sides = [at(point.z + sign * STEP * np.eye(len(z))[variable]) for sign in (1.0, -1.0)]
+        sides = [at(z + sign * STEP * np.eye(len(z))[variable]) for sign in (1.0, -1.0)]
         if sides[0] is None or sides[1] is None:
             return None
         slopes = [stationarity(side, multipliers)[moving] for side in sides if side is not None]
         hessian[:, column] = (slopes[0] - slopes[1]) / (2.0 * STEP)
-    a = held[:, moving]
+    a = here.jacobian[active.constraints][:, moving]
     system = np.block([[0.5 * (hessian + hessian.T), a.T], [a, np.zeros((len(a), len(a)))]])
-    right = -np.concatenate([point.gradient[moving], point.c[active.constraints] + held @ (z - point.z)])
+    right = -np.concatenate([here.gradient[moving], here.c[active.constraints]])
     step = np.linalg.lstsq(system, right, rcond=None)[0][: len(moving)]
     if not np.all(np.isfinite(step)) or np.max(np.abs(step)) > 0.1:
         return None
