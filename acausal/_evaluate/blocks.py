@@ -157,8 +157,7 @@ def _dense_system(program: Program, known: Known) -> tuple[Array, Array, Callabl
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list[Array]:
     """The tearing variables, by the search of `scaled_root` from the guesses, with all unknowns in their ranges.
 
-    Unknowns are measured in their nominal sizes, and each residual in the change that such a step makes in it at the
-    guess, so that one tolerance fits pascals and cubic millimetres.
+    Unknowns are measured in their nominal sizes, so that one tolerance fits pascals and cubic millimetres.
     """
     unravel = ravel_pytree([jnp.asarray(guess[0], float) for guess in guesses])[1]
     starts = jnp.stack([ravel_pytree(guess)[0] for guess in zip(*guesses, strict=True)])
@@ -175,12 +174,5 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
 
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
-    slopes = jax.lax.stop_gradient(jax.jacfwd(residual)(starts[0] / sizes, args))
-    root = scaled_root(residual, starts / sizes, args, row_scale(slopes), is_inside if any(program.ranges) else None)
+    root = scaled_root(residual, starts / sizes, args, is_inside if any(program.ranges) else None)
     return unravel(root * sizes)
-
-
-def row_scale(slopes: Array) -> Array:
-    """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
-    total = jnp.sum(jnp.abs(slopes), axis=1)
-    return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)

@@ -16,12 +16,13 @@ from .._reduce.graph import sharing
 from .._reduce.incidence import Pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
-from .blocks import Known, residuals, row_scale
+from .blocks import Known, residuals
 from .groups import Group, Store, over_members
 from .implicit import Function, Inverse, nearest, refined
 from .packing import ModelParameters
 from .plan import Plan
 from .program import Program, residual_program_of
+from .roots import row_scale
 
 SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error
 EXACT, CLOSE = 1e-14, 1e-9  # violations of a constraint, relative to its size, to aim at and to accept

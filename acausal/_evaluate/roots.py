@@ -8,7 +8,7 @@ import optimistix as optx
 from jax import Array
 from jaxtyping import PyTree
 
-from .._numbers import Numbers, Truth
+from .._numbers import Truth
 from .affine import computed
 from .elimination import SMALL, eliminated
 
@@ -24,16 +24,13 @@ Test = Callable[[Array, PyTree], Truth]
 
 
 def scaled_root(
-    residual: Callable[[Array, PyTree], Array],
-    starts: Array,
-    args: PyTree,
-    scale: Numbers,
-    is_inside: Test | None = None,
+    residual: Callable[[Array, PyTree], Array], starts: Array, args: PyTree, is_inside: Test | None = None
 ) -> Array:
-    """A root of a function of unknowns of size 1, with residuals of size `scale`; NaN where none is found.
+    """A root of a function of unknowns of size 1; NaN where none is found.
 
-    From the first of the `starts`, [tries, unknowns], from which one is found: by Newton's method; where that fails, or
-    finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay inside. Only the
+    Each residual is measured in the change that a step of size 1 makes in it where the search starts. The search goes
+    from the first of the `starts`, [tries, unknowns], from which a root is found: by Newton's method; where that fails,
+    or finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay inside. Only the
     root is differentiated, by the implicit function theorem: where a method ends that fails, the function may have no
     derivative.
     """
@@ -49,10 +46,11 @@ def scaled_root(
         return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
 
     def attempt(start: Array, args: PyTree) -> tuple[Array, Array]:
-        root, is_good = _found(scaled, NEWTON, start, args)
+        scaling = row_scale(jax.jacfwd(residual)(start, args)), args
+        root, is_good = _found(scaled, NEWTON, start, scaling)
         if is_inside is not None:
-            is_good &= is_inside(root, args[1])
-        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _found(fenced, DOGLEG, start, args))
+            is_good &= is_inside(root, args)
+        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _found(fenced, DOGLEG, start, scaling))
 
     def search(starts: Array, args: PyTree) -> Array:
         if len(starts) == 1:
@@ -64,9 +62,14 @@ def scaled_root(
         none = (jnp.asarray(0), starts[0], jnp.asarray(False))
         return _or_nan(*jax.lax.while_loop(lambda tried: ~tried[2] & (tried[0] < len(starts)), another, none)[1:])
 
-    held = jax.lax.stop_gradient((scale, args))
-    first = jax.lax.stop_gradient(starts)
-    return jax.lax.custom_root(lambda x: scaled(x, (scale, args)), starts[0], lambda *_: search(first, held), _solved)
+    held, first = jax.lax.stop_gradient((args, starts))
+    return jax.lax.custom_root(lambda x: residual(x, args), starts[0], lambda *_: search(first, held), _solved)
+
+
+def row_scale(slopes: Array) -> Array:
+    """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
+    total = jnp.sum(jnp.abs(slopes), axis=1)
+    return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
 
 
 def _found(
@@ -83,6 +86,8 @@ def _or_nan(root: Array, is_good: Array) -> Array:
 def _solved(slope: Callable[[Array], Array], value: Array) -> Array:
     """The x of a linear function at which it has a value."""
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
+    scale = row_scale(matrix)
+    matrix, value = matrix / scale[:, None], value / scale
     if len(value) > SMALL:
         return jnp.linalg.solve(matrix, value)
     return jnp.stack([computed(x) for x in eliminated([list(row) for row in matrix], list(-value))])

@@ -11,9 +11,9 @@ import optimistix as optx
 from jax import Array
 from jaxtyping import PyTree
 
-from .._evaluate.blocks import row_scale
 from .._evaluate.constraints import CLOSE
 from .._evaluate.implicit import nearest, refined
+from .._evaluate.roots import row_scale
 
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)

@@ -191,17 +191,25 @@ def test_beside_an_accumulator(cracking: float, back: float) -> None:
     assert float(settled(rig, 200.0).flow.port.p) == pytest.approx(back + drop(cracking, FLOW), rel=1e-5)
 
 
+def pressure_beside_a_full_accumulator(cracking: Any, solver: Any = None) -> Any:
+    gas = GasAccumulator(capacity=1e-3, resistance=1e9, volume=2e-3, precharge=5e6)
+    flow = ConstantFlow(flow=FLOW)
+    rig = Charging(flow=flow, accumulator=gas, valve=relief(cracking), back=ConstantPressure(pressure=0.0))
+    return simulate(rig, 15.0, save="end", solver=solver).final.flow.port.p
+
+
 @pytest.mark.parametrize("solver", [None, diffrax.Kvaerno5()])
 @pytest.mark.parametrize("cracking", [1.5e7, 1e8])
 def test_beside_an_accumulator_that_becomes_full(cracking: float, solver: Any) -> None:
     """The pressure leaps to where the valve takes all, from where the law of the valve does not tell the way."""
-    gas = GasAccumulator(capacity=1e-3, resistance=1e9, volume=2e-3, precharge=5e6)
-
-    def pressure(cracking: Any) -> Any:
-        flow = ConstantFlow(flow=FLOW)
-        rig = Charging(flow=flow, accumulator=gas, valve=relief(cracking), back=ConstantPressure(pressure=0.0))
-        return simulate(rig, 15.0, save="end", solver=solver).final.flow.port.p
-
-    found, slope = jax.value_and_grad(pressure)(jnp.asarray(cracking))
+    pressure = jax.value_and_grad(lambda c: pressure_beside_a_full_accumulator(c, solver))
+    found, slope = pressure(jnp.asarray(cracking))
     assert float(found) == pytest.approx(drop(cracking, FLOW), rel=1e-9)
     assert float(slope) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_settings_beside_an_accumulator_that_becomes_full() -> None:
+    """The slope of a closed valve, by which its equation is measured, is anything from 1e-6 of its conductance to 0."""
+    settings = jnp.asarray([1.36e7, 1.4e7, 1.5e7, 2.2e7, 1e8, 5e8])
+    found = jax.vmap(pressure_beside_a_full_accumulator)(settings)
+    assert np.asarray(found) == pytest.approx([drop(c, FLOW) for c in settings.tolist()], rel=1e-9)
