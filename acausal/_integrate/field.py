@@ -14,17 +14,23 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
+from .schedule import tick
 from .settings import RunNumbers, Settings
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Given:
-    """All numbers of a run; `carried` is what is held while the core of the stepped vector moves."""
+    """All numbers of a run; `carried` is what is held while the core of the stepped vector moves.
+
+    `counted_from` is the time farthest from zero among the start and those from which repeated events are counted; None
+    where nothing repeats.
+    """
 
     inputs: Inputs
     numbers: RunNumbers
     carried: Any = None
+    counted_from: Any = None
 
     def carrying(self, carried: Array) -> "Given":
         """With what is carried along behind the states."""
@@ -34,6 +40,10 @@ class Given:
     def direction(self) -> Array:
         """1, or -1 for a run that goes back in time."""
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
+
+    def tick(self, t: Numbers) -> Numbers:
+        """Times of the run as close to t as this are one and the same."""
+        return tick(t, self.numbers.t0 if self.counted_from is None else self.counted_from)
 
 
 Field = Callable[[Numbers, Array, Given], Array]

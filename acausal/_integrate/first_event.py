@@ -12,7 +12,6 @@ from .field import Given
 from .interval import Seen
 from .look import Found, look
 from .run_events import RunEvents
-from .schedule import tick
 from .span import Span
 
 PAST = 1e-9  # events are looked for beyond the end by this share of a step, which may be meant to end at one
@@ -39,7 +38,7 @@ def first_event(
 ) -> FirstEvent:
     """Which events begin first in a step, and when; none where it has to be repeated up to there."""
     forward, numbers, due = given.direction, given.numbers, given.direction * state.due
-    run_end, short = forward * numbers.t1, tick(t1, numbers.t0)
+    run_end, short = forward * numbers.t1, given.tick(t1)
     arrives = _reaches(t1, instant, given) & (instant < run_end)
     end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
@@ -75,15 +74,15 @@ def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) 
         beside = jnp.minimum(near, 0.5 * (found.t + later))
     # Until an event that is so near, a state may not change by more than rounding. Then the step ends beyond it.
     before = jnp.where(found.before > near, found.before, beside)
-    least = t0 + 4.0 * tick(t0, given.numbers.t0)
+    least = t0 + 4.0 * given.tick(t0)
     to = jnp.maximum(jnp.where(is_late, found.reached, before), least)
     return jnp.where((is_cut | is_late) & (t1 > 2.0 * least - t0), to, jnp.inf)
 
 
 def _reaches(t: Numbers, instant: Array, given: Given) -> Array:
-    return instant <= t + tick(t, given.numbers.t0)
+    return instant <= t + given.tick(t)
 
 
 def short_of(t1: Array, instant: Array, given: Given) -> Array:
     """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
-    return jnp.where(_reaches(t1, instant, given), t1 - 0.5 * tick(t1, given.numbers.t0), t1)
+    return jnp.where(_reaches(t1, instant, given), t1 - 0.5 * given.tick(t1), t1)

@@ -80,7 +80,7 @@ def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Giv
     given, numbers = _packed(settings, given), given.numbers
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
     is_reversible = not isinstance(adjoint, diffrax.ForwardMode)
-    y0, events, memory = begin_run(settings, given, y0, is_reversible=is_reversible)
+    given, y0, events, memory = begin_run(settings, given, y0, is_reversible=is_reversible)
     raw = diffrax.diffeqsolve(
         diffrax.ODETerm(term_of(settings)),
         solver_of(settings, events, memory, is_reversible=is_reversible),

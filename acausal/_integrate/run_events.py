@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -14,7 +15,7 @@ from .._indices import behind_filler
 from .._numbers import Numbers, Truth
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
-from .schedule import last_before, next_after
+from .schedule import farthest, last_before, next_after
 
 
 class Here(NamedTuple):
@@ -123,6 +124,14 @@ class RunEvents(EventNumbers):
         return jnp.concatenate(
             [_spread(own, self.scheduled[: self.n_model], jnp.inf), jnp.full(self.total - self.n_model, jnp.inf)]
         )
+
+    def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
+        """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
+        times = self._times(jnp.asarray(t0, float), y, given)
+        if not times:
+            return None
+        firsts = [t0, *(farthest(time, every, t0) for time, every, _ in times)]
+        return jax.lax.stop_gradient(jnp.max(jnp.abs(jnp.stack(firsts))))
 
     def done(self, given: Given) -> Array | np.ndarray:
         """Those that have happened already where they are true at the start, as far as discrete variables go."""

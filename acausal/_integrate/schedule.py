@@ -8,10 +8,11 @@ from jax import Array
 from .._numbers import Numbers
 
 EPSILON = float(np.finfo(float).eps)
+COUNTABLE = 1e8  # periods, of which more are not counted exactly enough to tell one instant from another
 
 
 def tick(t: Numbers, t0: Numbers) -> Numbers:
-    """Times closer than this are one and the same in a run from t0: they are sums of numbers as large as either."""
+    """Times closer than this are one and the same if counted from t0: they are sums of numbers as large as either."""
     return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
 
 
@@ -28,6 +29,12 @@ def last_before(times: Array, every: Array, t: Numbers) -> Array:
     near = jnp.max(tick(times, t), axis=1, keepdims=True)
     last = jnp.max(jnp.where(due - t <= near, due, -jnp.inf), axis=1)
     return jnp.where(jnp.isfinite(last), last, jnp.inf)
+
+
+def farthest(times: Array, every: Array, t0: Numbers) -> Array:
+    """The size of the times, but for what does not repeat, comes after t0, or is too many periods before it."""
+    counts = jnp.isfinite(every) & (times < t0) & (t0 - times < COUNTABLE * every)
+    return jnp.max(jnp.where(counts, jnp.abs(times), 0.0))
 
 
 def _repeated(times: Array, every: Array, t: Numbers) -> Numbers:

@@ -14,7 +14,6 @@ from .event_history import EventHistory
 from .field import Given
 from .moment import Approach, carried_to_moment
 from .run_events import RunEvents
-from .schedule import tick
 
 TOGETHER = 10  # rounds of consequences in which all that has become true happens at once; later on one by one
 # Why a run ends at an instant
@@ -103,7 +102,10 @@ def settle(
 
     def next_round(r: _Round) -> _Round:
         is_own = jnp.any(r.due)
-        which = jnp.argmin(jnp.where(r.due, r.order if is_start else 0.0, jnp.inf))
+        order = r.order if is_start else jnp.zeros(total)
+        earliest = jnp.min(jnp.where(r.due, order, jnp.inf))
+        now = earliest + given.tick(earliest)
+        which = jnp.argmax(r.due & (order <= now))  # of those at one instant the first in the list
         own = (jnp.arange(total) == which) & is_own
         t, ys = r.t, r.ys
         if not is_start:
@@ -134,7 +136,6 @@ def settle(
         if is_start:
             # Past events of one instant start from the values before all of them; those of the next instant, from the
             # values that these have left.
-            now = r.order[which] + tick(r.order[which], t)
             is_now = due_later & (r.order <= now)
             # An event is due again only if this round has changed its time. Both times are computed here, in the same
             # way, so that they do not differ by rounding.

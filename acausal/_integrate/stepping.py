@@ -23,7 +23,6 @@ from .moment import Approach
 from .peaks import Peaks
 from .rejected import Rejectable
 from .run_events import RunEvents
-from .schedule import tick
 from .settings import Settings
 from .settle import settle
 from .stepper import Stepper
@@ -72,9 +71,9 @@ def solver_of(
 
 def begin_run(
     settings: Settings, given: Given, y0: Array, *, is_reversible: bool = True
-) -> tuple[Array, RunEvents | None, EventState | None]:
-    """The vector that a run starts with, from its states, after what happens at the start; its events, and what is
-    carried from step to step.
+) -> tuple[Given, Array, RunEvents | None, EventState | None]:
+    """The numbers of a run, from when it counts among them; the vector that it starts with, from its states, after what
+    happens at the start; its events, and what is carried from step to step.
     """
     system, layout, numbers = settings.system, settings.layout, given.numbers
     values = given.inputs.params.leaves
@@ -83,17 +82,18 @@ def begin_run(
     rest = jnp.zeros(layout.size - layout.discrete.stop)
     y = jnp.concatenate([y0, guess, *discrete, rest])
     if not settings.has_events:
-        return _with_peaks(settings, given, _remembered(settings, given, y)), None, None
+        return given, _with_peaks(settings, given, _remembered(settings, given, y)), None, None
     events, t0 = RunEvents(settings, layout, is_reversible), numbers.t0
+    given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
     history = EventHistory.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
     due = jnp.zeros(events.total)
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:
-        begins &= past >= t0 - tick(t0, t0)
+        begins &= past >= t0 - given.tick(t0)
     if numbers.past is not None:
-        begins &= past > numbers.past.time + tick(numbers.past.time, t0)
+        begins &= past > numbers.past.time + given.tick(numbers.past.time)
     settled = settle(
         events, t0, Approach(t0, jnp.zeros(events.total)), y, begins, none, due, history, given, order=past
     )
@@ -106,7 +106,7 @@ def begin_run(
         settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
-    return _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory
+    return given, _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory
 
 
 def _remembered(settings: Settings, given: Given, y: Array) -> Array:

@@ -138,3 +138,15 @@ def wire_two_points(set_point: Any, controller: Any, plant: Any) -> Connections:
         connect(controller.y, plant.u),
         connect(plant.y, controller.u_m),
     )
+
+
+def test_pulses_that_follow_each_other_at_once_are_on_all_the_time() -> None:
+    """The fall of one is the rise of the next, however far back they are counted from."""
+
+    def share(start_time: Scalar, period: Scalar) -> Scalar:
+        parts = (blocks.Pulse(amplitude=1.0, period=period, width=1.0, start_time=start_time), blocks.Integrator())
+        return simulate(Rig(parts=parts, wiring=wire_step), 3.3 * period, save="end").final.parts[1].x / period
+
+    rng = np.random.default_rng(4)
+    starts, periods = -(10.0 ** rng.uniform(-1.0, 4.0, 40)), 10.0 ** rng.uniform(-2.0, 0.0, 40)
+    np.testing.assert_allclose(jax.jit(jax.vmap(share))(starts, periods), 3.3, rtol=1e-6)
