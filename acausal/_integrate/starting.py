@@ -63,7 +63,7 @@ def start_of(
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     given = Given(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
-    _, y, events, memory = begin_run(settings, given, states)
+    given, y, events, memory = begin_run(settings, given, states)
     assert events is not None
     assert memory is not None
     return Start(events, given, y, memory.holds)
