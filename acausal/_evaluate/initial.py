@@ -1,6 +1,7 @@
 """Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -9,10 +10,38 @@ from jax import Array
 
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
+from .._tracing import is_traced
 from .constraints import TOLERANCE
 from .given_unknowns import GivenUnknowns, given_unknowns
+from .intake import LARGE
+from .packing import ModelParameters
 from .starts import Inputs
 from .system import System
+
+
+def handed_inputs(system: System, params: ModelParameters, leaves: Sequence[Numbers | None]) -> Inputs:
+    """What a compiled run is called with: parameters as they are handed, and the start values among the leaves.
+
+    Traced start values from which the states start are apart, unless there are very many: derivatives are then along
+    only those that vary, not along all start values of a model. From the others iterations begin, on which no result
+    depends: they are constants.
+    """
+    starts, given = system.intake.starts, system.intake.given(leaves)
+    traced = {i: value for i, value in enumerate(leaves) if i in given and is_traced(value)}
+    decisive = decisive_leaves(system, given) if traced else ()
+    apart: dict[int, Any] = {i: value for i, value in traced.items() if i in decisive}
+    if len(apart) > LARGE:
+        return Inputs(params, starts.pack(leaves), given)
+    others = [
+        None if i in apart else jax.lax.stop_gradient(value) if i in traced else value for i, value in enumerate(leaves)
+    ]
+    return Inputs(params, starts.pack(others), given, apart=apart)
+
+
+def decisive_leaves(system: System, given: frozenset[int]) -> frozenset[int]:
+    """The leaves from whose start values the states start, by number."""
+    pairs = [*system.states, *system.constraints.pairs, *given_unknowns(system, given)]
+    return system.starts.leaves_behind(given, pairs)
 
 
 def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, Array]:

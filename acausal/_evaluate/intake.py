@@ -63,6 +63,12 @@ class Intake:
         leaves = {i: params.leaves[i] for i in sorted(set(read)) if i in params.leaves}
         return ModelParameters(self.packed(params).slots, leaves)
 
+    def complete(self, inputs: Inputs) -> Inputs:
+        """What a compiled run is called with, as the equations read it."""
+        return dataclasses.replace(
+            inputs, params=self.packed(inputs.params), starts=self.starts.whole(inputs), apart={}
+        )
+
     def given(self, leaves: Sequence[Numbers | None]) -> frozenset[int]:
         """The variable leaves that have a start value in the model."""
         return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import jax
@@ -26,13 +26,15 @@ class Inputs:
     """Numbers of a model as its compiled system takes them: parameters, and `starts` of all variables.
 
     `given` are the numbers of the leaves whose start values the model gives. `discrete` holds the discrete variables,
-    where events have changed them.
+    where events have changed them. `apart` holds start values that a run is handed on their own, by the number of
+    their leaf; those among `starts` then do not count.
     """
 
     params: ModelParameters
     starts: Float[Numbers, " elements"]
     given: frozenset[int] = dataclasses.field(metadata={"static": True})
     discrete: Array | None = None
+    apart: Mapping[int, Numbers] = dataclasses.field(default_factory=dict)
 
 
 class _Sources(NamedTuple):
@@ -65,6 +67,16 @@ class Starts:
         shapes = [leaf.stack + leaf.sizes for _, leaf in variable]
         return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 
+    def whole(self, inputs: Inputs) -> Array:
+        """All start values, those that are apart in their places."""
+        starts = jnp.asarray(inputs.starts)
+        parts, done = [], 0
+        for leaf, value in sorted(inputs.apart.items()):
+            declared, own = self.flat.leaves[leaf], self._slice(leaf)
+            parts += [starts[done : own.start], jnp.ravel(jnp.broadcast_to(value, declared.stack + declared.sizes))]
+            done = own.stop
+        return jnp.concatenate([*parts, starts[done:]]) if parts else starts
+
     def values(self, inputs: Inputs, nodes: Sequence[int]) -> Array:
         """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
@@ -86,9 +98,12 @@ class Starts:
 
     def of_leaf(self, inputs: Inputs, leaf: int) -> Array:
         """The start values in one leaf."""
-        place = self.flat.variable_leaves.index(leaf)
-        first, last = np.sum(self._elements[:place]), np.sum(self._elements[: place + 1])
-        return jnp.asarray(inputs.starts)[first:last]
+        return jnp.asarray(inputs.starts)[self._slice(leaf)]
+
+    def leaves_behind(self, given: frozenset[int], nodes: Sequence[int]) -> frozenset[int]:
+        """The numbers of the leaves whose start values make up those of representative nodes."""
+        aliases = [self._counted(given, node) for node in nodes]
+        return frozenset(self.flat.leaf_of_node[np.concatenate([np.zeros(0, int), *aliases])].tolist())
 
     def is_given(self, given: frozenset[int], node: int) -> bool:
         """Whether a start value is given for one of the aliases of a node."""
@@ -145,6 +160,12 @@ class Starts:
     def _sizes(self, node: int) -> tuple[int, ...]:
         return self._leaf(node).sizes
 
+    def _slice(self, leaf: int) -> slice:
+        """The places of a leaf in the vector of all."""
+        place = self.flat.variable_leaves.index(leaf)
+        first = int(np.sum(self._elements[:place]))
+        return slice(first, first + int(self._elements[place]))
+
     @ft.cached_property
     def _elements(self) -> np.ndarray:
         """How many numbers each variable leaf has."""
@@ -179,6 +200,10 @@ class PairStarts:
     def spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
         """How far apart the start values are that are given for the aliases of pairs."""
         return self._without_rates(self.starts.spreads(inputs, self._nodes(pairs)), pairs)
+
+    def leaves_behind(self, given: frozenset[int], pairs: Sequence[Pair]) -> frozenset[int]:
+        """The numbers of the leaves whose start values make up those of pairs."""
+        return self.starts.leaves_behind(given, self._nodes([(v, order) for v, order in pairs if order == 0]))
 
     def guess(self, inputs: Inputs) -> Guess:
         """From where non-linear solves start."""

@@ -72,8 +72,7 @@ class _Integrated(NamedTuple):
 
 def _packed(settings: Settings, given: Given) -> Given:
     """The numbers of a run as its functions read them."""
-    params, starts = settings.system.intake.packed(given.inputs.params), jnp.asarray(given.inputs.starts)
-    return dataclasses.replace(given, inputs=dataclasses.replace(given.inputs, params=params, starts=starts))
+    return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
 
 
 def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Given) -> _Integrated:

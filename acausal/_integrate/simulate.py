@@ -18,7 +18,7 @@ from .._declare.past import past_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
-from .._evaluate.starts import Inputs
+from .._evaluate.initial import handed_inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
 from .._progress import compiling
@@ -140,7 +140,7 @@ def simulate(
     )
     params = system.intake.parameters(leaves)
     handed = system.intake.handed(params, _read(settings))
-    inputs = Inputs(handed, system.intake.starts.pack(leaves), system.intake.given(leaves))
+    inputs = handed_inputs(system, handed, leaves)
     numbers = RunNumbers(
         t0=begin,
         t1=number(t1, "t1"),

@@ -6,7 +6,7 @@ from typing import Any, Self
 import jax
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, replace, simulate, when
 
 
 class Decay(Component, partial=True):
@@ -22,6 +22,12 @@ class Decay(Component, partial=True):
 
 class PlainDecay(Decay):
     """Without events."""
+
+
+class Many(Component):
+    """Parts beside each other."""
+
+    parts: tuple[PlainDecay, ...]
 
 
 class RenewedDecay(Decay):
@@ -75,6 +81,18 @@ def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites:
     assert _sites(end, 1.0) == sites
     # Derivatives along a few parameters are a batch beside the run; those of the moments of events are added.
     assert _sites(jax.grad(lambda k: simulate(model(k=k), 2.0, save="end").final.x), 1.0) <= 2 * sites
+
+
+def test_derivatives_by_one_start_value_of_many() -> None:
+    """They are along that one, not along the start values of all parts."""
+    many = Many(parts=tuple(PlainDecay() for _ in range(60)))
+
+    def end(x: Scalar) -> Scalar:
+        return simulate(replace(many, {"parts[3].x": x}), 1.0, save="end").final.parts[3].x
+
+    value, gradient = (jax.make_jaxpr(f)(1.0).jaxpr for f in (end, jax.grad(end)))
+    assert len(list(_operations(gradient))) < 1.5 * len(list(_operations(value)))
+    assert float(jax.grad(end)(1.0)) == pytest.approx(float(end(1.0001) - end(0.9999)) / 2e-4, rel=1e-6)
 
 
 @pytest.mark.parametrize("model", [RenewedDecay, CountedDecay])
