@@ -14,6 +14,7 @@ from scipy.stats import qmc
 from .._declare.component import Component
 from ._experiment import Prepared
 from ._free import Free
+from ._orthogonal import Reflections
 
 DAMPING = 0.1  # of the first step, as a share of the largest curvature
 REFUSED = 1e10  # residual of a trial that cannot be computed: no step leads there
@@ -127,7 +128,7 @@ class _Solver(optx.LevenbergMarquardt):
     """Stops also where the next step would not change anything, since noise of the runs may refuse it for ever."""
 
     def __init__(self, tolerance: float) -> None:
-        super().__init__(rtol=tolerance, atol=tolerance)
+        super().__init__(rtol=tolerance, atol=tolerance, linear_solver=Reflections())
         self.search = _Search()
 
     def terminate(self, fn: Any, y: Array, args: Any, options: Any, state: Any, tags: Any) -> Any:
