@@ -22,6 +22,7 @@ class EventState(NamedTuple):
     """What is kept of events.
 
     - `holds`, `fresh`: which conditions hold, and which of them have just become true.
+    - `zero`: how far margins that events have left at zero may be from it by rounding, see `look`.
     - `seen`: their margins, which are right unless the vector has `jumped` since.
     - `due`: when scheduled events happen next.
     - `history`: what happened so far.
@@ -30,6 +31,7 @@ class EventState(NamedTuple):
 
     holds: Array
     fresh: Array
+    zero: Array
     seen: Seen
     due: Array
     history: EventHistory

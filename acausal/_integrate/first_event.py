@@ -28,6 +28,8 @@ class FirstEvent(NamedTuple):
     before: Array
     pace: Array
     begins: Array
+    sides: Array
+    zero: Array
     holds: Array
     seen: Seen  # the margins at the end
     cut: Array
@@ -42,13 +44,14 @@ def first_event(
     arrives = _reaches(t1, instant, given) & (instant < run_end)
     end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
-    found = Found(jnp.asarray(False), end, t1, still, none, none, state.holds, state.seen, end)
+    no_sides = jnp.zeros(events.n_margins, bool)
+    found = Found(jnp.asarray(False), end, t1, still, none, none, no_sides, state.zero, state.holds, state.seen, end)
     if events.is_searched:
         span = jnp.abs(numbers.t1 - numbers.t0)
         margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
         conditions = EventConditions(margins, events.circuit, events.reads, events.either, events.moves)
         start = state.seen._replace(t=t0)
-        found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, span, short)
+        found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, state.zero, span, short)
     t = jnp.where(found.is_any, found.t, end)
     is_there = arrives & (instant <= t + short)
     # Beyond all that is due: equations have changed there.
@@ -59,7 +62,18 @@ def first_event(
     before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, t1 - 0.5 * short, t))
     cut = _cut(events, found, t0, t1, given)
     is_whole = jnp.isinf(cut)
-    return FirstEvent(jnp.any(begins) & is_whole, t, before, found.pace, begins & is_whole, found.holds, found.end, cut)
+    return FirstEvent(
+        jnp.any(begins) & is_whole,
+        t,
+        before,
+        found.pace,
+        begins & is_whole,
+        found.sides,
+        found.zero,
+        found.holds,
+        found.end,
+        cut,
+    )
 
 
 def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:

@@ -9,11 +9,12 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
-from .conditions import EventConditions, signs
+from .conditions import EventConditions, sign_of, signs
 from .interval import PARTS, TURN, Seen, Verdict, advance, judged, may_turn, over, seen
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
+STILL = 1e-8  # rate of a margin, as a share of that with which it came to zero, below which it stays there
 
 
 class Found(NamedTuple):
@@ -22,6 +23,9 @@ class Found(NamedTuple):
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
     - `pace`: how fast the margin of each event changes at t.
     - `leaps`: those of them whose margin jumps, instead of passing zero.
+    - `sides`: the relations that hold from t on, or from the end of the search.
+    - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
+      does not hold; 0 for all others.
     - `end`, `holds`: the margins where the search ended, and the conditions that hold there.
     - `reached`: up to where the step was searched; less than its end where that took too many points.
     """
@@ -32,6 +36,8 @@ class Found(NamedTuple):
     pace: Array
     begins: Array
     leaps: Array
+    sides: Array
+    zero: Array
     holds: Array
     end: Seen
     reached: Numbers
@@ -65,14 +71,16 @@ def look(
     end: Array,
     holds: Array,
     fresh: Array,
+    zero: Array,
     span: Numbers,
     short: Numbers,
 ) -> Found:
     """The first event after `start`, of which all but the time may be unknown.
 
     `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
-    only after they were false. Times closer than `short` are one and the same, and what happens within a tiny share of
-    the `span` of the run is due to rounding.
+    only after they were false. Margins that were `zero` have not left it as long as they are no larger than that. Times
+    closer than `short` are one and the same, and what happens within a tiny share of the `span` of the run is due to
+    rounding.
 
     Margins of relations and their rates are taken at both ends. Where they are so far from zero that their variation
     over the step does not bring them there, or what else holds makes them idle, that is all; else the step is looked at
@@ -89,10 +97,13 @@ def look(
         is_start, is_end = s.count == 0, s.count == 1
         # The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
         is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
-        is_zero = is_fresh & (jnp.abs(s.low.g) < TOO_SOON * span * jnp.abs(s.low.rate))
+        size, rounding = jnp.abs(s.low.g), TOO_SOON * span * jnp.abs(s.low.rate)
+        is_wrong = (size < jnp.abs(zero)) & ((s.low.g > 0) != (zero > 0))
+        is_zero = (is_fresh & (size < rounding)) | is_wrong
         offset = jnp.where(is_end, jnp.where(is_zero, s.low.g, 0.0), s.offset)
         new = new._replace(g=new.g - offset)
-        first = jnp.where(is_zero | (s.low.g == 0), s.low.rate > 0, s.low.g > 0)
+        rises = jnp.where(rounding > STILL * jnp.abs(zero), s.low.rate > 0, zero > 0)
+        first = jnp.where(is_zero | (s.low.g == 0), rises, s.low.g > 0)
         above = jnp.where(is_end, first, s.above)
         true = conditions.true(above)
         holds = jnp.where(is_end & fresh, true, s.holds)
@@ -167,13 +178,18 @@ def look(
     begins = s.begins & s.is_found
     after = signs(s.high.g, s.above)
     least = TOO_SOON * span * jnp.maximum(jnp.abs(s.low.rate), jnp.abs(s.high.rate))
-    without = jnp.where(jnp.abs(s.high.g - s.low.g) > least, s.above, after)
+    # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
+    is_zero = jnp.abs(s.high.g) < least
+    sides = jnp.where(is_zero & (after == s.above), s.high.rate > 0, after)
+    zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
+    begins |= conditions.begin(sides, s.holds) & s.is_found
+    without = jnp.where(jnp.abs(s.high.g - s.low.g) > least, s.above, sides)
     leaps = begins & ~conditions.begin(without, s.holds) & jnp.any(after != s.above)
     given_up = jnp.where(s.low.t > start.t + short, s.low.t, s.high.t)
     reached = jnp.where(s.is_found | (s.low.t >= s.end.t), s.end.t, given_up)
     _, pace = jax.jvp(lambda g: conditions.logic(g, -g), (s.high.g,), (s.high.rate,))
     pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
-    return Found(s.is_found, s.high.t, s.low.t, pace, begins, leaps, s.holds, last, reached)
+    return Found(s.is_found, s.high.t, s.low.t, pace, begins, leaps, sides, zero, s.holds, last, reached)
 
 
 def _both(a: PyTree, b: PyTree) -> PyTree:

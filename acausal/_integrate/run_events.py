@@ -13,17 +13,20 @@ from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
 from .._indices import behind_filler
 from .._numbers import Numbers, Truth
+from .conditions import sign_of
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .schedule import farthest, last_before, next_after
 
 
 class Here(NamedTuple):
-    """What is at a point: which conditions hold, the new values that events would set, the energy stored, and whether
-    the stop condition is exactly zero.
+    """What is at a point: which conditions hold at the start of a run, where numbers may be equal, or the margins of
+    relations later on; the new values that events would set, the energy stored, and whether the stop condition is
+    exactly zero.
     """
 
     truths: Array
+    margins: Array
     values: list[Array]
     stored: Array
     is_zero: Array
@@ -70,36 +73,53 @@ class RunEvents(EventNumbers):
             self.system.evaluate(t, y[self.layout.point], given.inputs, wanted_pairs(self.system, wanted)),
             wanted,
         )
+        return self._margins(t, y, given, values)
+
+    def _margins(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
+        events = self.system.events
         found = events.margins([values[leaf] for leaf in events.margins.leaves]) if events else []
         parts = [jnp.zeros(0), *(jnp.ravel(margin) for margin in found)]
         if self.n_curved:
             parts.append(self._curved(t, y, given))
-        if stop:
+        if self.settings.stop:
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
 
-    def here(self, t: Numbers, y: Array, given: Given) -> Here:
+    def _truths(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
+        """The conditions as they are written; a margin of equal numbers may have any sign by rounding."""
+        events = self.system.events
+        found = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
+        parts = [_spread(found, ~self.scheduled[: self.n_model + self.n_instants], False)]
+        if self.n_curved:
+            parts.append(self._curved(t, y, given) > 0)
+        if self.settings.stop:
+            parts.append(self._stop(given, values)[None] > 0)
+        return jnp.concatenate(parts)
+
+    def true(self, above: Array) -> Array:
+        """Which conditions hold where these relations do."""
+        sign = sign_of(above)
+        return self.circuit(sign, -sign) > 0
+
+    def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
         """What holds at a point, and what events would change there."""
         system, (events, stop, stored) = self.system, (self.system.events, self.settings.stop, self.settings.stored)
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
-        wanted |= {*events.truths.leaves, *events.actions.leaves} if events else set()
+        decides = events and (events.truths if is_start else events.margins)
+        wanted |= {*decides.leaves, *events.actions.leaves} if events and decides else set()
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
         values = values_of(ordinary, t, point, given, store, wanted)
-        truths = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
-        parts = [_spread(truths, ~self.scheduled[: self.n_model + self.n_instants], False)]
-        if self.n_curved:
-            parts.append(self._curved(t, y, given) > 0)
-        margin = self._stop(given, values) if stop else jnp.asarray(-1.0)
-        if stop:
-            parts.append(margin[None] > 0)
+        none, constants = jnp.zeros(0), jax.lax.stop_gradient((t, y, given, values))
+        truths, margins = (self._truths(*constants), none) if is_start else (none, self._margins(*constants))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
         energy = stored(given.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
         return Here(
-            jnp.concatenate(parts),
+            truths,
+            margins,
             [jnp.ravel(value) for value in actions],
             jnp.asarray(energy, float),
-            margin == 0,
+            self._stop(given, values) == 0 if stop and is_start else jnp.asarray(False),
         )
 
     def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:

@@ -9,6 +9,7 @@ from jax import Array
 
 from .._equinox_private import while_loop
 from .._numbers import Numbers
+from .._reduce.margins import LEAST
 from .changes import changed
 from .event_history import EventHistory
 from .field import Given
@@ -31,14 +32,15 @@ R = TypeVar("R", bound=Counted)
 
 
 class Settled(NamedTuple):
-    """What an instant leaves behind: its time, the vector, the conditions that hold, and those that have just become
-    true and stayed so. `outcome` says why the run ends, 0 if it does not.
+    """What an instant leaves behind: its time, the vector, the conditions that hold, those that have just become true
+    and stayed so, and which margins are zero but for rounding. `outcome` says why the run ends, 0 if it does not.
     """
 
     t: Array
     y: Array
     holds: Array
     fresh: Array
+    zero: Array
     history: EventHistory
     outcome: Array
 
@@ -52,6 +54,8 @@ class _Round(NamedTuple):
     holds: Array
     happened: Array
     undone: Array  # those that happened and whose variables others have set anew, after their condition had ended
+    margins: Array  # in the first round
+    zero: Array  # how far margins may be from zero by rounding
     first: Array  # the first that happened, -1 if none
     stored: Array  # energy before
     lost: Array
@@ -73,6 +77,8 @@ def settle(
     due: Array,
     history: EventHistory,
     given: Given,
+    sides: Array,
+    zero: Array,
     *,
     order: Array | None = None,
 ) -> Settled:
@@ -84,6 +90,9 @@ def settle(
     the list first: alternatives such as the conduction of diodes then settle as the pivots of a linear complementarity
     problem do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
+    The search for events has told which relations hold from t on, the `sides`. They do until events change their
+    margins; those of which it tells how far from `zero` they are by rounding, by more than that, or to equal numbers.
+
     At the start of a run, `order` has the times of the past events. They have no moments of their own there, and each
     tells anew what is due between its time and the start, as it would have done then.
     """
@@ -93,10 +102,12 @@ def settle(
         if is_start:
             here = events.here(t, y, given)
             is_met = here.is_zero[None] & (events.settings.direction is not False)
-            return _stopped(t, y, here.truths, is_met, history)
+            return _stopped(t, y, here.truths, is_met, zero, history)
         moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, approach, y[None], due, given)
         is_any = jnp.any(begins)
-        return _stopped(jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, history)
+        return _stopped(
+            jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, zero, history
+        )
     total = events.total
     most = total + TOGETHER + 4 * total + 16
 
@@ -111,7 +122,14 @@ def settle(
         if not is_start:
             moment, moved = carried_to_moment(events, which, t, approach, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
-        here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given)
+        here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given, is_start=is_start)
+        truths, margins, zero = here.truths, r.margins, r.zero
+        if not is_start:
+            margins = jnp.where(r.count == 0, here.margins, r.margins)
+            is_same = here.margins == margins
+            zero = jnp.where((jnp.abs(here.margins) <= LEAST) & ~is_same, 0.0, r.zero)
+            is_told = is_same | (jnp.abs(here.margins) < jnp.abs(zero))
+            truths = events.true(jnp.where(is_told, sides, here.margins > 0))
         held, due_later, times = r.holds, r.due & ~own, r.order
         told = remains = jnp.zeros_like(own)
         is_first = ~is_own & (r.count == r.n_own)
@@ -119,19 +137,19 @@ def settle(
             # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
             # An event that the search for the start has carried out is listed, but does not happen again. That search
             # sets discrete variables only: other variables that the event sets are set here.
-            done = here.truths & events.done(given)
+            done = truths & events.done(given)
             had, remains = done & (r.count == 0), done & events.remains & is_first
             is_told = events.settings.is_started and given.numbers.past is None
             told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
-            held = jnp.where((events.stops | events.bends) & is_first, here.truths, held | had & ~events.remains)
-        fired = jnp.where(is_own, own, _consequences(events, here.truths, held, r))
+            held = jnp.where((events.stops | events.bends) & is_first, truths, held | had & ~events.remains)
+        fired = jnp.where(is_own, own, _consequences(events, truths, held, r))
         if is_start:
             is_met = here.is_zero & (events.settings.direction is not False) & is_first
             fired |= events.stops & is_met
         new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)
         y = jnp.where(jnp.any(fired & events.acts), new, ys[1])
-        holds = jnp.where(is_own, held | own, here.truths & (held | fired))
-        holds = jnp.where(events.either, jnp.where(is_own, held ^ own, here.truths), holds)
+        holds = jnp.where(is_own, held | own, truths & (held | fired))
+        holds = jnp.where(events.either, jnp.where(is_own, held ^ own, truths), holds)
         base = ys[0]
         if is_start:
             # Past events of one instant start from the values before all of them; those of the next instant, from the
@@ -151,7 +169,9 @@ def settle(
             due_later,
             holds,
             r.happened | fired,
-            (r.undone | (r.happened & ~here.truths & _set_anew(events, fired))) & ~fired,
+            (r.undone | (r.happened & ~truths & _set_anew(events, fired))) & ~fired,
+            margins,
+            zero,
             jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
             stored,
             jnp.where(is_own, r.lost, stored - here.stored),
@@ -165,7 +185,7 @@ def settle(
 
     start = _Round(
         jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.zeros(total, bool),
-        jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
+        jnp.zeros_like(zero), zero, jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
         jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         history, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
@@ -174,12 +194,14 @@ def settle(
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
-    return Settled(end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.history, outcome)
+    return Settled(
+        end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.zero, end.history, outcome
+    )
 
 
-def _stopped(t: Array, y: Array, holds: Array, begins: Array, history: EventHistory) -> Settled:
+def _stopped(t: Array, y: Array, holds: Array, begins: Array, zero: Array, history: EventHistory) -> Settled:
     """What is left behind where nothing can happen but the end of the run: without changes there are no rounds."""
-    return Settled(t, y, holds, begins, history, jnp.where(jnp.any(begins), STOPPED, 0.0))
+    return Settled(t, y, holds, begins, zero, history, jnp.where(jnp.any(begins), STOPPED, 0.0))
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:

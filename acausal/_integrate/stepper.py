@@ -132,15 +132,28 @@ class Stepper(Wrapper):
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
+        left = jnp.where(jnp.abs(found.seen.g) < jnp.abs(state.zero), state.zero, 0.0)
         unchanged = EventState(
-            found.holds, idle, found.seen, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
+            found.holds, idle, left, found.seen, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
         )
 
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
             approach = Approach(forward * found.before, found.pace)
-            settled = settle(events, forward * t, approach, y, found.begins, found.holds, due, state.history, given)
+            settled = settle(
+                events,
+                forward * t,
+                approach,
+                y,
+                found.begins,
+                found.holds,
+                due,
+                state.history,
+                given,
+                found.sides,
+                found.zero,
+            )
             y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             due = events.due(settled.t, y1, given)
             mark, crowd, outcome = crowded(events, state, t - t0, settled.t, found.begins, given)
@@ -148,7 +161,7 @@ class Stepper(Wrapper):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, found.seen, due, settled.history, mark, crowd, found.is_any
+                settled.holds, settled.fresh, settled.zero, found.seen, due, settled.history, mark, crowd, found.is_any
             )
 
         def idling() -> tuple[Vector, EventState]:

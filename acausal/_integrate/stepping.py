@@ -94,8 +94,9 @@ def begin_run(
         begins &= past >= t0 - given.tick(t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + given.tick(numbers.past.time)
+    zero = jnp.zeros(events.n_margins)
     settled = settle(
-        events, t0, Approach(t0, jnp.zeros(events.total)), y, begins, none, due, history, given, order=past
+        events, t0, Approach(t0, jnp.zeros(events.total)), y, begins, none, due, history, given, none, zero, order=past
     )
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
@@ -103,7 +104,7 @@ def begin_run(
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
     unknown = jax.eval_shape(ft.partial(seen, lambda t: events.margins(t, y, given)), jnp.asarray(t0, float))
     memory = EventState(
-        settled.holds, settled.fresh, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
+        settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return given, _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory

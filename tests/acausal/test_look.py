@@ -145,7 +145,7 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
     )
     none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
-    looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, 10.0, 1e-12)
+    looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, jnp.zeros(3), 10.0, 1e-12)
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]
