@@ -20,6 +20,7 @@ from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
 from .._evaluate.initial import handed_inputs
 from .._evaluate.system import System
+from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
@@ -42,6 +43,7 @@ M = TypeVar("M", bound=Component)
 _DIRECTIONS: dict[str | None, bool | None] = {"up": True, "down": False, None: None}
 
 
+@seldom_collected()
 def simulate(
     model: M,
     t1: ArrayLike,

@@ -160,12 +160,12 @@ class Interpreter:
     def _settled(self, carry: list[Value], step: Callable[["Interpreter", list[Value]], list[Value]]) -> list[Value]:
         """What a loop carries from turn to turn: what starts at zero gets a dimension, what changes it has none."""
         carry = [Value(value.dimension, value.text) for value in carry]
-        for _ in carry:
-            after = step(Interpreter(), carry)
+        after = step(Interpreter(), carry)
+        while any(a.dimension is None and b.dimension is not None for a, b in zip(carry, after, strict=True)):
             carry = [
                 a if a.dimension is not None else Value(b.dimension, a.text) for a, b in zip(carry, after, strict=True)
             ]
-        after = step(Interpreter(), carry)
+            after = step(Interpreter(), carry)
         return [
             a if b.dimension in (None, a.dimension) else Value(None, a.text) for a, b in zip(carry, after, strict=True)
         ]

@@ -1,6 +1,7 @@
 """What is known of a value in place of its number: its dimension, and how it is written."""
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,9 @@ def written(dimension: Dimension | None, text: str, rank: int = ATOM, leaf: int 
 
 def constant(value: Any) -> Value:
     """A number; one that is zero, infinite or not a number fits any dimension."""
+    if isinstance(value, float | int):
+        is_any = abs(value) <= _TINY or not math.isfinite(value)
+        return Value(None if is_any else NUMBER, f"{value:g}", number=float(value))
     if is_traced(value) or not np.size(value) or np.asarray(value).dtype.kind not in "biuf":
         return Value(None, "[...]")
     array = np.asarray(value, dtype=float)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from .._errors import suggestion
-from .dimension import BASE_UNITS, DERIVED, NUMBER, TIME, Dimension, base
+from .dimension import BASE_UNITS, DERIVED, NUMBER, TIME, Dimension, base, whole
 
 _TOKEN = re.compile(r"(?P<symbol>[^\W\d](?:\w*[^\W\d])?)(?P<exponent>[+-]?\d+(?:\.\d+)?)?|1|[./()]")
 _GROUP = r"(?:f|\(f(?:\.f)*\))"  # f: a factor
@@ -135,8 +135,8 @@ def unit_of(unit: Any, units: Any) -> Unit:
     return Unit(dimension, is_si, has_angle, per_time or any(name.endswith("hertz") for name in names))
 
 
-def _fraction(exponent: float) -> Fraction:
-    return Fraction(exponent).limit_denominator(1000)
+def _fraction(exponent: float) -> Fraction | int:
+    return whole(Fraction(exponent).limit_denominator(1000))
 
 
 def _unknown(unit: str, why: str) -> str:
