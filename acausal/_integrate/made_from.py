@@ -1,6 +1,5 @@
-"""What a run is made from: everything that decides which program is compiled for it, as a digest."""
+"""What a program is made from: everything that decides which one is compiled, as a digest."""
 
-import dataclasses
 import functools as ft
 import hashlib
 import os
@@ -24,19 +23,17 @@ from .._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
 from .._jax_settings import programs
 from .._reduce.required import required
 from .._reduce.stated import initial_templates, templates
-from .settings import Settings
 
 _IMPORTED = time.time()
 
 
-def key_of(settings: Settings, structure: PyTreeDef, kinds: tuple[tuple[tuple[int, ...], object], ...]) -> str:
-    """The digest for a run by numbers of some structure and shapes. Raises `NoFingerprintError` where it has none."""
+def key_of(made_from: list[object], structure: PyTreeDef, kinds: tuple[tuple[tuple[int, ...], object], ...]) -> str:
+    """The digest of a program for numbers of some structure and shapes. Raises `NoFingerprintError` for none."""
     if os.environ.get("XLA_FLAGS") != programs.flags:
         raise NoFingerprintError("flags that XLA may have read or not")
-    given = structure.unflatten(kinds).inputs.given  # the leaves whose start values are given
     shapes = [str(kind) for kind in kinds]
     options = [(k, str(value)) for k, value in jax.config.values.items() if "cache" not in k and "log" not in k]
-    return fingerprint((machine(), options, programs.flags, str(structure), shapes, given, _run(settings)))
+    return fingerprint((machine(), options, programs.flags, str(structure), shapes, made_from))
 
 
 @ft.cache
@@ -69,19 +66,6 @@ def _sources() -> list[Path]:
 def _folder(package: ModuleType) -> Path:
     assert package.__file__ is not None
     return Path(package.__file__).parent
-
-
-def _run(settings: Settings) -> list[object]:
-    """All that a run is traced from, but for the library itself."""
-    if settings.adjoint is not None or not isinstance(settings.progress, diffrax.NoProgressMeter):
-        raise NoFingerprintError("a way of differentiating, or a meter of progress")
-    functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
-    seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
-    return [
-        *contents(settings.system),
-        *(None if f is None else (f.closed, f.leaves) for f in functions),
-        *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
-    ]
 
 
 def contents(system: System) -> list[object]:
@@ -119,10 +103,16 @@ def contents(system: System) -> list[object]:
     ]
 
 
+@ft.lru_cache(maxsize=256)
+def digest_of(system: System) -> str:
+    """The digest of what a system is made from. Raises `NoFingerprintError` where that cannot be told."""
+    return fingerprint(contents(system))
+
+
 def equations_of(system: System) -> str | None:
-    """A digest of what a system is made from; None where that cannot be told."""
+    """The same; None where it cannot be told."""
     try:
-        return fingerprint(contents(system))
+        return digest_of(system)
     except NoFingerprintError:
         return None
 

@@ -1,5 +1,6 @@
 """Trajectories of all variables from the vectors that a run has saved."""
 
+import dataclasses
 import functools as ft
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +17,8 @@ from .._evaluate.system import System
 from .._numbers import Numbers
 from .._tracing import is_traced, known
 from .event_history import EventHistory
+from .made_from import digest_of
+from .stored_program import result_of
 
 
 def both_sides(
@@ -55,13 +58,37 @@ def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[...
     return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
-def trajectories(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
+def trajectories(system: System, batch: int, ts: Numbers, ys: Numbers, inputs: Inputs) -> dict[int, Array]:
     """The values of the variables of a model, by the numbers of their leaves, at times and state vectors.
 
     `batch` leading axes of all of them are those of a batch of runs.
     """
+    return result_of(_Trajectories(system, batch), (ts, ys, inputs))
 
+
+@dataclasses.dataclass(frozen=True)
+class _Trajectories:
+    """`trajectories` as a function of numbers alone."""
+
+    system: System
+    batch: int
+
+    @property
+    def name(self) -> str:
+        return "trajectories"
+
+    def __call__(self, given: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
+        return _traced(self.system, self.batch, *given)
+
+    def contents(self, given: tuple[Any, Any, Inputs]) -> list[object]:
+        return [given[2].given, digest_of(self.system), self.batch]
+
+    def held(self) -> dict[str, Any]:
+        return {}
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _traced(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
     def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
         if jnp.ndim(t) > 0:
             return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)

@@ -34,7 +34,7 @@ from acausal import (
 )
 from acausal._evaluate.building import system_of
 from acausal._fingerprint import NoFingerprintError, fingerprint
-from acausal._integrate import made_from, stored_run
+from acausal._integrate import made_from, stored_program
 from acausal._jax_settings import programs
 
 
@@ -216,12 +216,12 @@ def test_what_has_no_derivative_does_not_fail() -> None:
 
 
 def test_settings_of_the_moment_keep_a_run_from_being_stored() -> None:
-    assert stored_run._is_usual()
+    assert stored_program._is_usual()
     with jax.numpy_rank_promotion("raise"):
-        assert not stored_run._is_usual()
+        assert not stored_program._is_usual()
     with jax.debug_nans(True):
-        assert not stored_run._is_usual()
-    assert stored_run._is_usual()
+        assert not stored_program._is_usual()
+    assert stored_program._is_usual()
 
 
 def test_files_are_read_where_nobody_else_can_have_written_them(tmp_path: Path) -> None:
@@ -253,17 +253,19 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     )
 
     def run() -> Any:
-        stored_run._program.cache_clear()
-        return simulate(rc(), 1.0, **options)
+        stored_program._program.cache_clear()
+        solution = simulate(rc(), 1.0, **options)
+        np.testing.assert_allclose(solution["c.v"][-1], 2.0, rtol=1e-9)
+        return solution
 
     first = run()
-    (file,) = tmp_path.iterdir()
-    monkeypatch.setattr(stored_run, "_compiled", None)
+    file, trajectories = sorted(tmp_path.iterdir())
+    assert (file.name[:4], trajectories.name[:13]) == ("run-", "trajectories-")
+    monkeypatch.setattr(stored_program, "_compiled", None)
     second = run()
     assert jax.tree.structure(first) == jax.tree.structure(second)
     jax.tree.map(np.testing.assert_array_equal, first, second)
     assert second.system is first.system
-    np.testing.assert_allclose(second["c.v"][-1], 2.0, rtol=1e-9)
     # One that is to be differentiated, or is part of a function that is compiled, is traced as ever.
     assert jax.make_jaxpr(lambda: simulate(rc(), 1.0, save="end").final.c.v)().eqns
     assert jax.grad(lambda t: simulate(rc(), t, save="end").final.c.v)(0.1) > 0.0
@@ -272,6 +274,7 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     monkeypatch.setattr(made_from, "machine", lambda: other)
     for spoilt in (pickle.dumps("spoilt"), file.read_bytes()[:-1], b""):
         file.write_bytes(spoilt)
+        trajectories.write_bytes(spoilt)
         assert run().t1 == first.t1
     _program_files.write(file, b"no program")
     assert run().t1 == first.t1
