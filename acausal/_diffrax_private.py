@@ -11,6 +11,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
+import diffrax
 import equinox.internal as internal
 import jax
 import jax.numpy as jnp
@@ -44,6 +45,11 @@ class _Internal(types.ModuleType):
     def prevbefore(x: "Before | Numbers") -> Before:
         """The number before."""
         return Before(x.number, x.count + 1) if isinstance(x, Before) else Before(x, 1)
+
+
+def piece_of(dense: diffrax.DenseInterpolation, t: Array) -> diffrax.AbstractLocalInterpolation:
+    """The dense output of the step in which a time lies."""
+    return dense._get_local_interpolation(t * dense.direction, left=True)
 
 
 @ft.cache

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import equinox as eqx
 import jax.numpy as jnp
 import jax.scipy.linalg as jsl
 import numpy as np
@@ -40,36 +41,64 @@ def gauss_jordan_inverse(matrix: _Matrix) -> _Matrix:
     return a[row_of[:, None], pivot_of]
 
 
-def _factorised(matrix: _Matrix, is_refined: bool) -> tuple[_Solve, _Solve]:
-    """Functions that solve with the matrix and with its transpose."""
-    if len(matrix) <= LARGEST_INVERSE:
-        inverse = gauss_jordan_inverse(matrix)
-        if is_refined:
-            return _refined(matrix, inverse), _refined(matrix.T, inverse.T)
-        return lambda b: inverse @ b, lambda b: b @ inverse
-    factors = jsl.lu_factor(matrix)
-    return lambda b: jsl.lu_solve(factors, b), lambda b: jsl.lu_solve(factors, b, trans=1)
+class Factors(eqx.Module):
+    """A matrix ready for solves, which are not differentiated with respect to it: its inverse, or where it is large,
+    its factors and their permutation; those of the matrix whose rows are multiplied by `scale`.
+    """
+
+    scale: _Vector
+    parts: tuple[Array, ...]
+
+    def solve(self, b: _Vector) -> _Vector:
+        """The solution for one right-hand side."""
+        b = self.scale * b
+        return self.parts[0] @ b if len(self.parts) == 1 else jsl.lu_solve(self.parts, b)
+
+    def solve_transposed(self, b: _Vector) -> _Vector:
+        """The same with the transposed matrix."""
+        x = b @ self.parts[0] if len(self.parts) == 1 else jsl.lu_solve(self.parts, b, trans=1)
+        return self.scale * x
+
+    def refined(self, matrix: _Matrix) -> tuple[_Solve, _Solve]:
+        """Functions that solve with the matrix and with its transpose, as exactly as elimination does."""
+        if len(self.parts) > 1:
+            return self.solve, self.solve_transposed
+        return _refined(matrix, self.solve), _refined(matrix.T, self.solve_transposed)
 
 
-def _refined(matrix: _Matrix, inverse: _Matrix) -> _Solve:
+def factors_of(matrix: _Matrix, nominal: _Vector | None = None) -> Factors:
+    """The factors of a matrix.
+
+    Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
+    units of the equations nor those of `x` matter.
+    """
+    terms = jnp.abs(matrix if nominal is None else matrix * nominal)
+    scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
+    scaled = scale[:, None] * lax.stop_gradient(matrix)
+    return Factors(scale, (gauss_jordan_inverse(scaled),) if len(matrix) <= LARGEST_INVERSE else jsl.lu_factor(scaled))
+
+
+def _refined(matrix: _Matrix, rough: _Solve) -> _Solve:
     """One step of iterative refinement brings the residual down to what elimination leaves."""
 
     def solve(b: _Vector) -> _Vector:
-        x = inverse @ b
-        return x + inverse @ (b - matrix @ x)
+        x = rough(b)
+        return x + rough(b - matrix @ x)
 
     return solve
 
 
-def linear_solver(matrix: _Matrix, nominal: _Vector | None = None, *, is_refined: bool = False) -> _Solve:
+def linear_solver(
+    matrix: _Matrix, nominal: _Vector | None = None, *, factors: Factors | None = None, is_refined: bool = False
+) -> _Solve:
     r"""A function that solves $A x = b$ for many `b`; where `is_refined`, as exactly as elimination does.
 
-    Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
-    units of the equations nor those of `x` matter. The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$.
+    The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix may be given.
     """
-    terms = jnp.abs(matrix if nominal is None else matrix * nominal)
-    scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
-    solve, solve_transposed = _factorised(scale[:, None] * lax.stop_gradient(matrix), is_refined)
+    factors = factors or factors_of(matrix, nominal)
+    solve, solve_transposed = factors.solve, factors.solve_transposed
+    if is_refined:
+        solve, solve_transposed = factors.refined(lax.stop_gradient(matrix))
     return lambda b: lax.custom_linear_solve(
-        lambda x: matrix @ x, b, lambda _, b: solve(scale * b), lambda _, b: scale * solve_transposed(b)
+        lambda x: matrix @ x, b, lambda _, b: solve(b), lambda _, b: solve_transposed(b)
     )

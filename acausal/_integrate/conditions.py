@@ -1,11 +1,16 @@
 """Conditions of events, from the relations between numbers that they are made of."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+
+from .._numbers import Numbers
+
+if TYPE_CHECKING:
+    from .interval import Seen
 
 
 def sign_of(above: Array) -> Array:
@@ -20,14 +25,14 @@ def signs(g: Array, above: Array) -> Array:
 class EventConditions(NamedTuple):
     """The conditions of the events of a run, along a step.
 
-    - `margins(t)`: how far each relation is from its limit, positive where it holds.
+    - `seen(t)`: how far each relation is from its limit, positive where it holds, and how that changes.
     - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
     - `reads`: [events, relations], which relations decide on which condition.
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
     """
 
-    margins: Callable[[Array], Array]
+    seen: Callable[[Numbers], "Seen"]
     logic: Callable[[Array, Array], Array]
     reads: np.ndarray
     either: np.ndarray

@@ -1,6 +1,6 @@
 """The events that begin first in a step, and where a step has to end because of them."""
 
-from typing import NamedTuple
+import functools as ft
 
 import jax.numpy as jnp
 from jax import Array
@@ -9,7 +9,7 @@ from .._numbers import Numbers
 from .conditions import EventConditions
 from .event_state import EventState
 from .field import Given
-from .interval import Seen
+from .interval import Seen, seen, seen_on_course
 from .look import Found, look
 from .run_events import RunEvents
 from .span import Span
@@ -18,38 +18,24 @@ PAST = 1e-9  # events are looked for beyond the end by this share of a step, whi
 NEAR_END = 1e-6  # a bend so near to an end of a step, as a share of it, does no harm within the step
 
 
-class FirstEvent(NamedTuple):
-    """The events that begin first in a step, at t, if there `is_any`, a time just `before`, and the `pace` of the
-    margins of all events there; and where the step should rather end, the `cut`, infinite if it is good as it is.
-    """
-
-    is_any: Array
-    t: Array
-    before: Array
-    pace: Array
-    begins: Array
-    sides: Array
-    zero: Array
-    holds: Array
-    seen: Seen  # the margins at the end
-    cut: Array
-
-
 def first_event(
     events: RunEvents, path: Span, t0: Array, t1: Array, instant: Array, state: EventState, given: Given
-) -> FirstEvent:
-    """Which events begin first in a step, and when; none where it has to be repeated up to there."""
+) -> tuple[Found, Array]:
+    """Which events begin first in a step, and when; and where the step should rather end, infinite if it is good as it
+    is. Nothing happens in a step that has to be repeated up to there.
+    """
     forward, numbers, due = given.direction, given.numbers, given.direction * state.due
     run_end, short = forward * numbers.t1, given.tick(t1)
     arrives = _reaches(t1, instant, given) & (instant < run_end)
     end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
-    no_sides = jnp.zeros(events.n_margins, bool)
-    found = Found(jnp.asarray(False), end, t1, still, none, none, no_sides, state.zero, state.holds, state.seen, end)
+    sides, never = jnp.zeros(events.n_margins, bool), jnp.asarray(False)
+    shift, zero = state.seen.shift, state.zero
+    found = Found(never, end, t1, still, shift, none, none, sides, zero, state.holds, state.seen, end)
     if events.is_searched:
         span = jnp.abs(numbers.t1 - numbers.t0)
-        margins = lambda t: events.margins(forward * t, path.evaluate(t), given)  # noqa: E731
-        conditions = EventConditions(margins, events.circuit, events.reads, events.either, events.moves)
+        look_at = ft.partial(_seen, events, path, given)
+        conditions = EventConditions(look_at, events.circuit, events.reads, events.either, events.moves)
         start = state.seen._replace(t=t0)
         found = look(conditions, start, ~state.jumped, end, state.holds, state.fresh, state.zero, span, short)
     t = jnp.where(found.is_any, found.t, end)
@@ -62,18 +48,21 @@ def first_event(
     before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, t1 - 0.5 * short, t))
     cut = _cut(events, found, t0, t1, given)
     is_whole = jnp.isinf(cut)
-    return FirstEvent(
-        jnp.any(begins) & is_whole,
-        t,
-        before,
-        found.pace,
-        begins & is_whole,
-        found.sides,
-        found.zero,
-        found.holds,
-        found.end,
-        cut,
-    )
+    is_any, begins = jnp.any(begins) & is_whole, begins & is_whole
+    return found._replace(is_any=is_any, t=t, before=before, begins=begins), cut
+
+
+def _seen(events: RunEvents, path: Span, given: Given, t: Numbers) -> Seen:
+    """The margins at a time on the path of a step."""
+    forward, course = given.direction, path.course
+    if course is None:
+        return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
+
+    def values(t: Numbers, y: Array) -> tuple[Array, Array]:
+        margins, rates = events.margins_and_rates(forward * t, y, given)
+        return margins, forward * rates
+
+    return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
 
 
 def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:

@@ -7,18 +7,20 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._reduce.angles import with_angles
 from .conditions import EventConditions, sign_of, signs
 
 PARTS = 4  # a step in which events may lie is looked at in this many parts
+LOOKS = 2  # evaluations at a time on a path that is corrected: more, with one matrix, would not converge everywhere
 TURN = 0.5 * math.pi  # most by which the fastest angle may turn on a part
 
 
 class Seen(NamedTuple):
     """Margins and the angles that they are computed with, the rates of both at a time, and the sum of the steps of
-    stairs on which they are.
+    stairs on which they are. Where the path is corrected, `shift` is by how much the states are moved, and its rate.
     """
 
     t: Any
@@ -27,6 +29,7 @@ class Seen(NamedTuple):
     angle: Array
     speed: Array
     steps: Any
+    shift: tuple[Array, ...] = ()
 
 
 class Verdict(NamedTuple):
@@ -38,10 +41,36 @@ class Verdict(NamedTuple):
     x: Array
 
 
-def seen(margins: Callable[[Array], Array], t: Numbers) -> Seen:
+def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
     """What is there at a time."""
     here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
     return Seen(t, here.value, rates.value, here.angles, rates.angles, here.steps)
+
+
+def seen_on_course(
+    values: Callable[[Numbers, Array], tuple[Array, Array]],
+    path: Callable[[Array], Array],
+    error: Callable[[Array, Array], Array],
+    t: Numbers,
+) -> Seen:
+    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states.
+
+    `values` gives the margins and the rates of the states at a point. It is evaluated at one place of the program, on
+    the path as it is, and again where this leads to.
+    """
+    y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
+
+    def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Seen]:
+        n = len(shift[0])
+        place, pace = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
+        here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), pace))
+        lacking = jax.jvp(error, (t, here.value[1]), (jnp.ones_like(t), rates.value[1]))
+        following = shift[0] + lacking[0], shift[1] + lacking[1]
+        return following, Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
+
+    nothing = jnp.zeros(jax.eval_shape(values, t, y)[1].shape)
+    _, looks = jax.lax.scan(again, (nothing, nothing), None, length=LOOKS)
+    return jax.tree.map(lambda x: x[-1], looks)
 
 
 def advance(low: Seen, high: Seen) -> Array:

@@ -10,7 +10,7 @@ from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .conditions import EventConditions, sign_of, signs
-from .interval import PARTS, TURN, Seen, Verdict, advance, judged, may_turn, over, seen
+from .interval import PARTS, TURN, Seen, Verdict, advance, judged, may_turn, over
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -22,6 +22,7 @@ class Found(NamedTuple):
 
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
     - `pace`: how fast the margin of each event changes at t.
+    - `shift`: see `Seen`, at t.
     - `leaps`: those of them whose margin jumps, instead of passing zero.
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
@@ -34,6 +35,7 @@ class Found(NamedTuple):
     t: Array
     before: Array
     pace: Array
+    shift: tuple[Array, ...]
     begins: Array
     leaps: Array
     sides: Array
@@ -93,7 +95,7 @@ def look(
     length, none, no = end - start.t, jnp.zeros_like(holds), jnp.asarray(False)
 
     def next_point(s: _Search) -> _Search:
-        new = seen(conditions.margins, s.x)
+        new = conditions.seen(s.x)
         is_start, is_end = s.count == 0, s.count == 1
         # The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
         is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
@@ -189,7 +191,7 @@ def look(
     reached = jnp.where(s.is_found | (s.low.t >= s.end.t), s.end.t, given_up)
     _, pace = jax.jvp(lambda g: conditions.logic(g, -g), (s.high.g,), (s.high.rate,))
     pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
-    return Found(s.is_found, s.high.t, s.low.t, pace, begins, leaps, sides, zero, s.holds, last, reached)
+    return Found(s.is_found, s.high.t, s.low.t, pace, s.high.shift, begins, leaps, sides, zero, s.holds, last, reached)
 
 
 def _both(a: PyTree, b: PyTree) -> PyTree:

@@ -1,7 +1,7 @@
 """The moment of an event as a function of all numbers of a run, differentiable to the second order in both modes."""
 
 import functools as ft
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 import jax
@@ -18,11 +18,16 @@ LEAST = 1e-150  # rate of a margin that has decayed to where numbers lose their 
 
 class Approach(NamedTuple):
     """How a step comes to the moment of an event: a time just `before` it, and the `pace`, how fast the margin of each
-    event changes there on the path of the step.
+    event changes there on the path of the step; the `sides`, which relations hold from the moment on, and how far from
+    `zero` margins may be there by rounding. The `lag` of rates is what they miss of those on the path where stiff
+    components multiply their errors, if there is one.
     """
 
     before: Numbers
     pace: Array
+    sides: Array
+    zero: Array
+    lag: Callable[[Array], Array] | None = None
 
 
 class Laws(Protocol):
@@ -77,7 +82,11 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
         return laws.margin(number, t, y, due, given)
 
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
-    _, slope = jax.jvp(lambda t, y: margin(t, y, due, given), (moment, there[0]), (jnp.ones_like(moment), f[0]))
+    _, push = jax.linearize(lambda t, y: margin(t, y, due, given), moment, there[0])
+    slope = push(jnp.ones_like(moment), f[0])
     is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + LEAST
+    if approach.lag is not None:
+        lag = jax.lax.stop_gradient(approach.lag(f[0]))
+        slope, f = slope + push(jnp.zeros_like(moment), lag), f + lag
     later = jnp.where(is_still, 0.0, -dg / jnp.where(is_still, 1.0, slope))
     return (moment, there), (dt + later, dys + f * later)

@@ -1,17 +1,21 @@
 """The largest values that functions of the variables take over a run, and when."""
 
 import dataclasses
+import functools as ft
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
+from .._evaluate.groups import Store
 from .._numbers import Numbers
 from .field import Given, values_of, wanted_pairs
+from .interval import LOOKS, Seen, seen, seen_on_course
 from .settings import Settings
 from .span import Span
 from .turns import Turn, highest_turns
+from .user_function import UserFunction
 
 
 class Peak(NamedTuple):
@@ -35,14 +39,35 @@ class Peaks:
 
     settings: Settings
 
+    @property
+    def _function(self) -> UserFunction:
+        assert self.settings.peaks is not None
+        return self.settings.peaks
+
     def values(self, t: Array, y: Array, given: Given) -> Array:
         """The functions at a point."""
-        system, peaks = self.settings.system, self.settings.peaks
-        assert peaks is not None
-        point = y[self.settings.layout.point]
-        store = system.evaluate(t, point, given.inputs, wanted_pairs(system, peaks.leaves))
-        values = values_of(system, t, point, given, store, peaks.leaves)
+        system, point = self.settings.system, y[self.settings.layout.point]
+        store = system.evaluate(t, point, given.inputs, wanted_pairs(system, self._function.leaves))
+        return self._values(t, point, given, store)
+
+    def _values_and_rates(self, given: Given, t: Numbers, y: Array) -> tuple[Array, Array]:
+        """The same and the rates of the states, in the time of the solver."""
+        system, point, forward = self.settings.system, y[self.settings.layout.point], given.direction
+        wanted = wanted_pairs(system, self._function.leaves)
+        rates, store = system.vector_field_and_store(forward * t, point, given.inputs, wanted)
+        return self._values(forward * t, point, given, store), forward * rates
+
+    def _values(self, t: Numbers, point: Array, given: Given, store: Store) -> Array:
+        peaks = self._function
+        values = values_of(self.settings.system, t, point, given, store, peaks.leaves)
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
+
+    def _seen(self, path: Span, given: Given, t: Numbers) -> Seen:
+        """The functions at a time on the path of a step."""
+        if path.course is None:
+            return seen(lambda t: self.values(given.direction * t, path.plain(t), given), t)
+        error = ft.partial(path.course.error, path.inner)
+        return seen_on_course(ft.partial(self._values_and_rates, given), path.plain, error, t)._replace(shift=())
 
     def begun(self, t: Array, y: Array, given: Given) -> Array:
         """The peaks where a run starts."""
@@ -54,7 +79,16 @@ class Peaks:
 
         def values(t: Array) -> tuple[Array, Numbers]:
             moved, there = path.moving(t)
-            return self.values(given.direction * moved, there, given), moved
+            course = path.course
+            if course is None:
+                return self.values(given.direction * moved, there, given), moved
+
+            def again(shift: Array, _: None) -> tuple[Array, Array]:
+                found, rates = self._values_and_rates(given, moved, course.moved(there, shift))
+                return shift + course.error(path.inner, t, rates), found
+
+            nothing = jnp.zeros(self.settings.layout.n_states)
+            return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1], moved  # once more for derivatives
 
         (found, moved), (rates, _) = jax.jvp(values, (t,), (jnp.ones_like(t),))
         return found, rates, moved
@@ -66,9 +100,7 @@ class Peaks:
 
         hold = jax.lax.stop_gradient
         held_path, held = hold((path, given))
-        turn = highest_turns(
-            lambda t: self.values(forward * t, held_path.evaluate(t), held), *hold((path.t0, end, best.value))
-        )
+        turn = highest_turns(ft.partial(self._seen, held_path, held), *hold((path.t0, end, best.value)))
         n = len(best.value)
         x = jnp.concatenate([turn.low, turn.high, jnp.ravel(hold(end))])
         found, rates, moved = jax.vmap(lambda t: self._along(t, path, given))(x)

@@ -150,6 +150,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
         _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[layout.states]),
         _history=None if system.events is None else raw.solver_state.events.history,  # pyright: ignore[reportOptionalMemberAccess]
         system=system,
+        _solver=settings.solver,
         _layout=layout,
         _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
         _choices=settings.choices,

@@ -64,16 +64,15 @@ class RunEvents(EventNumbers):
 
     def margins(self, t: Numbers, y: Array, given: Given) -> Array:
         """How far each relation in a condition is from its limit, positive where it holds."""
-        events, stop = self.system.events, self.settings.stop
-        wanted = {leaf for part in (events and events.margins, stop) if part for leaf in part.leaves}
-        values = self._values(
-            t,
-            y,
-            given,
-            self.system.evaluate(t, y[self.layout.point], given.inputs, wanted_pairs(self.system, wanted)),
-            wanted,
-        )
-        return self._margins(t, y, given, values)
+        wanted = wanted_pairs(self.system, self.settings.read_by_margins)
+        store = self.system.evaluate(t, y[self.layout.point], given.inputs, wanted)
+        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins))
+
+    def margins_and_rates(self, t: Numbers, y: Array, given: Given) -> tuple[Array, Array]:
+        """The same, and the rates of the states."""
+        wanted, point = wanted_pairs(self.system, self.settings.read_by_margins), y[self.layout.point]
+        rates, store = self.system.vector_field_and_store(t, point, given.inputs, wanted)
+        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins)), rates
 
     def _margins(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
         events = self.system.events

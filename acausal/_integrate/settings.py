@@ -8,8 +8,10 @@ import jax
 from jax import Array
 
 from .._declare.past import Past
+from .._evaluate.observe import pairs_of
 from .._evaluate.system import System
 from .._numbers import Numbers
+from .solvers._rosenbrock import AbstractRosenbrock
 from .state_vector import StateVector
 from .user_function import UserFunction
 
@@ -63,6 +65,24 @@ class Settings:
             has_status=self.has_events,
             n_integrals=self.n_extra,
         )
+
+    @property
+    def read_by_margins(self) -> set[int]:
+        """The leaves that the margins of events are computed from."""
+        events = self.system.events
+        return {leaf for part in (events and events.margins, self.stop) if part for leaf in part.leaves}
+
+    @ft.cached_property
+    def follows_course(self) -> bool:
+        """Whether anything is read within steps that follows from equations, by a method whose dense output can be
+        corrected. States are as accurate there as they are integrated, but what follows may multiply their errors.
+        """
+        system = self.system
+        if not isinstance(self.solver, AbstractRosenbrock) or not system.states:
+            return False
+        leaves = self.read_by_margins | set(self.peaks.leaves if self.peaks else ())
+        read = pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
+        return self.save in ("times", "dense") or not set(read) <= set(system.states)
 
     @property
     def n_integrals(self) -> int:

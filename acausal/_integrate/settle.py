@@ -77,8 +77,6 @@ def settle(
     due: Array,
     history: EventHistory,
     given: Given,
-    sides: Array,
-    zero: Array,
     *,
     order: Array | None = None,
 ) -> Settled:
@@ -90,8 +88,8 @@ def settle(
     the list first: alternatives such as the conduction of diodes then settle as the pivots of a linear complementarity
     problem do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
-    The search for events has told which relations hold from t on, the `sides`. They do until events change their
-    margins; those of which it tells how far from `zero` they are by rounding, by more than that, or to equal numbers.
+    The search for events has told which relations hold from t on, the `sides` of the approach. They do until events
+    change their margins; those that are `zero` but for rounding, by more than that, or to exactly zero.
 
     At the start of a run, `order` has the times of the past events. They have no moments of their own there, and each
     tells anew what is due between its time and the start, as it would have done then.
@@ -102,11 +100,11 @@ def settle(
         if is_start:
             here = events.here(t, y, given)
             is_met = here.is_zero[None] & (events.settings.direction is not False)
-            return _stopped(t, y, here.truths, is_met, zero, history)
+            return _stopped(t, y, here.truths, is_met, approach.zero, history)
         moment, (moved,) = carried_to_moment(events, jnp.asarray(0), t, approach, y[None], due, given)
         is_any = jnp.any(begins)
         return _stopped(
-            jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, zero, history
+            jnp.where(is_any, moment, t), jnp.where(is_any, moved, y), holds ^ begins, begins, approach.zero, history
         )
     total = events.total
     most = total + TOGETHER + 4 * total + 16
@@ -129,7 +127,7 @@ def settle(
             is_same = here.margins == margins
             zero = jnp.where((jnp.abs(here.margins) <= LEAST) & ~is_same, 0.0, r.zero)
             is_told = is_same | (jnp.abs(here.margins) < jnp.abs(zero))
-            truths = events.true(jnp.where(is_told, sides, here.margins > 0))
+            truths = events.true(jnp.where(is_told, approach.sides, here.margins > 0))
         held, due_later, times = r.holds, r.due & ~own, r.order
         told = remains = jnp.zeros_like(own)
         is_first = ~is_own & (r.count == r.n_own)
@@ -185,7 +183,7 @@ def settle(
 
     start = _Round(
         jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.zeros(total, bool),
-        jnp.zeros_like(zero), zero, jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
+        jnp.zeros_like(approach.zero), approach.zero, jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
         jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         history, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip

@@ -1,5 +1,6 @@
 """The solution of a simulation, read by the names of the model."""
 
+import functools as ft
 import html
 from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
@@ -25,6 +26,7 @@ from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
+from .dense import points_at
 from .energy import EnergyAccount, stored
 from .event_history import EventHistory
 from .event_log import EventLog
@@ -69,6 +71,7 @@ class Solution(eqx.Module, Generic[M]):
     _unresolved: Array  # which states are so small that the tolerance means little for them
     _history: EventHistory | None  # of the events
     system: System = eqx.field(static=True)
+    _solver: diffrax.AbstractSolver = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
     _numbers: dict[str, Array | None]  # that the run was called with
     _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # that it was compiled for
@@ -127,14 +130,8 @@ class Solution(eqx.Module, Generic[M]):
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
         t = jnp.asarray(t, float)
 
-        def evaluate(dense: diffrax.DenseInterpolation) -> Array:
-            return jax.vmap(dense.evaluate)(t) if t.ndim else dense.evaluate(t)
-
-        ys = over_batch(evaluate, jnp.ndim(self.t1))(self._dense)
-        return self._view(
-            jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape),
-            ys[..., self._layout.point],
-        )
+        points = over_batch(ft.partial(points_at, self.system, self._solver, self._layout, t), jnp.ndim(self.t1))
+        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), points(self._dense, self._inputs))
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)

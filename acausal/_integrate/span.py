@@ -11,11 +11,12 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
+from .course import Course, on_course
 from .state_vector import StateVector, Vector
 
 
 class Span(diffrax.AbstractLocalInterpolation):
-    """Dense output of a step as if there were no events, between its own ends."""
+    """Dense output of a step as if there were no events, between its own ends; corrected if it follows a `course`."""
 
     t0: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
     t1: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -23,14 +24,23 @@ class Span(diffrax.AbstractLocalInterpolation):
     carried: Vector
     memory: Vector  # at the end
     layout: StateVector = eqx.field(static=True)
+    course: Course | None = None
 
     def evaluate(self, t0: Numbers, t1: Numbers | None = None, left: bool = True) -> Vector:
         """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
         if t1 is not None:
             return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
+        y = self.plain(t0, left)
+        if self.course is None:
+            return y
+        shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t0, y)))
+        return on_course(self.course, self.inner, t0, t0, y, shift)
+
+    def plain(self, t: Numbers, left: bool = True) -> Vector:
+        """The state at a time as the solver's own dense output has it."""
         layout, width = self.layout, self.inner.t1 - self.inner.t0
-        theta = (t0 - self.inner.t0) / jnp.where(width == 0, 1, width)
-        y = layout.joined(self.inner.evaluate(t0, left=left), self.carried)
+        theta = (t - self.inner.t0) / jnp.where(width == 0, 1, width)
+        y = layout.joined(self.inner.evaluate(t, left=left), self.carried)
         return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
 
     def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
@@ -43,7 +53,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         theta = (t - ends[0]) / jnp.where(width == 0, 1, width)
         moved = t + (1 - theta) * (inner.t0 - ends[0]) + theta * (inner.t1 - ends[1])
         held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
-        return moved, held.evaluate(t)
+        return moved, held.plain(t)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,4 +66,5 @@ class SpanOf:
     def __call__(
         self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, memory: Vector, **info: PyTree
     ) -> Span:
-        return Span(t0, t1, self.inner(t0=begin, t1=end, **info["inner"]), carried, memory, self.layout)
+        inner = self.inner(t0=begin, t1=end, **info["inner"])
+        return Span(t0, t1, inner, carried, memory, self.layout, info.get("course"))

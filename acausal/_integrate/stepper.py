@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,13 +13,16 @@ from .._equinox_private import unvmap_any
 from .._numbers import Numbers, Truth
 from .._reduce.instants import first
 from .controller import has_leapt
+from .course import Course, on_course
 from .event_state import EventState, crowded
 from .field import Given
 from .first_event import first_event, short_of
+from .look import Found
 from .moment import Approach
 from .peaks import Peaks
 from .rejected import Outcome, rejectable
 from .run_events import RunEvents
+from .settings import Settings
 from .settle import settle
 from .span import Span, SpanOf
 from .state_vector import StateVector, Vector
@@ -44,13 +48,17 @@ class Stepper(Wrapper):
     or where an equation bends, the step does not count, and is repeated up to there.
     """
 
-    layout: StateVector = eqx.field(static=True)
+    settings: Settings = eqx.field(static=True)
     project: Callable[[Array, Array, Given], Array] | None = eqx.field(static=True)
     remember: Callable[[Array, Array, Given, Truth], Array] | None = eqx.field(static=True)
     peaks: Peaks | None = eqx.field(static=True)
     events: RunEvents | None = eqx.field(static=True)
     is_reversible: bool = eqx.field(static=True)
     begin: EventState | None  # the `EventState` to start with, None without events
+
+    @property
+    def layout(self) -> StateVector:
+        return self.settings.layout
 
     @property
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
@@ -85,12 +93,18 @@ class Stepper(Wrapper):
         carried = y0[layout.carried]
         end = t1 if state is None else short_of(t1, y0[layout.next_instant], args)
         jumped = made_jump if state is None else made_jump | state.jumped
-        core, error, info, inner, result = self.solver.step(
-            terms, t0, end, layout.core(y0), args.carrying(carried), solver_state.inner, jumped
-        )
+        given, course = args.carrying(carried), None
+        if self.settings.follows_course:
+            core, error, info, work = self.solver.step_to_look_into(terms, t0, end, layout.core(y0), given)
+            inner, result = None, diffrax.RESULTS.successful
+            course = Course(self.solver, jax.lax.stop_gradient(work), given, self.settings)
+        else:
+            core, error, info, inner, result = self.solver.step(
+                terms, t0, end, layout.core(y0), given, solver_state.inner, jumped
+            )
         error = layout.joined(error, jnp.zeros_like(carried))
         inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
-        path = Span(t0, end, inner_path, carried, y0[layout.memory], layout)
+        path = Span(t0, end, inner_path, carried, y0[layout.memory], layout, course)
         if state is None:
             y = self._remembered(t1, self._projected(t1, layout.joined(core, carried), args), args)
             y = self._with_peaks(path, t1, y, args)
@@ -100,7 +114,10 @@ class Stepper(Wrapper):
             error = jnp.where(has_leapt(y0[layout.states], core[layout.states], sizes), jnp.inf, error)
             y, state = self._through_events(path, t0, t1, layout.joined(core, carried), state, args)
             y = self._with_peaks(path, y[layout.moment], y, args)
-        return y, error, {"inner": info, "begin": t0, "end": end, "carried": carried}, SolverState(inner, state), result
+        info = {"inner": info, "begin": t0, "end": end, "carried": carried}
+        if self.settings.save == "times":
+            info["course"] = course
+        return y, error, info, SolverState(inner, state), result
 
     def _with_peaks(self, path: Span, end: Numbers, y: Vector, given: Given) -> Vector:
         """The vector after a step with the peaks up to its end."""
@@ -127,46 +144,45 @@ class Stepper(Wrapper):
         """The vector at the end of a step or after the first events in it."""
         layout, events, forward = self.layout, self.events, given.direction
         assert events is not None
-        found = first_event(events, *jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
+        found, cut = first_event(events, *jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
         moved, there = path.moving(found.t)
+        lag = None
+        if path.course is not None and events.is_searched:
+            there = on_course(path.course, path.inner, found.t, moved, there, found.shift[0])
+            lag = _lag(*jax.lax.stop_gradient((path, found)))
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
-        left = jnp.where(jnp.abs(found.seen.g) < jnp.abs(state.zero), state.zero, 0.0)
+        left = jnp.where(jnp.abs(found.end.g) < jnp.abs(state.zero), state.zero, 0.0)
         unchanged = EventState(
-            found.holds, idle, left, found.seen, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
+            found.holds, idle, left, found.end, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
         )
 
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
-            approach = Approach(forward * found.before, found.pace)
-            settled = settle(
-                events,
-                forward * t,
-                approach,
-                y,
-                found.begins,
-                found.holds,
-                due,
-                state.history,
-                given,
-                found.sides,
-                found.zero,
-            )
+            approach = Approach(forward * found.before, found.pace, found.sides, found.zero, lag)
+            settled = settle(events, forward * t, approach, y, found.begins, found.holds, due, state.history, given)
             y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             due = events.due(settled.t, y1, given)
             mark, crowd, outcome = crowded(events, state, t - t0, settled.t, found.begins, given)
             outcome = jnp.where(settled.outcome != 0, settled.outcome, outcome)
             instant = forward * first(due, forward)
-            y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, found.cut, instant]))
+            y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, settled.zero, found.seen, due, settled.history, mark, crowd, found.is_any
+                settled.holds, settled.fresh, settled.zero, found.end, due, settled.history, mark, crowd, found.is_any
             )
 
         def idling() -> tuple[Vector, EventState]:
-            status = jnp.stack([y[layout.outcome], t, found.cut, y[layout.next_instant]])
+            status = jnp.stack([y[layout.outcome], t, cut, y[layout.next_instant]])
             return layout.with_part(y, layout.status, status), unchanged
 
         y, state = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
         return self._remembered(t, y, given, anew=found.is_any), state
+
+
+def _lag(path: Span, found: Found) -> Callable[[Array], Array]:
+    """What rates miss at the first event: see `Approach`."""
+    assert path.course is not None
+    _, pace = jax.jvp(path.plain, (found.t,), (jnp.ones_like(found.t),))
+    return jax.tree_util.Partial(Course.lag, path.course, pace[path.layout.states] + found.shift[1])

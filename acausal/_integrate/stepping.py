@@ -48,7 +48,8 @@ def solver_of(
     system, solver = settings.system, settings.solver
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
-    if not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks:
+    is_plain = not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks
+    if is_plain and not settings.follows_course:
         return Rejectable(solver) if is_reversible else solver
 
     def project(t: Numbers, states: Array, given: Given) -> Array:
@@ -59,7 +60,7 @@ def solver_of(
 
     return Stepper(
         solver,
-        settings.layout,
+        settings,
         project if system.ordered.invariants else None,
         remember if system.carried.memory else None,
         Peaks(settings) if settings.peaks else None,
@@ -95,14 +96,16 @@ def begin_run(
     if numbers.past is not None:
         begins &= past > numbers.past.time + given.tick(numbers.past.time)
     zero = jnp.zeros(events.n_margins)
-    settled = settle(
-        events, t0, Approach(t0, jnp.zeros(events.total)), y, begins, none, due, history, given, none, zero, order=past
-    )
+    approach = Approach(t0, jnp.zeros(events.total), zero > 0, zero)  # tells nothing: nothing has been searched
+    settled = settle(events, t0, approach, y, begins, none, due, history, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
     instant = given.direction * first(due, given.direction)
     status = jnp.stack([settled.outcome, given.direction * t0, jnp.asarray(jnp.inf), instant])
-    unknown = jax.eval_shape(ft.partial(seen, lambda t: events.margins(t, y, given)), jnp.asarray(t0, float))
+    reading = events.margins_and_rates if settings.follows_course else events.margins
+    unknown = jax.eval_shape(ft.partial(seen, lambda t: reading(t, y, given)), jnp.asarray(t0, float))
+    if settings.follows_course:
+        unknown = unknown._replace(g=unknown.g[0], rate=unknown.rate[0], shift=(unknown.g[1], unknown.rate[1]))
     memory = EventState(
         settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),

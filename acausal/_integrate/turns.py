@@ -10,7 +10,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
-from .interval import Seen, advance, over, seen
+from .interval import Seen, advance, over
 
 NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
 TURN = 0.25 * math.pi  # most by which the fastest angle turns on a part, so that the square of a sine turns once there
@@ -53,8 +53,9 @@ class _Walk(NamedTuple):
     top: Turn
 
 
-def highest_turns(values: Callable[[Array], Array], start: Numbers, end: Numbers, best: Array) -> Turn:
-    """For each function the turn between two times that leads highest, if any leads beyond the `best` so far.
+def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers, best: Array) -> Turn:
+    """For each function that is `seen`, the turn between two times that leads highest, if any leads beyond the `best`
+    so far.
 
     Rates are looked at at both ends and in the middle; and in more places where an angle, of which a sine is taken, or
     a stair turns fast, since while nothing moves, steps are longer than the periods of what varies with a time or an
@@ -64,7 +65,7 @@ def highest_turns(values: Callable[[Array], Array], start: Numbers, end: Numbers
     n, width = len(best), end - start
 
     def look(walk: _Walk) -> _Walk:
-        points = jax.vmap(lambda t: seen(values, t))(walk.x)
+        points = jax.vmap(seen)(walk.x)
         new = points._replace(g=jnp.diagonal(points.g), rate=jnp.diagonal(points.rate))
         return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
 
@@ -129,7 +130,7 @@ def highest_turns(values: Callable[[Array], Array], start: Numbers, end: Numbers
         return jnp.any(walk.narrows | (walk.node.t < end) | (walk.x < end))
 
     nothing, none = jnp.zeros(n), jnp.zeros(n, bool)
-    angles = jax.eval_shape(lambda t: seen(values, t), start).angle.shape
+    angles = jax.eval_shape(seen, start).angle.shape
     unknown = jnp.full((n, *angles), jnp.inf)
     point = Seen(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
     begin = _Walk(

@@ -30,11 +30,11 @@ class Traced(NamedTuple):
     steps: Array
 
 
-def with_angles(function: Callable[[Array], PyTree]) -> Callable[[Array], Traced]:
+def with_angles(function: Callable[..., PyTree]) -> Callable[..., Traced]:
     """The function, and what turns in it, besides what a loop inside it computes."""
 
-    def both(x: Array) -> Traced:
-        closed, shape = jax.make_jaxpr(function, return_shape=True)(x)
+    def both(*x: Array) -> Traced:
+        closed, shape = jax.make_jaxpr(function, return_shape=True)(*x)
         angles, stairs = [jnp.zeros(0)], [jnp.zeros(0)]
         values = _walk(closed, jax.tree.leaves(x), angles, stairs)
         heights = jnp.concatenate(stairs)

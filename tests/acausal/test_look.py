@@ -1,5 +1,6 @@
 """What is found of conditions that are true for a short time within a step."""
 
+import functools as ft
 from typing import Any, Self
 
 import jax
@@ -10,7 +11,7 @@ from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._integrate.conditions import EventConditions
-from acausal._integrate.interval import Seen
+from acausal._integrate.interval import Seen, seen
 from acausal._integrate.look import look
 
 Pair = Float[Array, "2"]
@@ -140,8 +141,9 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
         jax.debug.callback(lambda t: times.append(float(t)), t)
         return jnp.stack([t - jnp.inf, jnp.inf - t, t - 20.0])
 
+    look_at = ft.partial(seen, margins)
     conditions = EventConditions(
-        margins, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool), np.ones(3, bool)
+        look_at, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool), np.ones(3, bool)
     )
     none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)

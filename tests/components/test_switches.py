@@ -131,6 +131,53 @@ class Rectifier(Component):
         )
 
 
+class Smoothed(Component):
+    """A half-wave rectifier that charges a capacitor beside a resistor."""
+
+    sine: blocks.Sine
+    source: electrical.SignalVoltage
+    diode: electrical.IdealDiode
+    resistor: electrical.Resistor
+    capacitor: electrical.Capacitor
+    ground: electrical.Ground = electrical.Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.sine.y, self.source.u),
+            connect(self.source.p, self.diode.p),
+            connect(self.diode.n, self.resistor.p, self.capacitor.p),
+            connect(self.resistor.n, self.capacitor.n, self.source.n, self.ground.p),
+        )
+
+
+def test_current_that_charges_a_capacitor_through_a_small_resistance() -> None:
+    """Its peak and where it ends, by the closed form of the circuit that conducts, from 1 ohm to 1e-6 ohm."""
+    V, omega = 10.0, 10.0 * math.pi
+    for Ron, C in ((1e-6, 1e-6), (1e-6, 1e-2), (1e-4, 1e-3), (1e-3, 1e-3), (1e-2, 1e-3), (0.1, 1e-2), (1.0, 1e-4)):
+        R = 0.1 / C
+        model = Smoothed(
+            sine=blocks.Sine(amplitude=V, frequency=5.0),
+            source=electrical.SignalVoltage(),
+            diode=electrical.IdealDiode(Ron=Ron),
+            resistor=electrical.Resistor(R=R),
+            capacitor=electrical.Capacitor(C=C),
+        )
+        run = simulate(model, 0.19, peaks=lambda s: s.diode.i)
+        rate = (1.0 / R + 1.0 / Ron) / C
+        scale = V / (Ron * C) / (rate**2 + omega**2)
+
+        def current(t: np.ndarray, C: float = C, R: float = R, rate: float = rate, scale: float = scale) -> np.ndarray:
+            fade, sine, cosine = omega * np.exp(-rate * t), np.sin(omega * t), np.cos(omega * t)
+            v = rate * sine - omega * cosine + fade
+            return scale * (v / R + C * (omega * (rate * cosine + omega * sine) - rate * fade))
+
+        end = float(brentq(current, 0.03, 0.12))  # pyright: ignore[reportArgumentType]
+        top = current(np.linspace(1e-4, 0.09, 10_001)).max()
+        np.testing.assert_allclose(times_of(run, "diode.block"), [end], atol=1e-5)
+        np.testing.assert_array_equal(len(times_of(run, "diode.conduct")), 1)
+        np.testing.assert_allclose(run.peaks.value, top, rtol=1e-4)
+
+
 class Contacts(Component):
     """A voltage on four resistors, behind a closing, an opening and a commuting switch."""
 

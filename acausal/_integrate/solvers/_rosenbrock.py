@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float, PyTree
 
 from ..._errors import ParameterError
-from ..._linear_solver import linear_solver
+from ..._linear_solver import Factors, factors_of, linear_solver
 from ..._numbers import Numbers
 
 if TYPE_CHECKING:
@@ -25,6 +25,10 @@ State = Float[Array, " n"]
 Matrix = Float[Array, "n n"]
 Stages = Float[Array, "s n"] | list[State]
 LARGEST_CONSTANT = 100
+FILTERS = 4  # times that errors of what is not stiff are taken out of a correction
+SLOWLY, FAST = 8, 512  # powers with which the corrections at the end and at the start of a step fade within it
+AT_ONCE = 2**30  # with which rounding at the start does
+Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 VectorField = Callable[[Scalar, State], State]
 
 
@@ -51,6 +55,27 @@ class RosenbrockTableau:
         """[s], the step y1 - y0: the last stage is added to its own argument (stiffly accurate)."""
         return self.a[-1] + np.eye(len(self.a))[-1]
 
+    @property
+    def rows(self) -> Rows:
+        """What makes each stage: a, c, the time, the weight of the time derivative."""
+        return self.a, self.c, self.alpha_sums, self.gamma_sums
+
+    @property
+    def rows_with_defects(self) -> Rows:
+        """Besides, two stages that are the defect of the dense output, in the middle and at the end, times the inverse
+        of the matrix: see `AbstractRosenbrock.consistent`. No other stage depends on them.
+        """
+        n = np.arange(len(self.dense))
+        powers = 0.5**n
+        points = np.stack([0.5 * self.step + 0.25 * powers @ self.dense, self.step])
+        rates = np.stack([self.step + 0.5 * (n * powers) @ self.dense, self.step - np.sum(self.dense, axis=0)])
+
+        def square(rows: np.ndarray, last: np.ndarray) -> np.ndarray:
+            return np.pad(np.vstack([rows, last]), ((0, 0), (0, 2)))
+
+        times, weights = np.append(self.alpha_sums, [0.5, 1.0]), np.append(self.gamma_sums, [0.0, 0.0])
+        return square(self.a, points), square(self.c, -rates), times, weights
+
 
 class RosenbrockInterpolation(diffrax.AbstractLocalInterpolation):
     r"""Dense output of a step, with $\theta = (t - t_0)/(t_1 - t_0)$:
@@ -69,13 +94,26 @@ class RosenbrockInterpolation(diffrax.AbstractLocalInterpolation):
         if t1 is not None:
             return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
         width = self.t1 - self.t0
-        theta = (t0 - self.t0) / jnp.where(width == 0, 1, width)
+        return self.at((t0 - self.t0) / jnp.where(width == 0, 1, width))
+
+    def at(self, theta: Any) -> State:
+        """State at a share of the step."""
         bend = jnp.polyval(self.coeffs[::-1], theta)
         return (1 - theta) * self.y0 + theta * (self.y1 + (1 - theta) * bend)
 
 
 def _optional_array(x: ArrayLike | Sequence[float] | None) -> Array | None:
     return None if x is None else jnp.asarray(x, dtype=float)
+
+
+class Work(eqx.Module):
+    """What a step computes that its dense output can be corrected by: the factors of its matrix, and the corrections at
+    its ends, where there are to be none.
+    """
+
+    factors: Factors
+    at_start: State
+    at_end: State
 
 
 class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
@@ -136,9 +174,26 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     def step(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: None, made_jump: Numbers
     ) -> tuple[State, State, dict[str, Array], None, diffrax.RESULTS]:
-        tableau = self.tableau
-        # Members of a batch that have ended are stepped on with h = 0, where the matrix of a DAE is singular.
-        h = jnp.maximum(t1 - t0, jnp.sqrt(jnp.finfo(y0.dtype).tiny))
+        y1, error, info, _ = self._stepped(terms, t0, t1, y0, args, self.tableau.rows)
+        return y1, error, info, None, diffrax.RESULTS.successful
+
+    def step_to_look_into(
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree
+    ) -> tuple[State, State, dict[str, Array], Work]:
+        """The end of a step, its error, its dense output, and what it takes to read this.
+
+        The error is that of stiff components in the middle where this is larger.
+        """
+        y1, error, info, (f0, factors, stages) = self._stepped(terms, t0, t1, y0, args, self.tableau.rows_with_defects)
+        first = self._defect_at_start(_width(t0, t1) * f0, **info)
+        start, middle, end = (self.of_stiff(factors, x) for x in (factors.solve(first), stages[-2], stages[-1]))
+        error = jnp.maximum(jnp.abs(error), jnp.where(jnp.isfinite(middle), jnp.abs(middle), 0.0))
+        return y1, error, info, Work(factors, start, end)
+
+    def _stepped(
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, rows: Rows
+    ) -> tuple[State, State, dict[str, Array], tuple[State, Factors, Stages]]:
+        tableau, h = self.tableau, _width(t0, t1)
 
         # Diffrax integrates backwards by turning time round, which only the control of a term tells.
         direction = jnp.where(terms.contr(t0, t1) < 0, -1.0, 1.0)
@@ -146,33 +201,85 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         def f(t: Scalar, y: State) -> State:
             return direction * terms.vf(t, y, args)
 
-        f0, f_t, jacobian = linearise(f, t0, y0)
-        solve = linear_solver(self._mass_matrix(len(y0), t0) / tableau.gamma - h * jacobian, self.nominal)
+        f0, f_t, matrix = self._linearised(f, t0, y0, h)
+        factors = factors_of(matrix, self.nominal)
+        solve = linear_solver(matrix, factors=factors)
 
         def stage(row: tuple, earlier: Stages) -> State:
             a, c, alpha, gamma = row
             slope = f(t0 + alpha * h, y0 + combine(a, earlier))
-            return solve(h * slope + self._mass_times(combine(c, earlier)) + h**2 * gamma * f_t)
+            return solve(h * slope + self.mass_times(combine(c, earlier)) + h**2 * gamma * f_t)
 
-        u = self._stages(solve(h * f0 + h**2 * tableau.gamma_sums[0] * f_t), stage)
+        stages = self._stages(rows, solve(h * f0 + h**2 * tableau.gamma_sums[0] * f_t), stage)
+        u = stages[: len(tableau.a)] if len(rows[0]) > len(tableau.a) else stages
         y1 = y0 + combine(tableau.step, u)
         coeffs = jnp.stack([combine(row, u) for row in tableau.dense])
-        return y1, combine(tableau.error, u), {"y0": y0, "y1": y1, "coeffs": coeffs}, None, diffrax.RESULTS.successful
+        return y1, combine(tableau.error, u), {"y0": y0, "y1": y1, "coeffs": coeffs}, (f0, factors, stages)
+
+    def _linearised(self, f: VectorField, t0: Numbers, y0: State, h: Numbers) -> tuple[State, State, Matrix]:
+        """f and its derivative with respect to time at the start of a step, and the matrix of the step."""
+        f0, f_t, jacobian = linearise(f, t0, y0)
+        return f0, f_t, self._mass_matrix(len(y0), t0) / self.tableau.gamma - h * jacobian
+
+    def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
+        """What a step has computed, computed anew from its dense output."""
+        h = _width(path.t0, path.t1)
+        f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
+        factors = factors_of(matrix, self.nominal)
+        _, rate = jax.jvp(path.evaluate, (path.t1,), (jnp.ones_like(path.t1),))
+        last = h * (f(path.t1, path.y1) - self.mass_times(rate))
+        ends = (self._defect_at_start(h * f0, path.y0, path.y1, path.coeffs), last)
+        return Work(factors, *(self.of_stiff(factors, factors.solve(defect)) for defect in ends))
+
+    def _defect_at_start(self, step: State, y0: State, y1: State, coeffs: Array) -> State:
+        """h times the defect, where h f is `step`."""
+        return step - self.mass_times(y1 - y0 + coeffs[0])
+
+    def error_within(
+        self, path: RosenbrockInterpolation, work: Work, theta: Numbers, width: Numbers, rates: State
+    ) -> State:
+        r"""What the dense output `path` lacks at a share `theta` of a step, where the vector field says `rates`.
+
+        Dense output is accurate beside $y$, but what depends on a small difference of states, as the current through a
+        small resistance, multiplies its error. The error $e$ of a stiff component shows in the defect
+        $\delta = f - M p'$ of the interpolant $p$, from which it follows with the matrix of the step,
+
+        $$e = (I - D)^k A^{-1} h\,\delta, \qquad A = \tfrac{1}{\gamma} M - hJ, \qquad D = A^{-1} \tfrac{1}{\gamma} M.$$
+
+        $D$ is nearly the identity for components that are not stiff: they are left as they are. At the ends of the step
+        nothing is lacking: they are accurate, and what has just happened there decides on what happens next.
+        """
+        _, slope = jax.jvp(path.at, (theta,), (jnp.ones_like(theta),))
+        defect = jnp.asarray(width * rates - self.mass_times(slope))
+        error = self.of_stiff(work.factors, work.factors.solve(defect))
+        error -= _fading(1.0 - theta, SLOWLY) * work.at_end + _fading(theta, FAST) * work.at_start
+        # What is zero at the start is zero just behind it, too, in spite of rounding; but it moves with its rate.
+        error -= jax.lax.stop_gradient(_fading(theta, AT_ONCE) * error)
+        return jnp.where(jnp.all(jnp.isfinite(error)), error, 0.0)
+
+    def of_stiff(self, factors: Factors, error: State) -> State:
+        """An error without that of what is not stiff."""
+        for _ in range(FILTERS):
+            error = error - self._slow(factors, error)
+        return error
+
+    def _slow(self, factors: Factors, error: State) -> State:
+        """The part of it in what is not stiff."""
+        return factors.solve(self.mass_times(error)) / self.tableau.gamma
 
     def _mass_matrix(self, n: int, t: Numbers) -> Matrix:
         if self.mass is None:
             return _unit_vectors(n, t)
         return self.mass[:, None] * _unit_vectors(n, t) if self.mass.ndim == 1 else self.mass
 
-    def _mass_times(self, v: State) -> State:
+    def mass_times(self, v: State) -> State:
+        """M v."""
         if self.mass is None:
             return v
         return self.mass * v if self.mass.ndim == 1 else self.mass @ v
 
-    def _stages(self, first: State, stage: Callable[[tuple, Stages], State]) -> Stages:
-        """All stages; `stage` makes one from its row of the tableau and the stages before it."""
-        tableau = self.tableau
-        rows = (tableau.a, tableau.c, tableau.alpha_sums, tableau.gamma_sums)
+    def _stages(self, rows: Rows, first: State, stage: Callable[[tuple, Stages], State]) -> Stages:
+        """All stages; `stage` makes one from its row and the stages before it."""
         if self.unroll:
             stages = [first]
             for row in list(zip(*rows, strict=True))[1:]:
@@ -183,9 +290,22 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             i, row = numbered
             return jax.lax.dynamic_update_index_in_dim(stages, stage(row, stages), i, axis=0), None
 
-        stages = jnp.zeros((len(tableau.a), len(first)), first.dtype).at[0].set(first)
-        later = jax.tree.map(lambda x: x[1:], (np.arange(len(tableau.a)), rows))
+        n = len(rows[0])
+        stages = jnp.zeros((n, len(first)), first.dtype).at[0].set(first)
+        later = jax.tree.map(lambda x: x[1:], (np.arange(n), rows))
         return jax.lax.scan(body, stages, later)[0]
+
+
+def _width(t0: Numbers, t1: Any) -> Array:
+    """Of a step. Members of a batch that have ended are stepped on with 0, where the matrix of a DAE is singular."""
+    width = jnp.asarray(t1 - t0)
+    return jnp.maximum(width, jnp.sqrt(jnp.finfo(width.dtype).tiny))
+
+
+def _fading(theta: Numbers, fast: int) -> Numbers:
+    """1 with slope 0 at the start of a step, 0 at its end."""
+    rest = jnp.clip(1.0 - theta, 0.0, 1.0)
+    return rest**fast * (1.0 + fast * (1.0 - rest))
 
 
 def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
