@@ -27,7 +27,9 @@ def first_event(
     forward, numbers, due = given.direction, given.numbers, given.direction * state.due
     run_end, short = forward * numbers.t1, given.tick(t1)
     arrives = _reaches(t1, instant, given) & (instant < run_end)
-    end = jnp.where(arrives, instant + short, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
+    # An instant lies before the end of the run, up to which its last step then goes on.
+    beyond = jnp.minimum(instant + short, jnp.nextafter(run_end, -jnp.inf))
+    end = jnp.where(arrives, beyond, jnp.minimum(t1 + PAST * (t1 - t0), run_end))
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
     sides, never = jnp.zeros(events.n_margins, bool), jnp.asarray(False)
     shift, zero = state.seen.shift, state.zero

@@ -92,7 +92,7 @@ def begin_run(
     due = jnp.zeros(events.total)
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:
-        begins &= past >= t0 - given.tick(t0)
+        begins &= past >= t0
     if numbers.past is not None:
         begins &= past > numbers.past.time + given.tick(numbers.past.time)
     zero = jnp.zeros(events.n_margins)

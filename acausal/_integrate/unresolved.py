@@ -72,4 +72,4 @@ def warn_of_unresolved(solution: "Solution") -> None:
         f"The error tolerance means little for {said}: they stay far below their nominal sizes, which their errors are "
         f"held to. Remedy: give theirs, as in simulate(..., nominal={{{sizes}}}), or reduce rtol."
     )
-    warnings.warn(message, UnresolvedWarning, stacklevel=3)
+    warnings.warn(message, UnresolvedWarning, stacklevel=4)  # behind this, `simulate` and its decorator
