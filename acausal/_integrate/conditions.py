@@ -26,7 +26,8 @@ class EventConditions(NamedTuple):
     """The conditions of the events of a run, along a step.
 
     - `seen(t)`: how far each relation is from its limit, positive where it holds, and how that changes.
-    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
+    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives; of
+      several sets of them, if they are columns.
     - `reads`: [events, relations], which relations decide on which condition.
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
@@ -38,26 +39,14 @@ class EventConditions(NamedTuple):
     either: np.ndarray
     moves: np.ndarray
 
-    def true(self, above: Array) -> Array:
-        """Which conditions hold where these relations do."""
-        sign = sign_of(above)
-        return self.logic(sign, -sign) > 0
-
-    def begin(self, above: Array, holds: Array) -> Array:
-        """Which events begin where these relations hold, after `holds`."""
-        return self.begun(self.true(above), holds)
-
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""
         return (~holds & true) | (self.either & holds & ~true)
 
-    def may_begin(self, above: Array, changes: Array, turns: Array, holds: Array) -> Array:
-        """Which events may begin where some relations change once, and others perhaps twice.
+    def may_begin(self, may_end: Array, may_hold: Array, changes: Array, holds: Array) -> Array:
+        """Which events may begin where conditions may end or hold, since some relations change once or twice.
 
         A condition that holds must become false and true again for that.
         """
-        may_change, sign = changes | turns, sign_of(above)
-        least, most = jnp.where(may_change, -1.0, sign), jnp.where(may_change, 1.0, sign)
-        low, high = self.logic(least, -most), self.logic(most, -least)
-        many = jnp.sum(self.reads * (changes + 2 * turns), axis=1) > 1
-        return jnp.where(holds, (low < 0) & (self.either | many), high > 0)
+        many = jnp.sum(self.reads * changes, axis=1) > 1
+        return jnp.where(holds, may_end & (self.either | many), may_hold)

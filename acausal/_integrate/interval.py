@@ -33,12 +33,20 @@ class Seen(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x."""
+    """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x.
+
+    `holds` are the conditions at its start, and `at_once` those that happen there; at its end, the relations `after`
+    are true and those that `hold` before still do.
+    """
 
     passes: Array
     is_found: Array
     begins: Array
     x: Array
+    holds: Array
+    at_once: Array
+    after: Array
+    holds_after: Array
 
 
 def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
@@ -108,8 +116,11 @@ def judged(
     high: Seen,
     above: Array,
     holds: Array,
+    fresh: Array,
 ) -> Verdict:
-    """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`."""
+    """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`. Of those
+    that are `fresh` the relations at `low` tell whether they hold.
+    """
     width, sign = high.t - low.t, -sign_of(above)
     # q are the margins, with signs such that a relation changes where q becomes positive; p are their rates.
     q0, q1, p0, p1 = sign * low.g, sign * high.g, sign * low.rate, sign * high.rate
@@ -124,13 +135,27 @@ def judged(
     turned, is_short = advance(low, high), width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
     turns = jnp.where(is_part, bumps | leaps, may_turn(conditions, low, high, above))
-    is_likely = jnp.any(conditions.may_begin(above, changes, turns, holds))
-    begins = conditions.begin(after, holds)
+    # All that is to be known of conditions in one evaluation: where the relations at both ends hold, and between which
+    # bounds they may lie in between.
+    now, then, may_change = sign_of(above), sign_of(after), changes | turns
+    least, most = jnp.where(may_change, -1.0, now), jnp.where(may_change, 1.0, now)
+    bounds = conditions.logic(jnp.stack([now, then, least, most], axis=1), -jnp.stack([now, then, most, least], axis=1))
+    true, true_after = bounds[:, 0] > 0, bounds[:, 1] > 0
+    holds = jnp.where(fresh, true, holds)
+    is_likely = jnp.any(conditions.may_begin(bounds[:, 2] < 0, bounds[:, 3] > 0, changes + 2 * turns, holds))
+    begins = conditions.begun(true_after, holds)
     happens = jnp.any(begins)
     aim = _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, changes, bumps, short, count)
     share = jnp.where(is_part, aim, jnp.minimum(0.5, over(TURN, turned)))
     return Verdict(
-        ~is_likely | (is_short & ~happens), is_short & happens, begins, low.t + jnp.clip(share, 0.0, 1.0) * width
+        passes=~is_likely | (is_short & ~happens),
+        is_found=is_short & happens,
+        begins=begins,
+        x=low.t + jnp.clip(share, 0.0, 1.0) * width,
+        holds=holds,
+        at_once=conditions.begun(true, holds),
+        after=after,
+        holds_after=holds & true_after,
     )
 
 

@@ -1,16 +1,15 @@
 """The search for the first event within a step."""
 
-import functools as ft
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
-from jaxtyping import PyTree
+from jax.flatten_util import ravel_pytree
 
 from .._numbers import Numbers
 from .conditions import EventConditions, sign_of, signs
-from .interval import PARTS, TURN, Seen, Verdict, advance, judged, may_turn, over
+from .interval import PARTS, TURN, Seen, advance, judged, over
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -49,17 +48,18 @@ class _Search(NamedTuple):
     """The state of the search: nothing happens before `low`.
 
     At `low` the relations `above` and the conditions `holds` are true. The first event after it is looked for up to
-    `high`, and if there is none, up to `end`. The next point to be looked at is x: the start, then the end, then points
-    in between.
+    `high`, and if there is none, up to `end`; these three are `Seen` as flat vectors. The next point to be looked at is
+    x, unless nothing is known yet of the interval up to `high`: the start, then the end, then points in between.
     """
 
-    low: Seen
-    high: Seen
-    end: Seen
+    low: Array
+    high: Array
+    end: Array
     above: Array
     holds: Array
     offset: Array
     x: Array
+    looks: Array
     begins: Array
     is_found: Array
     is_over: Array
@@ -93,110 +93,81 @@ def look(
     rounding. So an event is found if each margin turns at most once on each part, and bends one way where it does.
     """
     length, none, no = end - start.t, jnp.zeros_like(holds), jnp.asarray(False)
+    last, unflat = ravel_pytree(start._replace(t=end))
 
     def next_point(s: _Search) -> _Search:
-        new = conditions.seen(s.x)
-        is_start, is_end = s.count == 0, s.count == 1
+        low, is_start, is_end = unflat(s.low), s.count == 0, s.looks & (s.count == 1)
         # The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
         is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
-        size, rounding = jnp.abs(s.low.g), TOO_SOON * span * jnp.abs(s.low.rate)
-        is_wrong = (size < jnp.abs(zero)) & ((s.low.g > 0) != (zero > 0))
+        size, rounding = jnp.abs(low.g), TOO_SOON * span * jnp.abs(low.rate)
+        is_wrong = (size < jnp.abs(zero)) & ((low.g > 0) != (zero > 0))
         is_zero = (is_fresh & (size < rounding)) | is_wrong
-        offset = jnp.where(is_end, jnp.where(is_zero, s.low.g, 0.0), s.offset)
-        new = new._replace(g=new.g - offset)
-        rises = jnp.where(rounding > STILL * jnp.abs(zero), s.low.rate > 0, zero > 0)
-        first = jnp.where(is_zero | (s.low.g == 0), rises, s.low.g > 0)
-        above = jnp.where(is_end, first, s.above)
-        true = conditions.true(above)
-        holds = jnp.where(is_end & fresh, true, s.holds)
-        low = _pick(is_start, new, s.low._replace(g=s.low.g - jnp.where(is_end, offset, 0.0)))
-        s = _Search(
-            low, _pick(is_end, new, s.high), _pick(is_end, new, s.end), above, holds, offset,
-            jnp.where(is_start, end, s.x), s.begins, s.is_found, s.is_over, s.count + 1,
-        )  # fmt: skip
-        after = signs(new.g, above)
-        may_begin = conditions.may_begin(above, above != after, may_turn(conditions, low, new, above), holds)
-        at_once = conditions.begun(true, holds)
-        is_clear = is_end & ~jnp.any(may_begin | at_once)
-        passed = s._replace(low=s.end, holds=holds & conditions.true(after), is_over=is_clear)
-        return jax.lax.cond(
-            is_start | is_clear, lambda: _pick(is_clear, passed, s), lambda: narrowed(s, new, at_once & is_end)
+        offset = jnp.where(is_end, jnp.where(is_zero, low.g, 0.0), s.offset)
+        rises = jnp.where(rounding > STILL * jnp.abs(zero), low.rate > 0, zero > 0)
+        above = jnp.where(is_end, jnp.where(is_zero | (low.g == 0), rises, low.g > 0), s.above)
+        low = low._replace(g=low.g - jnp.where(is_end, offset, 0.0))
+
+        def looked() -> Array:
+            new = conditions.seen(s.x)
+            return ravel_pytree(new._replace(g=new.g - offset))[0]
+
+        flat = jax.lax.cond(s.looks, looked, lambda: s.high)
+        new, last = unflat(flat), unflat(jnp.where(is_end, flat, s.end))
+        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_end)
+        at_once, passes = is_end & jnp.any(verdict.at_once), is_start | verdict.passes
+        # What follows an interval in which nothing happens: the rest up to `high`, or the next part of the step.
+        part = jnp.minimum(length / PARTS, over(TURN * (last.t - new.t), advance(new, last)))
+        onward = jnp.where(is_start, end, new.t + jnp.minimum(part, 0.5 * (last.t - new.t)))
+        is_found = at_once | (~passes & verdict.is_found)
+        ends = is_found | (passes & ~is_start & (new.t >= last.t)) | (s.count > MOST)
+        low = ravel_pytree(low)[0]
+        return _Search(
+            low=jnp.where(passes & ~at_once, flat, low),
+            high=jnp.where(at_once, low, jnp.where(passes, jnp.where(s.looks, s.high, s.end), flat)),
+            end=jnp.where(is_end, flat, s.end),
+            above=jnp.where(passes & ~at_once, verdict.after, above),
+            holds=jnp.where(is_start, s.holds, jnp.where(passes & ~at_once, verdict.holds_after, verdict.holds)),
+            offset=offset,
+            x=jnp.where(passes, onward, verdict.x),
+            looks=is_start | ~(passes & s.looks),
+            begins=jnp.where(at_once, verdict.at_once, verdict.begins),
+            is_found=is_found,
+            is_over=ends,
+            count=s.count + s.looks,
         )
 
-    def narrowed(s: _Search, new: Seen, at_once: Array) -> _Search:
-        """The search after a look at a point between `low` and `high`."""
-        above = signs(new.g, s.above)
-        holds = s.holds & conditions.true(above)
-        verdicts = jax.vmap(ft.partial(judged, conditions, length, short, s.count))(
-            *_both((s.low, new, s.above, s.holds), (new, s.high, above, holds))
-        )
-        before, behind = (jax.tree.map(lambda x, i=i: x[i], verdicts) for i in (0, 1))
-
-        def at_once_found() -> _Search:
-            return s._replace(high=s.low, begins=at_once, is_found=~no, is_over=~no)
-
-        def between(low: Seen, high: Seen, above: Array, holds: Array, verdict: Verdict) -> _Search:
-            return s._replace(
-                low=low, high=high, above=above, holds=holds, x=verdict.x, begins=verdict.begins,
-                is_found=verdict.is_found, is_over=verdict.is_found | (s.count > MOST),
-            )  # fmt: skip
-
-        def onward() -> _Search:
-            """The next part, where nothing happens up to `high`."""
-            low, last = s.high, signs(s.high.g, above)
-            part = jnp.minimum(length / PARTS, over(TURN * (s.end.t - low.t), advance(low, s.end)))
-            x = low.t + jnp.minimum(part, 0.5 * (s.end.t - low.t))
-            is_over = (low.t >= s.end.t) | (s.count > MOST)
-            true = holds & conditions.true(last)
-            return s._replace(low=low, high=s.end, above=last, holds=true, x=x, begins=none, is_over=is_over)
-
-        case = jnp.where(jnp.any(at_once), 0, jnp.where(~before.passes, 1, jnp.where(~behind.passes, 2, 3)))
-        return jax.lax.switch(
-            case,
-            [
-                at_once_found,
-                lambda: between(s.low, new, s.above, s.holds, before),
-                lambda: between(new, s.high, above, holds, behind),
-                onward,
-            ],
-        )
-
-    last = start._replace(t=end)
     begin = _Search(
-        low=start,
+        low=ravel_pytree(start)[0],
         high=last,
         end=last,
         above=jnp.zeros(start.g.shape, bool),
         holds=holds,
         offset=jnp.zeros_like(start.g),
         x=jnp.where(is_known, end, start.t),
+        looks=~no,
         begins=none,
         is_found=no,
         is_over=no,
         count=jnp.where(is_known, 1, 0),
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
-    last = s.end._replace(g=s.end.g + s.offset)
-    begins = s.begins & s.is_found
-    after = signs(s.high.g, s.above)
-    least = TOO_SOON * span * jnp.maximum(jnp.abs(s.low.rate), jnp.abs(s.high.rate))
+    low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
+    last = last._replace(g=last.g + s.offset)
+    after = signs(high.g, s.above)
+    least = TOO_SOON * span * jnp.maximum(jnp.abs(low.rate), jnp.abs(high.rate))
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
-    is_zero = jnp.abs(s.high.g) < least
-    sides = jnp.where(is_zero & (after == s.above), s.high.rate > 0, after)
+    is_zero = jnp.abs(high.g) < least
+    sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
     zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
-    begins |= conditions.begin(sides, s.holds) & s.is_found
-    without = jnp.where(jnp.abs(s.high.g - s.low.g) > least, s.above, sides)
-    leaps = begins & ~conditions.begin(without, s.holds) & jnp.any(after != s.above)
-    given_up = jnp.where(s.low.t > start.t + short, s.low.t, s.high.t)
-    reached = jnp.where(s.is_found | (s.low.t >= s.end.t), s.end.t, given_up)
-    _, pace = jax.jvp(lambda g: conditions.logic(g, -g), (s.high.g,), (s.high.rate,))
-    pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
-    return Found(s.is_found, s.high.t, s.low.t, pace, s.high.shift, begins, leaps, sides, zero, s.holds, last, reached)
-
-
-def _both(a: PyTree, b: PyTree) -> PyTree:
-    return jax.tree.map(lambda x, y: jnp.stack([x, y]), a, b)
-
-
-def _pick(condition: Array, a: PyTree, b: PyTree) -> PyTree:
-    return jax.tree.map(lambda x, y: jnp.where(condition, x, y), a, b)
+    without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
+    margins = jnp.stack([sign_of(sides), sign_of(without), high.g], axis=1)
+    still = jnp.zeros_like(high.g)
+    values, paces = jax.jvp(
+        lambda g: conditions.logic(g, -g), (margins,), (jnp.stack([still, still, high.rate], axis=1),)
+    )
+    begins = (s.begins | conditions.begun(values[:, 0] > 0, s.holds)) & s.is_found
+    leaps = begins & ~conditions.begun(values[:, 1] > 0, s.holds) & jnp.any(after != s.above)
+    given_up = jnp.where(low.t > start.t + short, low.t, high.t)
+    reached = jnp.where(s.is_found | (low.t >= last.t), last.t, given_up)
+    pace = jnp.where(jnp.isfinite(paces[:, 2]), paces[:, 2], 0.0)
+    return Found(s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, last, reached)

@@ -73,13 +73,14 @@ class Circuit:
 
     def __call__(self, holds: Array, fails: Array) -> Array:
         """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
-        the smaller one, of `or` the larger one.
+        the smaller one, of `or` the larger one. Arguments with several columns are as many sets of bounds.
         """
         if not self.levels and np.array_equal(self.outputs, 1 + np.arange(len(holds))):
             return holds
-        values = jnp.concatenate([np.array([-1.0]), holds, fails])
+        columns = holds.shape[1:]
+        values = jnp.concatenate([np.full((1, *columns), -1.0), holds, fails])
         for is_and, first, second in self.levels:
-            a, b = values[first], values[second]
+            is_and, a, b = is_and.reshape(-1, *[1] * len(columns)), values[first], values[second]
             values = jnp.concatenate([values, jnp.where(is_and, jnp.minimum(a, b), jnp.maximum(a, b))])
         return values[self.outputs]
 
