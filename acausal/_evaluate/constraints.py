@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
-import jax.scipy.linalg as jsl
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
+from .._linear_solver import least_squares
 from .._numbers import Numbers
 from .._reduce.graph import sharing
 from .._reduce.incidence import Pair
@@ -137,9 +137,8 @@ def projected(
 
 
 def _inverse(matrix: Array) -> Array:
-    """The pseudo-inverse of a matrix with independent rows, from C^T = Q R, so that weights do not enter squared."""
-    q, r = jnp.linalg.qr(matrix.T)
-    return q @ jsl.solve_triangular(r, jnp.eye(len(matrix)), trans=1)
+    """The pseudo-inverse of a matrix with independent rows, so that weights do not enter squared."""
+    return least_squares(matrix.T, jnp.eye(matrix.shape[1])).T
 
 
 def loose_inverse(matrix: Array) -> Array:

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import PyTree
 
+from .._linear_solver import linear_solver
 from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
@@ -34,7 +35,7 @@ class _Here(NamedTuple):
         free = one - self.inverse @ self.slopes
         onto = -(self.inverse @ lack)
         along = free @ (pull + self.bend @ onto)
-        return onto - free @ jnp.linalg.solve(one + free @ self.bend @ free, along)
+        return onto - free @ linear_solver(one + free @ self.bend @ free, is_refined=True)(along)
 
 
 def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:

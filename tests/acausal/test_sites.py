@@ -6,7 +6,7 @@ from typing import Any, Self
 import jax
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, replace, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, prefer, replace, simulate, when
 
 
 class Decay(Component, partial=True):
@@ -93,6 +93,29 @@ def test_derivatives_by_one_start_value_of_many() -> None:
     value, gradient = (jax.make_jaxpr(f)(1.0).jaxpr for f in (end, jax.grad(end)))
     assert len(list(_operations(gradient))) < 1.5 * len(list(_operations(value)))
     assert float(jax.grad(end)(1.0)) == pytest.approx(float(end(1.0001) - end(0.9999)) / 2e-4, rel=1e-6)
+
+
+class Tied(Component):
+    """A decay and what is tied to it, which an event sets: the state follows by way of the constraint."""
+
+    k: Param[Scalar, "1/s"] = 1.0
+    x: Var[Scalar, "", prefer] = 1.0
+    y: Var[Scalar, ""]
+    rate: Var[Scalar, "1/s"]
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.k * self.x), tie=eq(self.y, 2.0 * self.x), rate=eq(self.rate, d.y))
+
+    def events(self) -> Events:
+        return dict(renew=when(self.y < 0.5, y=2.0))
+
+
+@pytest.mark.parametrize("model", [RenewedDecay, Tied])
+def test_steps_call_no_other_library(model: type[Component]) -> None:
+    """XLA on the CPU does not compile a loop as one function in which LAPACK is called."""
+    program = jax.make_jaxpr(lambda k: simulate(model(k=k), 2.0, save="end").t1)(1.0)
+    lapack = {"lu", "geqrf", "householder_product", "qr", "triangular_solve", "cholesky", "svd", "eigh"}
+    assert not lapack & set(_operations(program.jaxpr, loops=1))
 
 
 @pytest.mark.parametrize("model", [RenewedDecay, CountedDecay])

@@ -1,0 +1,38 @@
+"""Least squares without LAPACK: against numpy, and where numbers differ by many decades."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal._linear_solver import least_squares
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (4, 4), (9, 2), (30, 7)])
+def test_several_right_hand_sides_are_those_of_numpy(rows: int, columns: int) -> None:
+    rng = np.random.default_rng(rows)
+    a, b = rng.normal(size=(5, rows, columns)), rng.normal(size=(5, rows, 3))
+    scale = 10.0 ** rng.uniform(-4.0, 4.0, columns)
+    found = scale[:, None] * jax.jit(jax.vmap(least_squares))(a * scale, b)
+    expected = [np.linalg.lstsq(*pair, rcond=None)[0] for pair in zip(a, b, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12)
+
+
+def test_weights_of_many_decades_do_not_enter_squared() -> None:
+    """Of x + 1e-10 y = 1, the least solution in measured variables is x = 1 but for 1e-20, and y is 1e-10 times x."""
+    found = least_squares(jnp.array([[1.0], [1e-10]]), jnp.eye(2))
+    np.testing.assert_allclose(found, [[1.0, 1e-10]], rtol=1e-15)
+
+
+def test_derivatives_are_those_of_the_pseudo_inverse() -> None:
+    rng = np.random.default_rng(2)
+    a, change = rng.normal(size=(2, 5, 3))
+
+    def inverse(a: jax.Array) -> jax.Array:
+        return least_squares(a, jnp.eye(5))
+
+    _, tangent = jax.jvp(inverse, (a,), (change,))
+    _, expected = jax.jvp(jnp.linalg.pinv, (a,), (change,))
+    np.testing.assert_allclose(tangent, expected, rtol=1e-9)
+    back = jax.vjp(inverse, a)[1](expected)[0]
+    np.testing.assert_allclose(jnp.sum(back * change), jnp.sum(expected**2), rtol=1e-9)
