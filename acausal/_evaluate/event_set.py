@@ -28,6 +28,7 @@ class EventEntry:
     stack: tuple[int, ...]
     targets: tuple[int, ...]
     reason: str = ""  # why it is refused
+    repeats: bool = False  # whether its times do
 
     @property
     def count(self) -> int:

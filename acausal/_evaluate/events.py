@@ -172,4 +172,5 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
             )
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
-    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason)
+    repeats = isinstance(event, At) and event.every is not None
+    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason, repeats)

@@ -27,9 +27,13 @@ def changed(
 
 def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
     """The vector with the discrete variables that these events set."""
-    new, discrete = jnp.concatenate([jnp.zeros(0), *values]), y[events.layout.discrete]
-    for number, element, is_own in events.writes:
-        discrete = jnp.where(fired[number] & is_own, new[element], discrete)
+    number, element, is_own = events.writes
+    if not number.size:
+        return y
+    discrete, is_set = y[events.layout.discrete], fired[number] & is_own
+    new, turn = jnp.concatenate(values)[element], np.arange(len(number))[:, None]
+    last = jnp.max(jnp.where(is_set, turn, -1), axis=0)
+    discrete = jnp.where(last >= 0, jnp.sum(jnp.where(turn == last, new, 0.0), axis=0), discrete)
     return events.layout.with_part(y, events.layout.discrete, discrete)
 
 

@@ -6,14 +6,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from .._numbers import Numbers
 
 Vector: TypeAlias = Float[Array, " n"]
 
 
-LAST = 8  # how many of the last events are kept, for a failed run to name
+LAST = 8  # how many of the last moments at which something happened are kept, for a failed run to name
 
 
 class EventHistory(eqx.Module):
@@ -22,7 +22,7 @@ class EventHistory(eqx.Module):
     - `times`, `numbers` (-1: none yet) and `before`: when each of the first listed events happened, which it was, and
       the stepped vector just before it, of which `before` keeps the first elements or none.
     - `count`: how many listed events there were, with or without room for them.
-    - `last_times`, `last_numbers`: what happened last, listed or not.
+    - `last_times`, `last`: when anything happened last, listed or not, and what did.
     """
 
     times: Float[Array, " room"]
@@ -30,13 +30,13 @@ class EventHistory(eqx.Module):
     before: Float[Array, "room n"]
     count: Array
     last_times: Float[Array, " last"]
-    last_numbers: Int[Array, " last"]
+    last: Bool[Array, "last events"]
 
     @classmethod
-    def empty(cls, size: int, n: int) -> "EventHistory":
-        """A history with room for `size` events and vectors of `n` elements."""
+    def empty(cls, size: int, n: int, n_events: int) -> "EventHistory":
+        """A history with room for `size` of so many events and vectors of `n` elements."""
         first = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n)), jnp.asarray(0)
-        return cls(*first, jnp.full(LAST, jnp.inf), jnp.full(LAST, -1))
+        return cls(*first, jnp.full(LAST, jnp.inf), jnp.zeros((LAST, n_events), bool))
 
     def noted(self, when: Numbers, before: Vector, happened: Array, is_listed: np.ndarray) -> "EventHistory":
         """The history with the events that have happened at one moment."""
@@ -57,13 +57,7 @@ class EventHistory(eqx.Module):
         )
 
     def _with_last(self, when: Numbers, happened: Array) -> tuple[Array, Array]:
-        is_some = jnp.concatenate([self.last_numbers >= 0, happened])
-        places = jnp.cumsum(is_some) - jnp.sum(is_some) + LAST - 1
-        mask = (jnp.arange(LAST)[:, None] == places) & is_some
-        numbers = jnp.concatenate([self.last_numbers, jnp.arange(len(happened))])
-        times = jnp.concatenate([self.last_times, jnp.broadcast_to(when, happened.shape)])
-        is_taken = jnp.any(mask, axis=1)
-        return (
-            jnp.where(is_taken, jnp.sum(jnp.where(mask, times, 0.0), axis=1), jnp.inf),
-            jnp.where(is_taken, jnp.sum(jnp.where(mask, numbers, 0), axis=1), -1),
-        )
+        is_any = jnp.any(happened)
+        times = jnp.concatenate([self.last_times[1:], jnp.reshape(when, 1)])
+        last = jnp.concatenate([self.last[1:], happened[None]])
+        return jnp.where(is_any, times, self.last_times), jnp.where(is_any, last, self.last)

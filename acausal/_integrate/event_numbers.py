@@ -139,16 +139,37 @@ class EventNumbers:
         entries = self.system.events.entries if self.system.events else ()
         return list(zip(np.cumsum([0, *(entry.count for entry in entries)]).tolist(), entries, strict=False))
 
+    @ft.cached_property
+    def schedules(self) -> list[tuple[bool, list[tuple[int, int, EventEntry]]]]:
+        """The scheduled entries of the model, those that happen once and those that repeat: the place of each among
+        all scheduled ones, the number of its first event, and itself.
+        """
+        scheduled = [(first, entry) for first, entry in self.numbered if entry.kind == "at"]
+        split = [
+            (repeats, [(i, first, entry) for i, (first, entry) in enumerate(scheduled) if entry.repeats == repeats])
+            for repeats in (False, True)
+        ]
+        return [(repeats, entries) for repeats, entries in split if entries]
+
+    @ft.cached_property
+    def _time_of(self) -> np.ndarray:
+        """For each event of the model the place of its time among those of `schedules`, from 1 on; 0: it has none."""
+        index, entries = np.zeros(self.n_model, int), [entry for _, own in self.schedules for entry in own]
+        places = [first + np.arange(entry.count) for _, first, entry in entries]
+        for place, number in enumerate(np.concatenate([np.zeros(0, int), *places]).tolist()):
+            index[number] = place + 1
+        return unsigned(index)
+
     @property
     def _sizes_written(self) -> list[int]:
         events = self.system.events
         return [math.prod(aval.shape) for aval in events.actions.closed.out_avals] if events else []
 
     @ft.cached_property
-    def writes(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    def writes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which events write to the discrete variables, and what, in turns: where several do, the last turn counts.
 
-        A turn has for each discrete variable the number of the event that writes it, the element of all new values that
+        For each turn and discrete variable the number of the event that writes it, the element of all new values that
         it gets, and whether any event writes it in this turn.
         """
         places, start = self.system.carried.discrete_places, 0
@@ -166,15 +187,15 @@ class EventNumbers:
         for place, items in found.items():
             for turn, (event, index) in enumerate(items):
                 number[turn, place], element[turn, place], is_own[turn, place] = event, index, True
-        return list(zip(number, element, is_own, strict=True))
+        return number, element, is_own
 
     @ft.cached_property
     def places_written(self) -> np.ndarray:
         """[events, places], which discrete variables each event writes, counted from 1; 0 is none."""
         written: list[list[int]] = [[] for _ in range(self.total)]
-        for number, _, is_own in self.writes:
-            for place in np.flatnonzero(is_own).tolist():
-                written[number[place]].append(place + 1)
+        number, _, is_own = self.writes
+        for turn, place in np.argwhere(is_own).tolist():
+            written[number[turn, place]].append(place + 1)
         most = max(map(len, written), default=0)
         return unsigned([places + [0] * (most - len(places)) for places in written])
 

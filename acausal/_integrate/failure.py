@@ -157,8 +157,8 @@ def _last(solution: Solution) -> list[tuple[float, int]]:
     history = solution._history
     if history is None:
         return []
-    pairs = zip(np.asarray(history.last_times).tolist(), np.asarray(history.last_numbers).tolist(), strict=True)
-    return [(time, number) for time, number in pairs if number >= 0]
+    times = np.asarray(history.last_times).tolist()
+    return [(times[moment], number) for moment, number in np.argwhere(np.asarray(history.last)).tolist()]
 
 
 def _last_events(solution: Solution) -> str:

@@ -47,8 +47,10 @@ def first_event(
     is_due = is_there & (due <= t)
     # A condition that leaps at a time known ahead becomes true by what happens there.
     begins = is_due | (found.begins & ~(found.leaps & is_there))
-    before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, t1 - 0.5 * short, t))
-    cut = _cut(events, found, t0, t1, given)
+    before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, short_of(t1, instant, given), t))
+    # The search ends just before the end of a run that an instant comes close to.
+    is_late = ~found.is_any & (found.reached < jnp.minimum(t1, end))
+    cut = _cut(events, found, is_late, t0, t1, given)
     is_whole = jnp.isinf(cut)
     is_any, begins = jnp.any(begins) & is_whole, begins & is_whole
     return found._replace(is_any=is_any, t=t, before=before, begins=begins), cut
@@ -67,11 +69,12 @@ def _seen(events: RunEvents, path: Span, given: Given, t: Numbers) -> Seen:
     return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
 
 
-def _cut(events: RunEvents, found: Found, t0: Numbers, t1: Array, given: Given) -> Array:
-    """Where a step has to end so that an event lies at its end; infinite where it may lie within the step."""
+def _cut(events: RunEvents, found: Found, is_late: Array, t0: Numbers, t1: Array, given: Given) -> Array:
+    """Where a step has to end so that an event lies at its end, or as far as it was searched if that `is_late`;
+    infinite where it may lie within the step.
+    """
     near = beside = t0 + NEAR_END * (t1 - t0)
     is_cut = jnp.any(found.begins & events.bends) & (found.t > near) & (t1 - found.t > near - t0)
-    is_late = ~found.is_any & (found.reached < t1)
     if given.numbers.times is not None:
         saves = given.direction * given.numbers.times
         later = jnp.min(jnp.where(saves > found.t, saves, jnp.inf), initial=jnp.inf)
@@ -89,5 +92,7 @@ def _reaches(t: Numbers, instant: Array, given: Given) -> Array:
 
 
 def short_of(t1: Array, instant: Array, given: Given) -> Array:
-    """The end of a step that leads to an instant, just before it: nothing has changed there yet."""
-    return jnp.where(_reaches(t1, instant, given), t1 - 0.5 * given.tick(t1), t1)
+    """The end of a step that leads to an instant, just before it: nothing has changed there yet. Where a run ends just
+    behind the instant, t1 is that end.
+    """
+    return jnp.where(_reaches(t1, instant, given), jnp.minimum(t1, instant) - 0.5 * given.tick(t1), t1)

@@ -11,7 +11,7 @@ from jax import Array
 
 from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
-from .._indices import behind_filler
+from .._indices import behind_filler, unsigned
 from .._numbers import Numbers, Truth
 from .conditions import sign_of
 from .event_numbers import EventNumbers
@@ -88,7 +88,7 @@ class RunEvents(EventNumbers):
         """The conditions as they are written; a margin of equal numbers may have any sign by rounding."""
         events = self.system.events
         found = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
-        parts = [_spread(found, ~self.scheduled[: self.n_model + self.n_instants], False)]
+        parts = [_spread(found, behind_filler(~self.scheduled[: self.n_model + self.n_instants]), False)]
         if self.n_curved:
             parts.append(self._curved(t, y, given) > 0)
         if self.settings.stop:
@@ -124,11 +124,10 @@ class RunEvents(EventNumbers):
     def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
-        done = jnp.full(self.total, -jnp.inf) if done is None else jnp.where(jnp.isfinite(done), done, -jnp.inf)
-        own = [
-            next_after(time, every, t, jnp.maximum(t, done[places])) for time, every, places in self._times(t, y, given)
-        ]
-        parts = [_spread(own, self.scheduled[: self.n_model], far)]
+        done = t if done is None else jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf))
+        after = jnp.broadcast_to(done, self.total)
+        own = [next_after(time, every, t, after[places]) for time, every, places in self._times(t, y, given)]
+        parts = [_spread(own, self._time_of, far)]
         params = self.bound(y, given).params
         parts.append(self.system.instants.following(t, params, given.direction))
         if events and events.instants:
@@ -140,16 +139,15 @@ class RunEvents(EventNumbers):
     def past(self, t: Array, y: Array, given: Given) -> Array:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
         own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
-        return jnp.concatenate(
-            [_spread(own, self.scheduled[: self.n_model], jnp.inf), jnp.full(self.total - self.n_model, jnp.inf)]
-        )
+        rest = jnp.full(self.total - self.n_model, jnp.inf)
+        return jnp.concatenate([_spread(own, self._time_of, jnp.inf), rest])
 
     def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
         """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
         times = self._times(jnp.asarray(t0, float), y, given)
-        if not times:
+        firsts = [t0, *(farthest(time, every, t0) for time, every, _ in times if every is not None)]
+        if len(firsts) == 1:
             return None
-        firsts = [t0, *(farthest(time, every, t0) for time, every, _ in times)]
         return jax.lax.stop_gradient(jnp.max(jnp.abs(jnp.stack(firsts))))
 
     def done(self, given: Given) -> Array | np.ndarray:
@@ -171,18 +169,25 @@ class RunEvents(EventNumbers):
         value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
         return -value if self.settings.direction is False else value
 
-    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array, slice]]:
-        """Time or times, and period, of each entry that is scheduled, and its place among the events."""
+    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array | None, np.ndarray]]:
+        """Rows of times, their periods, and their places among the events: of those that happen once, whose period is
+        None, and of those that repeat.
+        """
         events = self.system.events
         if events is None:
             return []
         values = self._values(t, y, given, None, events.times.leaves)
         found = events.times([values[leaf] for leaf in events.times.leaves])
-        entries = [(first, entry.count) for first, entry in self.numbered if entry.kind == "at"]
-        return [
-            (time.reshape(count, -1), jnp.broadcast_to(jnp.ravel(every), (count,))[:, None], slice(n, n + count))
-            for time, every, (n, count) in zip(found[::2], found[1::2], entries, strict=True)
-        ]
+        tables = []
+        for repeats, entries in self.schedules:
+            rows = [found[2 * i].reshape(entry.count, -1) for i, _, entry in entries]
+            width = max(row.shape[1] for row in rows)
+            rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
+            periods = [jnp.broadcast_to(jnp.ravel(found[2 * i + 1]), entry.count) for i, _, entry in entries]
+            places = np.concatenate([first + np.arange(entry.count) for _, first, entry in entries])
+            every = jnp.concatenate(periods)[:, None] if repeats else None
+            tables.append((jnp.concatenate(rows), every, unsigned(places)))
+        return tables
 
     def _values(
         self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
@@ -209,7 +214,6 @@ class RunEvents(EventNumbers):
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
 
 
-def _spread(parts: list[Array], is_own: np.ndarray, filler: Numbers) -> Array:
-    """A vector with the elements of `parts` at the places that `is_own` marks, and the filler at the others."""
-    values = jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])
-    return values[behind_filler(is_own)]
+def _spread(parts: list[Array], index: np.ndarray, filler: Numbers) -> Array:
+    """Elements by index of a vector of the filler and, behind it, all `parts`."""
+    return jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])[index]

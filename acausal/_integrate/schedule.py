@@ -16,17 +16,19 @@ def tick(t: Numbers, t0: Numbers) -> Numbers:
     return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
 
 
-def next_after(times: Array, every: Array, t: Numbers, after: Array) -> Array:
-    """The first of each row of times, or of their repetitions, that comes after; t is near."""
+def next_after(times: Array, every: Array | None, t: Numbers, after: Array) -> Array:
+    """The first of each row of times, or of their repetitions, that comes after; t is near. With no `every`, times do
+    not repeat.
+    """
     due = _repeated(times, every, t)
     due = jnp.where(due > after[:, None], due, jnp.inf)
     return jnp.take_along_axis(due, jnp.argmin(due, axis=1, keepdims=True), axis=1)[:, 0]
 
 
-def last_before(times: Array, every: Array, t: Numbers) -> Array:
+def last_before(times: Array, every: Array | None, t: Numbers) -> Array:
     """The last of each row of times, or of their repetitions, that is not after t; infinite where there is none."""
     due = _repeated(times, every, t)
-    near = jnp.max(tick(times, t), axis=1, keepdims=True)
+    near = jnp.max(jnp.where(jnp.isfinite(times), tick(times, t), 0.0), axis=1, keepdims=True)
     last = jnp.max(jnp.where(due - t <= near, due, -jnp.inf), axis=1)
     return jnp.where(jnp.isfinite(last), last, jnp.inf)
 
@@ -37,8 +39,10 @@ def farthest(times: Array, every: Array, t0: Numbers) -> Array:
     return jnp.max(jnp.where(counts, jnp.abs(times), 0.0))
 
 
-def _repeated(times: Array, every: Array, t: Numbers) -> Numbers:
+def _repeated(times: Array, every: Array | None, t: Numbers) -> Numbers:
     """Times and their repetitions about t; which of them is the next or the last one, rounding does not tell."""
+    if every is None:
+        return times
     repeats = jnp.isfinite(every)
     turn = jnp.floor((t - times) / jnp.where(repeats, every, 1.0))
     turns = jnp.maximum(turn[..., None] + jnp.arange(-1.0, 3.0), 0.0)

@@ -110,7 +110,8 @@ def settle(
     most = total + TOGETHER + 4 * total + 16
 
     def next_round(r: _Round) -> _Round:
-        is_own = jnp.any(r.due)
+        # At the start, only what is scheduled may be due.
+        is_own = jnp.any(r.due) if not is_start or events.schedules else jnp.asarray(False)
         order = r.order if is_start else jnp.zeros(total)
         earliest = jnp.min(jnp.where(r.due, order, jnp.inf))
         now = earliest + given.tick(earliest)
@@ -219,9 +220,10 @@ def _consequences(events: RunEvents, truths: Array, held: Array, r: _Round) -> A
 
 def _set_anew(events: RunEvents, fired: Array) -> Array:
     """The events that set one of the discrete variables which those that `fired` set."""
-    if not events.writes:
+    number, _, is_own = events.writes
+    if not number.size:
         return jnp.zeros_like(fired)
-    is_set = jnp.stack([fired[number] & is_own for number, _, is_own in events.writes]).any(axis=0)
+    is_set = jnp.any(fired[number] & is_own, axis=0)
     # Looked up rather than scattered, with which XLA on CPU does not compile the loop of steps as one function.
     return jnp.any(jnp.concatenate([jnp.zeros(1, bool), is_set])[events.places_written], axis=1)
 

@@ -88,7 +88,7 @@ def begin_run(
     given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
     past = events.past(t0, y, given)
     none = jnp.zeros(events.total, bool)
-    history = EventHistory.empty(settings.max_events, layout.size if settings.save == "steps" else 0)
+    history = EventHistory.empty(settings.max_events, layout.size if settings.save == "steps" else 0, events.n_model)
     due = jnp.zeros(events.total)
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:

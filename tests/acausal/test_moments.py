@@ -67,6 +67,17 @@ def test_what_comes_at_one_instant_but_for_rounding_comes_once() -> None:
     assert np.all(steps < 11.0 * (2.0 - t0) + 20.0)
 
 
+def test_what_happens_a_few_roundings_before_the_end_takes_no_steps_to_come_to() -> None:
+    """As the last tick of a clock does, and where an equation bends there."""
+    apart = np.arange(1, 401)
+    t0 = np.where(apart % 2, -40.0, -0.3)
+    times = np.full((len(apart), 4), 0.7)
+    times[:, 0] = 2.0 - apart * np.spacing(1.0)
+    counts, _, _, steps = counted(times, np.full(len(apart), 50.0), t0)
+    np.testing.assert_array_equal(counts, np.ones((len(apart), 4)))
+    assert np.all(steps < 15)
+
+
 class Turns(Component):
     """At T1 and T2 the rate k of x jumps, z is set, and w where k leaps; when x falls below c, z grows by x."""
 
