@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 from jax import Array
 from jaxtyping import Bool, UInt32
+
+from ._numbers import Numbers
 
 
 def unsigned(indices: npt.ArrayLike) -> UInt32[np.ndarray, "..."]:
@@ -21,8 +24,8 @@ def behind_filler(is_own: Bool[np.ndarray, "..."]) -> UInt32[np.ndarray, "..."]:
     return unsigned(np.where(is_own, np.cumsum(is_own).reshape(is_own.shape), 0))
 
 
-def first_true(masks: Sequence[Array]) -> tuple[Array, Array]:
-    """Whether any element holds of several masks, one behind the other, and the index of the first that does.
+def first_true(masks: Sequence[Array]) -> Array:
+    """The index of the first element that holds of several masks, one behind the other; their number if none does.
 
     They are not put together: XLA on the CPU compiles each part of a vector as a function of its own, but operations on
     numbers as one.
@@ -34,7 +37,15 @@ def first_true(masks: Sequence[Array]) -> tuple[Array, Array]:
             found = jnp.where(jnp.ravel(mask)[0], total, found)
         elif mask.size:
             found = jnp.where(jnp.any(mask), total + jnp.argmax(mask), found)
-    return jnp.asarray(found) < sum(mask.size for mask in masks), jnp.asarray(found)
+    return jnp.asarray(found)
+
+
+def computed_once(index: Array, number: Numbers) -> Array:
+    """The same index. XLA on the CPU copies all operations that lead to a number into each place that reads it, but not
+    a division. So the index is divided by one, which XLA cannot know, since any `number` of a run decides on it.
+    """
+    one = jnp.where(jnp.isnan(number), 1.0 + 2.0**-52, 1.0)
+    return jnp.round(index / jax.lax.stop_gradient(one)).astype(index.dtype)
 
 
 def joined(masks: Sequence[Array]) -> Array:

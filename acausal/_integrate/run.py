@@ -15,13 +15,12 @@ from jaxtyping import PyTree
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
-from .._indices import first_true
+from .._indices import computed_once, first_true
 from .adjoint import BothModes, Forwards
 from .derivative import differentiable
 from .event_state import ACCUMULATED
 from .field import Given
-from .options import harmless, unmet
-from .options import sentences as demanded
+from .options import harmless, sentences, unmet
 from .result import Result
 from .settings import RunNumbers, Settings
 from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
@@ -34,19 +33,11 @@ from .unresolved import are_unresolved
 def run(settings: Settings, given: Given) -> Solution:
     """Integrate; compiled once for each `settings`. The parameters of the model are left to whoever has them."""
     numbers = given.numbers
-    wrong, sentences = unmet(settings.system, numbers), demanded(settings.system, numbers)
+    wrong = unmet(settings.system, numbers)
     safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
-    solution = _run(settings, safe)
-    result = Result.where(jnp.any(wrong), Result.bad_option, solution.result)
-    culprit = jnp.where(jnp.any(wrong), jnp.argmax(wrong), solution._culprit)
-    t1 = solution.t1 if settings.stop is None else jnp.where(jnp.any(wrong), jnp.inf, solution.t1)
-    return dataclasses.replace(solution, t1=t1, result=result, _culprit=culprit, _demands=sentences)
-
-
-def _run(settings: Settings, given: Given) -> Solution:
     if settings.adjoint is not None:
-        return _solution(settings, given, _integrated(settings, settings.adjoint, given))
-    leaves, structure = jax.tree.flatten(given)
+        return _solution(settings, safe, _integrated(settings, settings.adjoint, safe), wrong)
+    leaves, structure = jax.tree.flatten(safe)
     others: list[PyTree] = []  # what is the same for all numbers
 
     def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Array]], PyTree]:
@@ -57,9 +48,9 @@ def _run(settings: Settings, given: Given) -> Solution:
 
         return arrays
 
-    integrated = differentiable(with_adjoint(Forwards()), with_adjoint(BothModes()), _saved(settings, given.numbers))
+    integrated = differentiable(with_adjoint(Forwards()), with_adjoint(BothModes()), _saved(settings, numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
-    return _solution(settings, given, eqx.combine(found, *others))
+    return _solution(settings, safe, eqx.combine(found, *others), wrong)
 
 
 class _Integrated(NamedTuple):
@@ -120,7 +111,8 @@ def _saves(settings: Settings, numbers: RunNumbers) -> diffrax.SaveAt:
     )
 
 
-def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solution:
+def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> Solution:
+    """The solution; `wrong` are the demands on its numbers that are not met."""
     system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
     y0, bad_starts, raw = integrated
     assert raw.ts is not None
@@ -129,7 +121,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
     control, largest = raw.controller_state, raw.controller_state.largest[layout.states]
     path = "path" if "path" in raw.ts else "end"
     t_end, y_end = raw.ts["end"][0], raw.ys["end"][0]
-    result, culprit = _outcome(settings, given, raw, t_end, y_end, bad_starts)
+    result, culprit = _outcome(settings, given, raw, t_end, y_end, bad_starts, wrong)
     return Solution(
         t1=t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf),
         result=result,
@@ -154,7 +146,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated) -> Solu
         _layout=layout,
         _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
         _choices=settings.choices,
-        _demands=(),
+        _demands=sentences(system, numbers),
         _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )
@@ -167,32 +159,34 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
 
 
 def _outcome(
-    settings: Settings, given: Given, raw: diffrax.Solution, t: Array, y: Array, bad_starts: Array
+    settings: Settings, given: Given, raw: diffrax.Solution, t: Array, y: Array, bad_starts: Array, wrong: Array
 ) -> tuple[Result, Array]:
-    """The result, and which parameter or start value is to blame for a bad one; later rules win."""
+    """The result, and which demand, parameter, start value or block is to blame for a bad one."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    is_bad_value, bad_value = first_true(system.intake.bad_values(inputs))
-    is_bad_start, bad_start = first_true([bad_starts])
     everything = system.evaluate_all(t, y[layout.point], inputs)
-    is_singular, singular = first_true(singular_blocks(system, everything, inputs))
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
-    rules = [
-        (why == STOPPED, Result.stopped),
-        (raw.result == diffrax.RESULTS.max_steps_reached, Result.too_many_steps),
-        (raw.result == diffrax.RESULTS.dt_min_reached, Result.step_too_small),
-        (why == ACCUMULATED, Result.events_accumulate),
-        (why == ENDLESS, Result.events_endless),
-        (why == CONTRADICTED, Result.bad_reset),
-        (why == REFUSED, Result.refused),
-        (is_singular, Result.undetermined),
-        (~everything.is_finite(), Result.not_finite),
-        (is_bad_start, Result.bad_start),
-        (jnp.asarray(0.0 if given.numbers.unmet is None else given.numbers.unmet) > 0.0, Result.bad_start),
-        (is_bad_value, Result.bad_parameter),
+    of_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]
+    rules = [  # of all that apply the first one counts
+        ([wrong], Result.bad_option),
+        (system.intake.bad_values(inputs), Result.bad_parameter),
+        ([bad_starts], Result.bad_start),
+        (of_start, Result.bad_start),
+        ([~everything.is_finite()], Result.not_finite),
+        (singular_blocks(system, everything, inputs), Result.undetermined),
+        ([why == REFUSED], Result.refused),
+        ([why == CONTRADICTED], Result.bad_reset),
+        ([why == ENDLESS], Result.events_endless),
+        ([why == ACCUMULATED], Result.events_accumulate),
+        ([raw.result == diffrax.RESULTS.dt_min_reached], Result.step_too_small),
+        ([raw.result == diffrax.RESULTS.max_steps_reached], Result.too_many_steps),
+        ([why == STOPPED], Result.stopped),
     ]
+    index = computed_once(first_true([mask for masks, _ in rules for mask in masks]), t)
     result = Result.reached_end if settings.stop is None else Result.never_stopped
-    for condition, outcome in rules:
-        result = Result.where(condition, outcome, result)
-    culprit = jnp.where(result == Result.undetermined, singular, -1)
-    culprit = jnp.where(is_bad_start, bad_start, culprit)
-    return result, jnp.where(is_bad_value, bad_value, culprit)
+    culprit, begin = jnp.asarray(-1), 0
+    for masks, outcome in rules:
+        end = begin + sum(mask.size for mask in masks)
+        is_it = (index >= begin) & (index < end)
+        result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - begin, culprit)
+        begin = end
+    return result, culprit
