@@ -48,6 +48,13 @@ def computed_once(index: Array, number: Numbers) -> Array:
     return jnp.round(index / jax.lax.stop_gradient(one)).astype(index.dtype)
 
 
+def decided_once(number: Numbers, *truths: Array) -> list[Array]:
+    """The same truth values, likewise: as the bits of one index."""
+    index = sum(jnp.where(truth, 1 << bit, 0) for bit, truth in enumerate(truths))
+    index = computed_once(jnp.asarray(index), number)
+    return [(index & (1 << bit)) > 0 for bit in range(len(truths))]
+
+
 def joined(masks: Sequence[Array]) -> Array:
     """Several masks as one vector."""
     return jnp.concatenate([jnp.zeros(0, bool), *(jnp.ravel(mask) for mask in masks)])

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 from jax.flatten_util import ravel_pytree
 
+from .._indices import decided_once
 from .._numbers import Numbers
 from .conditions import EventConditions, sign_of, signs
 from .interval import PARTS, TURN, Seen, advance, judged, over
@@ -114,11 +115,13 @@ def look(
         flat = jax.lax.cond(s.looks, looked, lambda: s.high)
         new, last = unflat(flat), unflat(jnp.where(is_end, flat, s.end))
         verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_end)
-        at_once, passes = is_end & jnp.any(verdict.at_once), is_start | verdict.passes
+        at_once, passes, is_found = decided_once(
+            s.x, is_end & jnp.any(verdict.at_once), is_start | verdict.passes, verdict.is_found
+        )
         # What follows an interval in which nothing happens: the rest up to `high`, or the next part of the step.
         part = jnp.minimum(length / PARTS, over(TURN * (last.t - new.t), advance(new, last)))
         onward = jnp.where(is_start, end, new.t + jnp.minimum(part, 0.5 * (last.t - new.t)))
-        is_found = at_once | (~passes & verdict.is_found)
+        is_found = at_once | (~passes & is_found)
         ends = is_found | (passes & ~is_start & (new.t >= last.t)) | (s.count > MOST)
         low = ravel_pytree(low)[0]
         return _Search(
