@@ -2,14 +2,11 @@
 
 from collections.abc import Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 from jax import Array
 from jaxtyping import Bool, UInt32
-
-from ._numbers import Numbers
 
 
 def unsigned(indices: npt.ArrayLike) -> UInt32[np.ndarray, "..."]:
@@ -38,21 +35,6 @@ def first_true(masks: Sequence[Array]) -> Array:
         elif mask.size:
             found = jnp.where(jnp.any(mask), total + jnp.argmax(mask), found)
     return jnp.asarray(found)
-
-
-def computed_once(index: Array, number: Numbers) -> Array:
-    """The same index. XLA on the CPU copies all operations that lead to a number into each place that reads it, but not
-    a division. So the index is divided by one, which XLA cannot know, since any `number` of a run decides on it.
-    """
-    one = jnp.where(jnp.isnan(number), 1.0 + 2.0**-52, 1.0)
-    return jnp.round(index / jax.lax.stop_gradient(one)).astype(index.dtype)
-
-
-def decided_once(number: Numbers, *truths: Array) -> list[Array]:
-    """The same truth values, likewise: as the bits of one index."""
-    index = sum(jnp.where(truth, 1 << bit, 0) for bit, truth in enumerate(truths))
-    index = computed_once(jnp.asarray(index), number)
-    return [(index & (1 << bit)) > 0 for bit in range(len(truths))]
 
 
 def joined(masks: Sequence[Array]) -> Array:

@@ -1,4 +1,6 @@
-"""Repeated solves with one dense matrix: inverted once where it is small, LU-factorised where it is large."""
+"""Dense linear systems: repeated solves with one matrix, inverted once where it is small, LU-factorised where it is
+large; and least squares.
+"""
 
 from collections.abc import Callable
 
@@ -9,7 +11,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
-LARGEST_INVERSE = 40  # from here on LAPACK's factorisation and eight solves take less time than the inverse
+LARGEST_INVERSE = 40  # beyond it LAPACK is faster, although XLA does not compile a loop that calls it as one function
 
 _Vector = Float[Array, " n"]
 _Matrix = Float[Array, "n n"]
@@ -46,8 +48,8 @@ def least_squares(a: Float[Array, "m n"], b: Float[Array, "m k"]) -> Float[Array
     columns.
 
     Reflections $I - 2 v v^T / v^T v$ bring `a` to a triangle column by column, as Golub and Van Loan, Matrix
-    Computations, section 5.2, do, in operations that XLA compiles itself: with calls of LAPACK in it, XLA does not
-    compile a loop as one function, and some large programs not at all.
+    Computations, section 5.2, do, in operations that XLA compiles itself: it does not compile a loop that calls LAPACK
+    as one function.
     """
     n = a.shape[1]
     rows, columns = jnp.arange(len(a)), jnp.arange(n)[:, None]

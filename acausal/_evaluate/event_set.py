@@ -4,11 +4,12 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import jax
 import numpy as np
 
+from .._indices import unsigned
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
 from .._reduce.flat_model import indexed
@@ -28,7 +29,7 @@ class EventEntry:
     stack: tuple[int, ...]
     targets: tuple[int, ...]
     reason: str = ""  # why it is refused
-    repeats: bool = False  # whether its times do
+    repeats: bool = False  # whether it happens again and again, in equal intervals
 
     @property
     def count(self) -> int:
@@ -38,6 +39,16 @@ class EventEntry:
         """The path of one member's event."""
         path = indexed(self.path, self.stack[: self.path.count("[]")], index)
         return f"{path}.{self.name}" if path else self.name
+
+
+class Schedule(NamedTuple):
+    """Scheduled entries that all repeat, or of which none does: of each its place among all scheduled ones and how many
+    members it has; and the numbers of their events.
+    """
+
+    repeats: bool
+    entries: list[tuple[int, int]]
+    numbers: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -83,6 +94,19 @@ class EventSet:
     def mask(self, kind: EventKind) -> np.ndarray:
         """Which of the events are of one kind."""
         return np.repeat([entry.kind == kind for entry in self.entries], [entry.count for entry in self.entries])
+
+    @ft.cached_property
+    def schedules(self) -> list[Schedule]:
+        """The scheduled entries: those that happen once, then those that repeat."""
+        firsts = np.cumsum([0, *(entry.count for entry in self.entries)]).tolist()
+        pairs = [(n, entry) for n, entry in zip(firsts, self.entries, strict=False) if entry.kind == "at"]
+        found = []
+        for repeats in (False, True):
+            own = [(i, n, entry.count) for i, (n, entry) in enumerate(pairs) if entry.repeats == repeats]
+            if own:
+                numbers = np.concatenate([n + np.arange(count) for _, n, count in own])
+                found.append(Schedule(repeats, [(i, count) for i, _, count in own], unsigned(numbers)))
+        return found
 
     @ft.cached_property
     def is_internal(self) -> np.ndarray:

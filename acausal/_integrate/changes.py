@@ -30,11 +30,12 @@ def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array
     number, element, is_own = events.writes
     if not number.size:
         return y
-    discrete, is_set = y[events.layout.discrete], fired[number] & is_own
-    new, turn = jnp.concatenate(values)[element], np.arange(len(number))[:, None]
-    last = jnp.max(jnp.where(is_set, turn, -1), axis=0)
-    discrete = jnp.where(last >= 0, jnp.sum(jnp.where(turn == last, new, 0.0), axis=0), discrete)
-    return events.layout.with_part(y, events.layout.discrete, discrete)
+    old, new = y[events.layout.discrete], jnp.concatenate(values)[element]
+    is_set, turns = fired[number] & is_own, np.arange(len(number))[:, None]
+    last = jnp.max(jnp.where(is_set, turns, -1), axis=0)  # -1 where nothing is set
+    # All turns at once, since operations would be compiled for each; by selection, as in `placed`.
+    chosen = jnp.sum(jnp.where(turns == last, new, 0.0), axis=0)
+    return events.layout.with_part(y, events.layout.discrete, jnp.where(last >= 0, chosen, old))
 
 
 def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, tuple[Array, Array]]:

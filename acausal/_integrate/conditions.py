@@ -26,8 +26,7 @@ class EventConditions(NamedTuple):
     """The conditions of the events of a run, along a step.
 
     - `seen(t)`: how far each relation is from its limit, positive where it holds, and how that changes.
-    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives; of
-      several sets of them, if they are columns.
+    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
     - `reads`: [events, relations], which relations decide on which condition.
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
@@ -43,10 +42,10 @@ class EventConditions(NamedTuple):
         """Which events begin where these conditions hold, after `holds`."""
         return (~holds & true) | (self.either & holds & ~true)
 
-    def may_begin(self, may_end: Array, may_hold: Array, changes: Array, holds: Array) -> Array:
-        """Which events may begin where conditions may end or hold, since some relations change once or twice.
+    def may_begin(self, may_end: Array, may_hold: Array, times: Array, holds: Array) -> Array:
+        """Which events may begin on an interval on which some conditions may end, and some may hold.
 
-        A condition that holds must become false and true again for that.
+        `times` is how often each relation may change: a condition that holds must become false and true again to begin.
         """
-        many = jnp.sum(self.reads * changes, axis=1) > 1
+        many = jnp.sum(self.reads * times, axis=1) > 1
         return jnp.where(holds, may_end & (self.either | many), may_hold)

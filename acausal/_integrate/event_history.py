@@ -22,7 +22,7 @@ class EventHistory(eqx.Module):
     - `times`, `numbers` (-1: none yet) and `before`: when each of the first listed events happened, which it was, and
       the stepped vector just before it, of which `before` keeps the first elements or none.
     - `count`: how many listed events there were, with or without room for them.
-    - `last_times`, `last`: when anything happened last, listed or not, and what did.
+    - `last_times`, `last_happened`: the last moments at which anything happened, listed or not, and which events did.
     """
 
     times: Float[Array, " room"]
@@ -30,11 +30,11 @@ class EventHistory(eqx.Module):
     before: Float[Array, "room n"]
     count: Array
     last_times: Float[Array, " last"]
-    last: Bool[Array, "last events"]
+    last_happened: Bool[Array, "last events"]
 
     @classmethod
     def empty(cls, size: int, n: int, n_events: int) -> "EventHistory":
-        """A history with room for `size` of so many events and vectors of `n` elements."""
+        """A history with room for `size` events, of `n_events` that there are, and vectors of `n` elements."""
         first = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.zeros((size, n)), jnp.asarray(0)
         return cls(*first, jnp.full(LAST, jnp.inf), jnp.zeros((LAST, n_events), bool))
 
@@ -59,5 +59,5 @@ class EventHistory(eqx.Module):
     def _with_last(self, when: Numbers, happened: Array) -> tuple[Array, Array]:
         is_any = jnp.any(happened)
         times = jnp.concatenate([self.last_times[1:], jnp.reshape(when, 1)])
-        last = jnp.concatenate([self.last[1:], happened[None]])
-        return jnp.where(is_any, times, self.last_times), jnp.where(is_any, last, self.last)
+        last = jnp.concatenate([self.last_happened[1:], happened[None]])
+        return jnp.where(is_any, times, self.last_times), jnp.where(is_any, last, self.last_happened)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._evaluate.event_set import EventEntry, EventKind
+from .._evaluate.event_set import EventEntry, EventKind, Schedule
 from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
@@ -139,26 +139,17 @@ class EventNumbers:
         entries = self.system.events.entries if self.system.events else ()
         return list(zip(np.cumsum([0, *(entry.count for entry in entries)]).tolist(), entries, strict=False))
 
-    @ft.cached_property
-    def schedules(self) -> list[tuple[bool, list[tuple[int, int, EventEntry]]]]:
-        """The scheduled entries of the model, those that happen once and those that repeat: the place of each among
-        all scheduled ones, the number of its first event, and itself.
-        """
-        scheduled = [(first, entry) for first, entry in self.numbered if entry.kind == "at"]
-        split = [
-            (repeats, [(i, first, entry) for i, (first, entry) in enumerate(scheduled) if entry.repeats == repeats])
-            for repeats in (False, True)
-        ]
-        return [(repeats, entries) for repeats, entries in split if entries]
+    @property
+    def schedules(self) -> list[Schedule]:
+        return self.system.events.schedules if self.system.events else []
 
     @ft.cached_property
-    def _time_of(self) -> np.ndarray:
-        """For each event of the model the place of its time among those of `schedules`, from 1 on; 0: it has none."""
-        index, entries = np.zeros(self.n_model, int), [entry for _, own in self.schedules for entry in own]
-        places = [first + np.arange(entry.count) for _, first, entry in entries]
-        for place, number in enumerate(np.concatenate([np.zeros(0, int), *places]).tolist()):
-            index[number] = place + 1
-        return unsigned(index)
+    def _place_of_time(self) -> np.ndarray:
+        """Where each event of the model has its time among those of all schedules, counted from 1; 0 is nowhere."""
+        numbers = np.concatenate([np.zeros(0, int), *(schedule.numbers for schedule in self.schedules)]).astype(int)
+        places = np.zeros(self.n_model, int)
+        places[numbers] = 1 + np.arange(len(numbers))
+        return unsigned(places)
 
     @property
     def _sizes_written(self) -> list[int]:

@@ -57,7 +57,9 @@ def report_failure(solution: Solution) -> Solution:
 
 
 def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
-    """The solution, whose computation raises. A bad parameter is named; other culprits are known to eager runs only."""
+    """The solution, whose computation raises. A bad parameter or option is named; other culprits are told by eager runs
+    only.
+    """
     system, result = solution.system, solution.result
     bad = result == Result.bad_parameter
     leaves, structure = jax.tree_util.tree_flatten(solution)
@@ -158,7 +160,7 @@ def _last(solution: Solution) -> list[tuple[float, int]]:
     if history is None:
         return []
     times = np.asarray(history.last_times).tolist()
-    return [(times[moment], number) for moment, number in np.argwhere(np.asarray(history.last)).tolist()]
+    return [(times[moment], number) for moment, number in np.argwhere(np.asarray(history.last_happened)).tolist()]
 
 
 def _last_events(solution: Solution) -> str:

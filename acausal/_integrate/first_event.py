@@ -48,9 +48,9 @@ def first_event(
     # A condition that leaps at a time known ahead becomes true by what happens there.
     begins = is_due | (found.begins & ~(found.leaps & is_there))
     before = jnp.minimum(jnp.where(found.is_any, found.before, t), jnp.where(is_there, short_of(t1, instant, given), t))
-    # The search ends just before the end of a run that an instant comes close to.
-    is_late = ~found.is_any & (found.reached < jnp.minimum(t1, end))
-    cut = _cut(events, found, is_late, t0, t1, given)
+    # The search ends before t1 where a run ends just behind an instant.
+    is_partial = ~found.is_any & (found.reached < jnp.minimum(t1, end))
+    cut = _cut(events, found, is_partial, t0, t1, given)
     is_whole = jnp.isinf(cut)
     is_any, begins = jnp.any(begins) & is_whole, begins & is_whole
     return found._replace(is_any=is_any, t=t, before=before, begins=begins), cut
@@ -69,9 +69,9 @@ def _seen(events: RunEvents, path: Span, given: Given, t: Numbers) -> Seen:
     return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
 
 
-def _cut(events: RunEvents, found: Found, is_late: Array, t0: Numbers, t1: Array, given: Given) -> Array:
-    """Where a step has to end so that an event lies at its end, or as far as it was searched if that `is_late`;
-    infinite where it may lie within the step.
+def _cut(events: RunEvents, found: Found, is_partial: Array, t0: Numbers, t1: Array, given: Given) -> Array:
+    """Where a step has to end so that an event lies at its end, or where `is_partial`, as far as it was searched;
+    infinite where the event may lie within the step.
     """
     near = beside = t0 + NEAR_END * (t1 - t0)
     is_cut = jnp.any(found.begins & events.bends) & (found.t > near) & (t1 - found.t > near - t0)
@@ -83,8 +83,8 @@ def _cut(events: RunEvents, found: Found, is_late: Array, t0: Numbers, t1: Array
     # Until an event that is so near, a state may not change by more than rounding. Then the step ends beyond it.
     before = jnp.where(found.before > near, found.before, beside)
     least = t0 + 4.0 * given.tick(t0)
-    to = jnp.maximum(jnp.where(is_late, found.reached, before), least)
-    return jnp.where((is_cut | is_late) & (t1 > 2.0 * least - t0), to, jnp.inf)
+    to = jnp.maximum(jnp.where(is_partial, found.reached, before), least)
+    return jnp.where((is_cut | is_partial) & (t1 > 2.0 * least - t0), to, jnp.inf)
 
 
 def _reaches(t: Numbers, instant: Array, given: Given) -> Array:
@@ -92,7 +92,7 @@ def _reaches(t: Numbers, instant: Array, given: Given) -> Array:
 
 
 def short_of(t1: Array, instant: Array, given: Given) -> Array:
-    """The end of a step that leads to an instant, just before it: nothing has changed there yet. Where a run ends just
-    behind the instant, t1 is that end.
+    """The end of a step that leads to an instant, just before it: nothing has changed there yet. t1 is the instant but
+    for rounding, or the end of a run just behind it.
     """
     return jnp.where(_reaches(t1, instant, given), jnp.minimum(t1, instant) - 0.5 * given.tick(t1), t1)

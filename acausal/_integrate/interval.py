@@ -33,10 +33,11 @@ class Seen(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """An interval on which nothing happens `passes`; else the event is found at its end, or one has to look at x.
+    """What an interval tells. Nothing happens on one that `passes`; else the events that `begins` marks happen at its
+    end, if the moment `is_found`, or one has to look at x.
 
-    `holds` are the conditions at its start, and `at_once` those that happen there; at its end, the relations `after`
-    are true and those that `hold` before still do.
+    - `holds`, `at_once`: the conditions that hold at its start, and the events that happen there.
+    - `after`, `holds_after`: the relations that hold at its end, and which of the conditions `holds` still do.
     """
 
     passes: Array
@@ -47,6 +48,35 @@ class Verdict(NamedTuple):
     at_once: Array
     after: Array
     holds_after: Array
+
+
+class _Course(NamedTuple):
+    """Margins at both ends of an interval and their rates, with signs such that a relation changes where its margin
+    becomes positive.
+    """
+
+    q0: Array
+    q1: Array
+    p0: Array
+    p1: Array
+    width: Numbers
+
+    @property
+    def bumps(self) -> Array:
+        """Those that may change there and back: their rates point at zero from both ends, and the tangents meet beyond
+        it.
+        """
+        q0, q1, p0, p1, width = self
+        points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
+        return points & (q0 + p0 * (q1 - q0 - p1 * width) / jnp.where(points, p0 - p1, 1.0) > 0)
+
+    @property
+    def leaps(self) -> Array:
+        """Those that a stair, such as floor, may take beyond zero: margins may jump where it steps, and pass zero
+        before or after that, so each end is looked at by its own tangent.
+        """
+        q0, q1, p0, p1, width = self
+        return (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
 
 
 def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
@@ -90,7 +120,7 @@ def advance(low: Seen, high: Seen) -> Array:
     return jnp.max(jnp.where(jnp.isfinite(turned), turned, 0.0), initial=0.0)
 
 
-def may_turn(conditions: EventConditions, low: Seen, high: Seen, above: Array) -> Array:
+def _may_turn(conditions: EventConditions, low: Seen, high: Seen, above: Array) -> Array:
     """Which margins may be zero in between, though they need not be of another sign at the ends of an interval: those
     that come near zero, and where angles turn fast, all that move.
     """
@@ -118,34 +148,22 @@ def judged(
     holds: Array,
     fresh: Array,
 ) -> Verdict:
-    """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`. Of those
-    that are `fresh` the relations at `low` tell whether they hold.
+    """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`. Whether
+    the `fresh` conditions hold is told by the relations at `low` instead.
     """
-    width, sign = high.t - low.t, -sign_of(above)
-    # q are the margins, with signs such that a relation changes where q becomes positive; p are their rates.
-    q0, q1, p0, p1 = sign * low.g, sign * high.g, sign * low.rate, sign * high.rate
-    after = signs(high.g, above)
-    changes = after != above
-    points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
-    bend = jnp.where(points, p0 - p1, 1.0)
-    bumps = points & (q0 + p0 * (q1 - q0 - p1 * width) / bend > 0)
-    # Where a stair, such as floor, steps within the interval, margins may jump there, and may pass zero before or after
-    # that: each end is looked at by its own tangent.
-    leaps = (low.steps != high.steps) & (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
-    turned, is_short = advance(low, high), width <= short
+    width, turned, sign = high.t - low.t, advance(low, high), -sign_of(above)
+    course = _Course(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, width)
+    is_short = width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    turns = jnp.where(is_part, bumps | leaps, may_turn(conditions, low, high, above))
-    # All that is to be known of conditions in one evaluation: where the relations at both ends hold, and between which
-    # bounds they may lie in between.
-    now, then, may_change = sign_of(above), sign_of(after), changes | turns
-    least, most = jnp.where(may_change, -1.0, now), jnp.where(may_change, 1.0, now)
-    bounds = conditions.logic(jnp.stack([now, then, least, most], axis=1), -jnp.stack([now, then, most, least], axis=1))
-    true, true_after = bounds[:, 0] > 0, bounds[:, 1] > 0
+    after, bumps = signs(high.g, above), course.bumps
+    changes, leaps = after != above, course.leaps & (low.steps != high.steps)
+    turns = jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above))
+    true, true_after, may_end, may_hold = _told(conditions, above, after, changes | turns)
     holds = jnp.where(fresh, true, holds)
-    is_likely = jnp.any(conditions.may_begin(bounds[:, 2] < 0, bounds[:, 3] > 0, changes + 2 * turns, holds))
+    is_likely = jnp.any(conditions.may_begin(may_end, may_hold, changes + 2 * turns, holds))
     begins = conditions.begun(true_after, holds)
     happens = jnp.any(begins)
-    aim = _aim(jnp.minimum(q0, 0.0), q1, p0, p1, width, changes, bumps, short, count)
+    aim = _aim(course._replace(q0=jnp.minimum(course.q0, 0.0)), changes, bumps, short, count)
     share = jnp.where(is_part, aim, jnp.minimum(0.5, over(TURN, turned)))
     return Verdict(
         passes=~is_likely | (is_short & ~happens),
@@ -159,20 +177,24 @@ def judged(
     )
 
 
-def _aim(
-    q0: Array,
-    q1: Array,
-    p0: Array,
-    p1: Array,
-    width: Numbers,
-    changes: Array,
-    bumps: Array,
-    short: Numbers,
-    count: Array,
-) -> Array:
+def _told(
+    conditions: EventConditions, above: Array, after: Array, may_change: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Which conditions hold where the relations `above` do, and where those `after` do; and which may fail or hold in
+    between, where some relations may change. The logic is evaluated once for all of it, since each place is compiled.
+    """
+    now, then = sign_of(above), sign_of(after)
+    least, most = jnp.where(may_change, -1.0, now), jnp.where(may_change, 1.0, now)
+    holds, fails = jnp.stack([now, then, least, most]), -jnp.stack([now, then, most, least])
+    first, last, low, high = jax.vmap(conditions.logic)(holds, fails)
+    return first > 0, last > 0, low < 0, high > 0
+
+
+def _aim(course: _Course, changes: Array, bumps: Array, short: Numbers, count: Array) -> Array:
     """The share of an interval at which to look: by turns before and behind where the zero probably is, or at the
     extremum, and lest that comes no nearer, half-way.
     """
+    q0, q1, p0, p1, width = course
     rise = q1 - q0
     secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
     # Where the margin bends one way only, its zero lies between the secant's and that of a tangent.

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 from jax.flatten_util import ravel_pytree
 
-from .._indices import decided_once
+from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .conditions import EventConditions, sign_of, signs
 from .interval import PARTS, TURN, Seen, advance, judged, over
@@ -46,11 +46,13 @@ class Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """The state of the search: nothing happens before `low`.
+    """The state of the search: nothing happens before `low`, where the relations `above` and the conditions `holds` are
+    true.
 
-    At `low` the relations `above` and the conditions `holds` are true. The first event after it is looked for up to
-    `high`, and if there is none, up to `end`; these three are `Seen` as flat vectors. The next point to be looked at is
-    x, unless nothing is known yet of the interval up to `high`: the start, then the end, then points in between.
+    The first event is looked for up to `high`, and if there is none, up to `end`. The interval to be judged next begins
+    at `low`. It ends at x, which is yet to be looked at: the start, then the end, then points in between; or where
+    `is_seen`, at `high`, which has been looked at before. Margins are counted from `offset`, what they are at the start
+    where that counts as zero. `low`, `high` and `end` are `Seen` as flat vectors: each is chosen by one operation.
     """
 
     low: Array
@@ -60,7 +62,7 @@ class _Search(NamedTuple):
     holds: Array
     offset: Array
     x: Array
-    looks: Array
+    is_seen: Array
     begins: Array
     is_found: Array
     is_over: Array
@@ -93,69 +95,98 @@ def look(
     the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed down to
     rounding. So an event is found if each margin turns at most once on each part, and bends one way where it does.
     """
-    length, none, no = end - start.t, jnp.zeros_like(holds), jnp.asarray(False)
-    last, unflat = ravel_pytree(start._replace(t=end))
+    length, no = end - start.t, jnp.asarray(False)
+    flat_start, unflat = ravel_pytree(start)
+    flat_end = _flat(start._replace(t=end))
 
     def next_point(s: _Search) -> _Search:
-        low, is_start, is_end = unflat(s.low), s.count == 0, s.looks & (s.count == 1)
-        # The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
-        is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
-        size, rounding = jnp.abs(low.g), TOO_SOON * span * jnp.abs(low.rate)
-        is_wrong = (size < jnp.abs(zero)) & ((low.g > 0) != (zero > 0))
-        is_zero = (is_fresh & (size < rounding)) | is_wrong
-        offset = jnp.where(is_end, jnp.where(is_zero, low.g, 0.0), s.offset)
-        rises = jnp.where(rounding > STILL * jnp.abs(zero), low.rate > 0, zero > 0)
-        above = jnp.where(is_end, jnp.where(is_zero | (low.g == 0), rises, low.g > 0), s.above)
-        low = low._replace(g=low.g - jnp.where(is_end, offset, 0.0))
+        is_start, is_end = s.count == 0, ~s.is_seen & (s.count == 1)
+        low = unflat(s.low)
+        left, first = _at_start(conditions, low, fresh, zero, span)
+        offset, above = jnp.where(is_end, left, s.offset), jnp.where(is_end, first, s.above)
+        low = low._replace(g=low.g - jnp.where(is_end, left, 0.0))
 
         def looked() -> Array:
-            new = conditions.seen(s.x)
-            return ravel_pytree(new._replace(g=new.g - offset))[0]
+            there = conditions.seen(s.x)
+            return _flat(there._replace(g=there.g - offset))
 
-        flat = jax.lax.cond(s.looks, looked, lambda: s.high)
-        new, last = unflat(flat), unflat(jnp.where(is_end, flat, s.end))
+        flat_new = jax.lax.cond(s.is_seen, lambda: s.high, looked)
+        flat_last = jnp.where(is_end, flat_new, s.end)
+        new, last, flat_low = unflat(flat_new), unflat(flat_last), _flat(low)
         verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_end)
-        at_once, passes, is_found = decided_once(
-            s.x, is_end & jnp.any(verdict.at_once), is_start | verdict.passes, verdict.is_found
+        is_at_once = is_end & jnp.any(verdict.at_once)
+        is_at_once, passes, is_found = truths_compiled_once(
+            s.x, is_at_once, is_start | (verdict.passes & ~is_at_once), is_at_once | (~is_start & verdict.is_found)
         )
-        # What follows an interval in which nothing happens: the rest up to `high`, or the next part of the step.
+        # Behind an interval on which nothing happens lies the rest up to `high`, or else the next part of the step.
         part = jnp.minimum(length / PARTS, over(TURN * (last.t - new.t), advance(new, last)))
         onward = jnp.where(is_start, end, new.t + jnp.minimum(part, 0.5 * (last.t - new.t)))
-        is_found = at_once | (~passes & is_found)
-        ends = is_found | (passes & ~is_start & (new.t >= last.t)) | (s.count > MOST)
-        low = ravel_pytree(low)[0]
+        behind = jnp.where(s.is_seen, s.end, s.high)
+        is_last = passes & ~is_start & (new.t >= last.t)
         return _Search(
-            low=jnp.where(passes & ~at_once, flat, low),
-            high=jnp.where(at_once, low, jnp.where(passes, jnp.where(s.looks, s.high, s.end), flat)),
-            end=jnp.where(is_end, flat, s.end),
-            above=jnp.where(passes & ~at_once, verdict.after, above),
-            holds=jnp.where(is_start, s.holds, jnp.where(passes & ~at_once, verdict.holds_after, verdict.holds)),
+            low=jnp.where(passes, flat_new, flat_low),
+            high=jnp.where(is_at_once, flat_low, jnp.where(passes, behind, flat_new)),
+            end=flat_last,
+            above=jnp.where(passes, verdict.after, above),
+            holds=jnp.where(is_start, s.holds, jnp.where(passes, verdict.holds_after, verdict.holds)),
             offset=offset,
             x=jnp.where(passes, onward, verdict.x),
-            looks=is_start | ~(passes & s.looks),
-            begins=jnp.where(at_once, verdict.at_once, verdict.begins),
+            is_seen=~is_start & passes & ~s.is_seen,
+            begins=jnp.where(is_at_once, verdict.at_once, verdict.begins),
             is_found=is_found,
-            is_over=ends,
-            count=s.count + s.looks,
+            is_over=is_found | is_last | (s.count > MOST),
+            count=s.count + ~s.is_seen,
         )
 
     begin = _Search(
-        low=ravel_pytree(start)[0],
-        high=last,
-        end=last,
+        low=flat_start,
+        high=flat_end,
+        end=flat_end,
         above=jnp.zeros(start.g.shape, bool),
         holds=holds,
         offset=jnp.zeros_like(start.g),
         x=jnp.where(is_known, end, start.t),
-        looks=~no,
-        begins=none,
+        is_seen=no,
+        begins=jnp.zeros_like(holds),
         is_found=no,
         is_over=no,
         count=jnp.where(is_known, 1, 0),
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
-    last = last._replace(g=last.g + s.offset)
+    return _found(conditions, s, low, high, last, start.t, span, short)
+
+
+def _flat(seen: Seen) -> Array:
+    return ravel_pytree(seen)[0]
+
+
+def _at_start(
+    conditions: EventConditions, start: Seen, fresh: Array, zero: Array, span: Numbers
+) -> tuple[Array, Array]:
+    """The margins at the start that count as zero, 0 for all others, and the relations that hold just after it.
+
+    The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
+    """
+    is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
+    size, rounding = jnp.abs(start.g), TOO_SOON * span * jnp.abs(start.rate)
+    is_wrong = (size < jnp.abs(zero)) & ((start.g > 0) != (zero > 0))
+    is_zero = (is_fresh & (size < rounding)) | is_wrong
+    rises = jnp.where(rounding > STILL * jnp.abs(zero), start.rate > 0, zero > 0)
+    return jnp.where(is_zero, start.g, 0.0), jnp.where(is_zero | (start.g == 0), rises, start.g > 0)
+
+
+def _found(
+    conditions: EventConditions,
+    s: _Search,
+    low: Seen,
+    high: Seen,
+    end: Seen,
+    start: Numbers,
+    span: Numbers,
+    short: Numbers,
+) -> Found:
+    """What a search that is over has found between `low` and `high`."""
     after = signs(high.g, s.above)
     least = TOO_SOON * span * jnp.maximum(jnp.abs(low.rate), jnp.abs(high.rate))
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
@@ -163,14 +194,15 @@ def look(
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
     zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
-    margins = jnp.stack([sign_of(sides), sign_of(without), high.g], axis=1)
+    # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
     still = jnp.zeros_like(high.g)
-    values, paces = jax.jvp(
-        lambda g: conditions.logic(g, -g), (margins,), (jnp.stack([still, still, high.rate], axis=1),)
-    )
-    begins = (s.begins | conditions.begun(values[:, 0] > 0, s.holds)) & s.is_found
-    leaps = begins & ~conditions.begun(values[:, 1] > 0, s.holds) & jnp.any(after != s.above)
-    given_up = jnp.where(low.t > start.t + short, low.t, high.t)
-    reached = jnp.where(s.is_found | (low.t >= last.t), last.t, given_up)
-    pace = jnp.where(jnp.isfinite(paces[:, 2]), paces[:, 2], 0.0)
-    return Found(s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, last, reached)
+    rows, rates = jnp.stack([sign_of(sides), sign_of(without), high.g]), jnp.stack([still, still, high.rate])
+    found, changes = jax.jvp(jax.vmap(lambda g: conditions.logic(g, -g)), (rows,), (rates,))
+    (true, true_without, _), (_, _, pace) = found, changes
+    begins = (s.begins | conditions.begun(true > 0, s.holds)) & s.is_found
+    leaps = begins & ~conditions.begun(true_without > 0, s.holds) & jnp.any(after != s.above)
+    pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
+    given_up = jnp.where(low.t > start + short, low.t, high.t)
+    reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
+    end = end._replace(g=end.g + s.offset)
+    return Found(s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, end, reached)

@@ -9,13 +9,15 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
+from .._compiled_once import compiled_once
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
-from .._indices import computed_once, first_true
+from .._indices import first_true
 from .adjoint import BothModes, Forwards
 from .derivative import differentiable
 from .event_state import ACCUMULATED
@@ -114,14 +116,14 @@ def _saves(settings: Settings, numbers: RunNumbers) -> diffrax.SaveAt:
 def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> Solution:
     """The solution; `wrong` are the demands on its numbers that are not met."""
     system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
-    y0, bad_starts, raw = integrated
+    y0, _, raw = integrated
     assert raw.ts is not None
     assert raw.ys is not None
     assert raw.controller_state is not None
     control, largest = raw.controller_state, raw.controller_state.largest[layout.states]
     path = "path" if "path" in raw.ts else "end"
     t_end, y_end = raw.ts["end"][0], raw.ys["end"][0]
-    result, culprit = _outcome(settings, given, raw, t_end, y_end, bad_starts, wrong)
+    result, culprit = _outcome(settings, given, integrated, wrong)
     return Solution(
         t1=t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf),
         result=result,
@@ -158,19 +160,21 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
     return jnp.concatenate([values, given.direction * times])
 
 
-def _outcome(
-    settings: Settings, given: Given, raw: diffrax.Solution, t: Array, y: Array, bad_starts: Array, wrong: Array
-) -> tuple[Result, Array]:
-    """The result, and which demand, parameter, start value or block is to blame for a bad one."""
+def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> tuple[Result, Array]:
+    """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
+    _, bad_starts, raw = integrated
+    assert raw.ts is not None
+    assert raw.ys is not None
+    t, y = raw.ts["end"][0], raw.ys["end"][0]
     everything = system.evaluate_all(t, y[layout.point], inputs)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
-    of_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]
+    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
     rules = [  # of all that apply the first one counts
         ([wrong], Result.bad_option),
         (system.intake.bad_values(inputs), Result.bad_parameter),
         ([bad_starts], Result.bad_start),
-        (of_start, Result.bad_start),
+        (no_start, Result.bad_start),
         ([~everything.is_finite()], Result.not_finite),
         (singular_blocks(system, everything, inputs), Result.undetermined),
         ([why == REFUSED], Result.refused),
@@ -181,12 +185,10 @@ def _outcome(
         ([raw.result == diffrax.RESULTS.max_steps_reached], Result.too_many_steps),
         ([why == STOPPED], Result.stopped),
     ]
-    index = computed_once(first_true([mask for masks, _ in rules for mask in masks]), t)
+    index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)
     result = Result.reached_end if settings.stop is None else Result.never_stopped
-    culprit, begin = jnp.asarray(-1), 0
-    for masks, outcome in rules:
-        end = begin + sum(mask.size for mask in masks)
+    culprit, ends = jnp.asarray(-1), np.cumsum([sum(mask.size for mask in masks) for masks, _ in rules]).tolist()
+    for begin, end, (_, outcome) in zip([0, *ends], ends, rules, strict=False):
         is_it = (index >= begin) & (index < end)
         result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - begin, culprit)
-        begin = end
     return result, culprit

@@ -9,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._evaluate.event_set import Schedule
 from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
-from .._indices import behind_filler, unsigned
+from .._indices import behind_filler
 from .._numbers import Numbers, Truth
 from .conditions import sign_of
 from .event_numbers import EventNumbers
@@ -124,10 +125,10 @@ class RunEvents(EventNumbers):
     def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
-        done = t if done is None else jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf))
-        after = jnp.broadcast_to(done, self.total)
-        own = [next_after(time, every, t, after[places]) for time, every, places in self._times(t, y, given)]
-        parts = [_spread(own, self._time_of, far)]
+        since = t if done is None else jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf))
+        since = jnp.broadcast_to(since, self.total)
+        own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, given)]
+        parts = [_spread(own, self._place_of_time, far)]
         params = self.bound(y, given).params
         parts.append(self.system.instants.following(t, params, given.direction))
         if events and events.instants:
@@ -140,15 +141,13 @@ class RunEvents(EventNumbers):
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
         own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
         rest = jnp.full(self.total - self.n_model, jnp.inf)
-        return jnp.concatenate([_spread(own, self._time_of, jnp.inf), rest])
+        return jnp.concatenate([_spread(own, self._place_of_time, jnp.inf), rest])
 
     def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
         """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
         times = self._times(jnp.asarray(t0, float), y, given)
-        firsts = [t0, *(farthest(time, every, t0) for time, every, _ in times if every is not None)]
-        if len(firsts) == 1:
-            return None
-        return jax.lax.stop_gradient(jnp.max(jnp.abs(jnp.stack(firsts))))
+        firsts = [farthest(time, every, t0) for time, every, _ in times if every is not None]
+        return jax.lax.stop_gradient(jnp.max(jnp.stack([jnp.abs(t0), *firsts]))) if firsts else None
 
     def done(self, given: Given) -> Array | np.ndarray:
         """Those that have happened already where they are true at the start, as far as discrete variables go."""
@@ -178,16 +177,7 @@ class RunEvents(EventNumbers):
             return []
         values = self._values(t, y, given, None, events.times.leaves)
         found = events.times([values[leaf] for leaf in events.times.leaves])
-        tables = []
-        for repeats, entries in self.schedules:
-            rows = [found[2 * i].reshape(entry.count, -1) for i, _, entry in entries]
-            width = max(row.shape[1] for row in rows)
-            rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
-            periods = [jnp.broadcast_to(jnp.ravel(found[2 * i + 1]), entry.count) for i, _, entry in entries]
-            places = np.concatenate([first + np.arange(entry.count) for _, first, entry in entries])
-            every = jnp.concatenate(periods)[:, None] if repeats else None
-            tables.append((jnp.concatenate(rows), every, unsigned(places)))
-        return tables
+        return [(*_table(schedule, found[::2], found[1::2]), schedule.numbers) for schedule in self.schedules]
 
     def _values(
         self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
@@ -212,6 +202,15 @@ class RunEvents(EventNumbers):
         first = dict(zip(self.system.algebraic, self.system.plan.starts[len(solved.states) :].tolist(), strict=False))
         places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.carried.memory]
         return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
+
+
+def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tuple[Array, Array | None]:
+    """A row of times for each event, filled up with what never comes; and a column of periods, None without them."""
+    rows = [times[i].reshape(count, -1) for i, count in schedule.entries]
+    width = max(row.shape[1] for row in rows)
+    rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
+    every = [jnp.broadcast_to(jnp.ravel(periods[i]), count) for i, count in schedule.entries]
+    return jnp.concatenate(rows), jnp.concatenate(every)[:, None] if schedule.repeats else None
 
 
 def _spread(parts: list[Array], index: np.ndarray, filler: Numbers) -> Array:

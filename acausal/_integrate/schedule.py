@@ -28,13 +28,16 @@ def next_after(times: Array, every: Array | None, t: Numbers, after: Array) -> A
 def last_before(times: Array, every: Array | None, t: Numbers) -> Array:
     """The last of each row of times, or of their repetitions, that is not after t; infinite where there is none."""
     due = _repeated(times, every, t)
+    # Rows are filled up with infinity, whose tick would make all times near.
     near = jnp.max(jnp.where(jnp.isfinite(times), tick(times, t), 0.0), axis=1, keepdims=True)
     last = jnp.max(jnp.where(due - t <= near, due, -jnp.inf), axis=1)
     return jnp.where(jnp.isfinite(last), last, jnp.inf)
 
 
 def farthest(times: Array, every: Array, t0: Numbers) -> Array:
-    """The size of the times, but for what does not repeat, comes after t0, or is too many periods before it."""
+    """The size of the time farthest from zero, but for what does not repeat, comes after t0, or is too many periods
+    before it.
+    """
     counts = jnp.isfinite(every) & (times < t0) & (t0 - times < COUNTABLE * every)
     return jnp.max(jnp.where(counts, jnp.abs(times), 0.0))
 

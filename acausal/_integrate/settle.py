@@ -110,7 +110,7 @@ def settle(
     most = total + TOGETHER + 4 * total + 16
 
     def next_round(r: _Round) -> _Round:
-        # At the start, only what is scheduled may be due.
+        # At the start only scheduled events may be due: without any, what carries them out is not compiled.
         is_own = jnp.any(r.due) if not is_start or events.schedules else jnp.asarray(False)
         order = r.order if is_start else jnp.zeros(total)
         earliest = jnp.min(jnp.where(r.due, order, jnp.inf))

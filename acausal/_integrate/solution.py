@@ -60,7 +60,7 @@ class Solution(eqx.Module, Generic[M]):
     _path: tuple[Array, Array]  # at the saved times, padded with infinities after the end
     _end_integrals: Array
     _path_integrals: Array
-    _culprit: Array  # the bad parameter or start value, if there is one
+    _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
     _params: dict[int, Array]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
     _dense: diffrax.DenseInterpolation | None

@@ -73,14 +73,13 @@ class Circuit:
 
     def __call__(self, holds: Array, fails: Array) -> Array:
         """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
-        the smaller one, of `or` the larger one. Arguments with several columns are as many sets of bounds.
+        the smaller one, of `or` the larger one.
         """
         if not self.levels and np.array_equal(self.outputs, 1 + np.arange(len(holds))):
             return holds
-        columns = holds.shape[1:]
-        values = jnp.concatenate([np.full((1, *columns), -1.0), holds, fails])
+        values = jnp.concatenate([np.array([-1.0]), holds, fails])
         for is_and, first, second in self.levels:
-            is_and, a, b = is_and.reshape(-1, *[1] * len(columns)), values[first], values[second]
+            a, b = values[first], values[second]
             values = jnp.concatenate([values, jnp.where(is_and, jnp.minimum(a, b), jnp.maximum(a, b))])
         return values[self.outputs]
 

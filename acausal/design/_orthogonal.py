@@ -1,4 +1,4 @@
-"""Linear least squares by Householder reflections, in operations that XLA compiles itself."""
+"""Least squares as lineax asks for them."""
 
 from typing import Any
 
@@ -10,10 +10,10 @@ from .._linear_solver import least_squares
 
 
 class Reflections(lx.AbstractLinearSolver[Any]):
-    """`least_squares` for one vector.
+    """`least_squares` as a solver of lineax, for one vector.
 
-    `lineax.QR` does the same with LAPACK; jaxlib cannot always compile LAPACK's calls in one program with large runs
-    ("no registered implementation for untyped custom call").
+    Its own `QR` calls LAPACK, which jaxlib cannot always compile in one program with large runs ("no registered
+    implementation for untyped custom call").
     """
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Float[Array, "m n"]:

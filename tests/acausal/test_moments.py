@@ -67,15 +67,19 @@ def test_what_comes_at_one_instant_but_for_rounding_comes_once() -> None:
     assert np.all(steps < 11.0 * (2.0 - t0) + 20.0)
 
 
-def test_what_happens_a_few_roundings_before_the_end_takes_no_steps_to_come_to() -> None:
-    """As the last tick of a clock does, and where an equation bends there."""
+@pytest.mark.parametrize("is_tick", [False, True])
+def test_what_happens_a_few_roundings_before_the_end_takes_no_steps_to_come_to(is_tick: bool) -> None:
+    """An equation that jumps there, or the last tick of a clock: as many steps as to what happens far from the end."""
     apart = np.arange(1, 401)
     t0 = np.where(apart % 2, -40.0, -0.3)
-    times = np.full((len(apart), 4), 0.7)
-    times[:, 0] = 2.0 - apart * np.spacing(1.0)
-    counts, _, _, steps = counted(times, np.full(len(apart), 50.0), t0)
+    near = 2.0 - apart * np.spacing(1.0)
+    late, times = np.full(len(apart), 50.0), np.full((len(apart), 4), 0.7)
+    *_, far = counted(times, near - 0.05 if is_tick else late, t0)
+    times[:, 0] = 0.7 if is_tick else near
+    counts, ticks, _, steps = counted(times, near if is_tick else late, t0)
     np.testing.assert_array_equal(counts, np.ones((len(apart), 4)))
-    assert np.all(steps < 15)
+    np.testing.assert_array_equal(ticks, is_tick)
+    assert np.all(steps <= far + 2)
 
 
 class Turns(Component):
