@@ -121,7 +121,7 @@ def look(
         # Behind an interval on which nothing happens lies the rest up to `high`, or else the next part of the step.
         part = jnp.minimum(length / PARTS, over(TURN * (last.t - new.t), advance(new, last)))
         onward = jnp.where(is_start, end, new.t + jnp.minimum(part, 0.5 * (last.t - new.t)))
-        behind = jnp.where(s.is_seen, s.end, s.high)
+        behind = jnp.where(s.is_seen | is_end, flat_last, s.high)
         is_last = passes & ~is_start & (new.t >= last.t)
         return _Search(
             low=jnp.where(passes, flat_new, flat_low),

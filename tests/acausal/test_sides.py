@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Component, Discrete, Equations, Events, Param, Result, Scalar, Time, Var, eq, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Result, Scalar, Time, Var, at, eq, simulate, when
 
 
 class Valve(Component):
@@ -81,3 +81,45 @@ class Clamped(Component):
 def test_what_is_set_to_its_limit_has_not_passed_it() -> None:
     end = simulate(Clamped(), 1.0, save="end").final
     assert (float(end.x), float(end.hits)) == (0.3, 1.0)
+
+
+class Ticked(Component):
+    """x rises slowly, is set below zero at one time, and counted at another; and how often has it become positive?"""
+
+    set_at: Param[Scalar, "s"]
+    counted_at: Param[Scalar, "s"]
+    limit: Param[Scalar, "s"]
+    time: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, "s"] = 1.0
+    ticks: Discrete[Scalar, "1"] = 0.0
+    rises: Discrete[Scalar, "1"] = 0.0
+    passed: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, 0.01))
+
+    def events(self) -> Events:
+        return dict(
+            falls=at(self.set_at, x=-1.0),
+            tick=at(self.counted_at, ticks=self.ticks + 1.0),
+            rises=when(self.x > 0.0, rises=self.rises + 1.0),
+            passes=when(self.time >= self.limit, passed=self.passed + 1.0),
+        )
+
+
+def test_what_is_scheduled_finds_the_sides_at_its_time() -> None:
+    """They are those of the end of the step that leads to it, not those of its start."""
+    rng = np.random.default_rng(0)
+    set_at, limit = rng.uniform(0.1, 3.0, 1000), rng.uniform(-2.0, 7.0, 1000)
+    counted_at = set_at + 10.0 ** rng.uniform(-6.0, 0.5, 1000)
+
+    @jax.jit
+    @jax.vmap
+    def run(set_at: Any, counted_at: Any, limit: Any) -> Any:
+        model = Ticked(set_at=set_at, counted_at=counted_at, limit=limit)
+        f = simulate(model, 7.3, save="end", throw=False).final
+        return jnp.stack([f.rises, f.ticks, f.passed, f.x])
+
+    found = run(set_at, counted_at, limit)
+    np.testing.assert_array_equal(found[:, :3], 1.0)
+    np.testing.assert_allclose(found[:, 3], -1.0 + 0.01 * (7.3 - set_at), rtol=1e-9)
