@@ -95,4 +95,6 @@ def short_of(t1: Array, instant: Array, given: Given) -> Array:
     """The end of a step that leads to an instant, just before it: nothing has changed there yet. t1 is the instant but
     for rounding, or the end of a run just behind it.
     """
-    return jnp.where(_reaches(t1, instant, given), jnp.minimum(t1, instant) - 0.5 * given.tick(t1), t1)
+    # Not the minimum, whose derivative is half of each where an instant is the end of the run: that moves with it.
+    nearest = jnp.where(instant < t1, instant, t1)
+    return jnp.where(_reaches(t1, instant, given), nearest - 0.5 * given.tick(t1), t1)

@@ -82,6 +82,32 @@ def test_what_happens_a_few_roundings_before_the_end_takes_no_steps_to_come_to(i
     assert np.all(steps <= far + 2)
 
 
+class Growth(Component):
+    """x grows whatever happens at T."""
+
+    T: Param[Scalar, "s"]
+    x: Var[Scalar, "1"] = 1.0
+    n: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, 3.0 * self.x, check_units=False))
+
+    def events(self) -> Events:
+        return dict(tick=at(self.T, n=self.n + 1.0))
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_an_instant_next_to_the_end_takes_none_of_the_derivative_by_the_end(mode: Any) -> None:
+    apart = jnp.asarray([0.0, 1.0, 2.0, 5.0, 100.0, 1e4]) * np.spacing(1.0)
+
+    def grown(T: Any, t1: Any) -> Any:
+        return simulate(Growth(T=T), t1, save="end", rtol=1e-9).final.x
+
+    by_instant, by_end = jax.jit(jax.vmap(mode(grown, argnums=(0, 1)), (0, None)))(1.0 - apart, 1.0)
+    np.testing.assert_allclose(by_instant, 0.0, atol=1e-6)
+    np.testing.assert_allclose(by_end, 3.0 * np.exp(3.0), rtol=1e-7)
+
+
 class Turns(Component):
     """At T1 and T2 the rate k of x jumps, z is set, and w where k leaps; when x falls below c, z grows by x."""
 
