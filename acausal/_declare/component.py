@@ -88,7 +88,7 @@ def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At
 def kink(value: Numbers) -> Kink:
     """State that equations bend, but do not jump, where `value` passes zero, as in `kink(self.u.value - self.u_max)`.
 
-    Steps end there, so that neither the solution nor its derivatives lose accuracy.
+    Steps end there, and none has stages beyond, so that neither the solution nor its derivatives lose accuracy.
     """
     return Kink(value)
 

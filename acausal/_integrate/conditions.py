@@ -30,6 +30,7 @@ class EventConditions(NamedTuple):
     - `reads`: [events, relations], which relations decide on which condition.
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
+    - `bends`: the margins at whose zeros equations bend.
     """
 
     seen: Callable[[Numbers], "Seen"]
@@ -37,6 +38,7 @@ class EventConditions(NamedTuple):
     reads: np.ndarray
     either: np.ndarray
     moves: np.ndarray
+    bends: np.ndarray
 
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""

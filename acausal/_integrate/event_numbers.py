@@ -3,6 +3,7 @@
 import dataclasses
 import functools as ft
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from .._indices import unsigned
 from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
 from .._reduce.logic import NEVER, Circuit, Expression, circuit, relations_of
+from .conditions import EventConditions
+from .interval import Seen
 from .settings import Settings
 from .state_vector import StateVector
 
@@ -231,6 +234,11 @@ class EventNumbers:
                 is_moved = not all(is_fixed[place] for place in slice_output(margins.closed, i).used)
                 parts.insert(-1, np.full(math.prod(aval.shape), is_moved))
         return np.concatenate(parts)
+
+    def conditions(self, seen: Callable[[Numbers], Seen]) -> EventConditions:
+        """The conditions of the events on a path on which margins are `seen`."""
+        bends = np.any(self.reads[self.bends], axis=0)
+        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends)
 
     @ft.cached_property
     def circuit(self) -> Circuit:

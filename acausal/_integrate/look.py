@@ -4,11 +4,13 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.flatten_util import ravel_pytree
 
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
+from .bend import Bend, next_bend
 from .conditions import EventConditions, sign_of, signs
 from .interval import PARTS, TURN, Seen, advance, judged, over
 
@@ -27,7 +29,9 @@ class Found(NamedTuple):
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
       does not hold; 0 for all others.
-    - `end`, `holds`: the margins where the search ended, and the conditions that hold there.
+    - `end`, `holds`: the margins where the search ended, behind the end of the step where a bend was to be expected
+      there, and the conditions that hold there.
+    - `bend`, `is_bent`: the next bend of the equations at `before`, or at the end; and whether they have bent by there.
     - `reached`: up to where the step was searched; less than its end where that took too many points.
     """
 
@@ -43,6 +47,8 @@ class Found(NamedTuple):
     holds: Array
     end: Seen
     reached: Numbers
+    bend: Bend
+    is_bent: Array
 
 
 class _Search(NamedTuple):
@@ -52,9 +58,11 @@ class _Search(NamedTuple):
     The first event is looked for up to `high`, and if there is none, up to `end`. The interval to be judged next begins
     at `low`. It ends at x, which is yet to be looked at: the start, then the end, then points in between; or where
     `is_seen`, at `high`, which has been looked at before. Margins are counted from `offset`, what they are at the start
-    where that counts as zero. `low`, `high` and `end` are `Seen` as flat vectors: each is chosen by one operation.
+    where that counts as zero. `low`, `high`, `end` and, if there are bends, the start as `first` are `Seen` as flat
+    vectors: each is chosen by one operation.
     """
 
+    first: Array
     low: Array
     high: Array
     end: Array
@@ -73,7 +81,7 @@ def look(
     conditions: EventConditions,
     start: Seen,
     is_known: Array,
-    end: Array,
+    limits: tuple[Array, Array],
     holds: Array,
     fresh: Array,
     zero: Array,
@@ -94,17 +102,22 @@ def look(
     where its margin has another sign at the end, and may have changed where its rates point at zero from both ends, and
     the tangents meet beyond it; where a condition becomes true by that, or may do so, the part is narrowed down to
     rounding. So an event is found if each margin turns at most once on each part, and bends one way where it does.
+
+    The `limits` are the end of the step, and that of the search where nothing happens up to there but an equation is
+    about to bend.
     """
+    (end, limit), has_bends = limits, bool(np.any(conditions.bends))
     length, no = end - start.t, jnp.asarray(False)
     flat_start, unflat = ravel_pytree(start)
     flat_end = _flat(start._replace(t=end))
 
     def next_point(s: _Search) -> _Search:
-        is_start, is_end = s.count == 0, ~s.is_seen & (s.count == 1)
-        low = unflat(s.low)
+        is_start, is_first = s.count == 0, ~s.is_seen & (s.count == 1)
+        low, farthest = unflat(s.low), unflat(s.end).t
+        is_end = ~s.is_seen & (s.x >= farthest)
         left, first = _at_start(conditions, low, fresh, zero, span)
-        offset, above = jnp.where(is_end, left, s.offset), jnp.where(is_end, first, s.above)
-        low = low._replace(g=low.g - jnp.where(is_end, left, 0.0))
+        offset, above = jnp.where(is_first, left, s.offset), jnp.where(is_first, first, s.above)
+        low = low._replace(g=low.g - jnp.where(is_first, left, 0.0))
 
         def looked() -> Array:
             there = conditions.seen(s.x)
@@ -113,8 +126,8 @@ def look(
         flat_new = jax.lax.cond(s.is_seen, lambda: s.high, looked)
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last, flat_low = unflat(flat_new), unflat(flat_last), _flat(low)
-        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_end)
-        is_at_once = is_end & jnp.any(verdict.at_once)
+        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_first)
+        is_at_once = is_first & jnp.any(verdict.at_once)
         is_at_once, passes, is_found = truths_compiled_once(
             s.x, is_at_once, is_start | (verdict.passes & ~is_at_once), is_at_once | (~is_start & verdict.is_found)
         )
@@ -122,8 +135,13 @@ def look(
         part = jnp.minimum(length / PARTS, over(TURN * (last.t - new.t), advance(new, last)))
         onward = jnp.where(is_start, end, new.t + jnp.minimum(part, 0.5 * (last.t - new.t)))
         behind = jnp.where(s.is_seen | is_end, flat_last, s.high)
-        is_last = passes & ~is_start & (new.t >= last.t)
+        is_last, goes_on = passes & ~is_start & (new.t >= last.t), jnp.asarray(False)
+        if has_bends:
+            bend = next_bend(conditions, low, new, verdict.after).t
+            goes_on = is_last & (last.t < limit) & (bend < limit)
+            onward = jnp.where(is_last, jnp.minimum(2.0 * bend - new.t, limit), onward)
         return _Search(
+            first=jnp.where(is_first, flat_low, s.first) if has_bends else s.first,
             low=jnp.where(passes, flat_new, flat_low),
             high=jnp.where(is_at_once, flat_low, jnp.where(passes, behind, flat_new)),
             end=flat_last,
@@ -134,11 +152,12 @@ def look(
             is_seen=~is_start & passes & ~s.is_seen,
             begins=jnp.where(is_at_once, verdict.at_once, verdict.begins),
             is_found=is_found,
-            is_over=is_found | is_last | (s.count > MOST),
+            is_over=is_found | (is_last & ~goes_on) | (s.count > MOST),
             count=s.count + ~s.is_seen,
         )
 
     begin = _Search(
+        first=flat_start if has_bends else jnp.zeros(0),
         low=flat_start,
         high=flat_end,
         end=flat_end,
@@ -154,7 +173,16 @@ def look(
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
-    return _found(conditions, s, low, high, last, start.t, span, short)
+    found = _found(conditions, s, low, high, last, start.t, span, short)
+    if not has_bends:
+        return found
+    first, above = unflat(s.first), last.g > 0
+    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above))
+    # Behind an event at which nothing bends, it is the end of the step that tells of a bend.
+    is_end = s.is_found & (high.t < last.t) & ~jnp.any(conditions.bends & (signs(high.g, s.above) != s.above))
+    at = unflat(jnp.where(is_end, s.end, s.low))
+    bend = next_bend(conditions, first, at, jnp.where(is_end, above, s.above))
+    return found._replace(bend=bend, is_bent=is_bent)
 
 
 def _flat(seen: Seen) -> Array:
@@ -205,4 +233,7 @@ def _found(
     given_up = jnp.where(low.t > start + short, low.t, high.t)
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     end = end._replace(g=end.g + s.offset)
-    return Found(s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, end, reached)
+    bend, no = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0)), jnp.asarray(False)
+    return Found(
+        s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no
+    )

@@ -143,11 +143,16 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
 
     look_at = ft.partial(seen, margins)
     conditions = EventConditions(
-        look_at, lambda holds, fails: holds, np.eye(3, dtype=bool), np.zeros(3, bool), np.ones(3, bool)
+        look_at,
+        lambda holds, fails: holds,
+        np.eye(3, dtype=bool),
+        np.zeros(3, bool),
+        np.ones(3, bool),
+        np.zeros(3, bool),
     )
-    none, holds = jnp.zeros(3, bool), jnp.array([False, True, False])
+    none, holds, end = jnp.zeros(3, bool), jnp.array([False, True, False]), jnp.asarray(0.5)
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
-    looked = look(conditions, unknown, jnp.asarray(False), jnp.asarray(0.5), holds, none, jnp.zeros(3), 10.0, 1e-12)
+    looked = look(conditions, unknown, jnp.asarray(False), (end, end), holds, none, jnp.zeros(3), 10.0, 1e-12)
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]

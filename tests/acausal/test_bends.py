@@ -1,0 +1,82 @@
+"""Derivatives over bends of equations, wherever these lie."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, kink, simulate, when
+
+BESIDE = [0.0, 1e-15, -1e-15, 1e-8, -1e-8, 1e-5, -1e-5, 1e-3, -1e-3, 0.03, -0.03]
+
+
+class Swing(Component):
+    """x swings as cos(w t), and q is the integral of what it is above c."""
+
+    c: Param[Scalar, "1"]
+    w: Param[Scalar, "1"]
+    T: Param[Scalar, "s"]
+    x: Var[Scalar, "1"] = 1.0
+    v: Var[Scalar, "1"] = 0.0
+    q: Var[Scalar, "1"] = 0.0
+    n: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            x=eq(d.x, self.v, check_units=False),
+            v=eq(d.v, -(self.w**2) * self.x, check_units=False),
+            q=eq(d.q, jnp.maximum(self.x - self.c, 0.0), check_units=False),
+        )
+
+    def events(self) -> Events:
+        return dict(
+            bend=kink(self.x - self.c),
+            tick=at(self.T, n=self.n + 1.0),
+            turn=when(self.v < -0.5 * self.w, n=self.n + 10.0),
+        )
+
+
+def exactly(c: Any, w: Any, T: Any, t1: Any) -> Any:
+    del T
+    phase = w * t1
+    periods, edge = jnp.floor((phase + jnp.pi) / (2 * jnp.pi)), jnp.arccos(c)
+    rest = jnp.clip(phase - 2 * jnp.pi * periods, -edge, edge)
+    return (2 * periods * (jnp.sin(edge) - c * edge) + jnp.sin(rest) - c * rest) / w
+
+
+@pytest.mark.parametrize("is_saved", [False, True])
+@pytest.mark.parametrize(("rtol", "most"), [(1e-4, 5e-3), (1e-6, 2e-5)])
+def test_derivatives_over_kinks_are_as_accurate_as_the_run(is_saved: bool, rtol: float, most: float) -> None:
+    """Also where a kink lies beside an instant, the end of the run, or a time to save at."""
+
+    def simulated(c: Any, w: Any, T: Any, t1: Any) -> Any:
+        save = jnp.linspace(0.0, t1, 7) if is_saved else "end"
+        return simulate(Swing(c=c, w=w, T=T), t1, save=save, rtol=rtol)["q"][-1]
+
+    rng = np.random.default_rng(0)
+    n = 200
+    c, w = rng.uniform(-0.9, 0.9, n), rng.uniform(0.5, 3.0, n)
+    bend, far = np.arccos(c) / w, rng.uniform(4.0, 8.0, n)
+    instant = np.where(rng.random(n) < 0.5, bend + rng.choice(BESIDE, n), 50.0)
+    end = np.where(rng.random(n) < 0.5, bend + rng.choice(BESIDE, n), far)
+    slopes = jax.jit(jax.vmap(jax.jacfwd(simulated, argnums=(0, 1, 2))))(c, w, instant, end)
+    exact = jax.vmap(jax.jacfwd(exactly, argnums=(0, 1, 2)))(c, w, instant, end)
+    np.testing.assert_allclose(np.stack(slopes), np.stack(exact), atol=most)
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_a_kink_costs_few_steps(mode: Any) -> None:
+    """The run has 10 steps without one. Those around it are the trial beyond it, some that come nearer to it, each much
+    shorter than the one before, and some that grow again behind it.
+    """
+
+    def simulated(c: Any) -> Any:
+        sol = simulate(Swing(c=c, w=1.0, T=50.0), 3.0, save="end", rtol=1e-6)
+        return sol.final.q, sol.stats["num_steps"]
+
+    slope, steps = jax.jit(mode(simulated, has_aux=True))(0.3)
+    _, smooth = simulated(-5.0)
+    np.testing.assert_allclose(slope, -np.arccos(0.3), rtol=1e-6)
+    assert steps <= smooth + 18
