@@ -56,7 +56,12 @@ def show(rows: Sequence[Row]) -> None:
         return
     table = Table()
     for head in heads:
-        table.add_column(head, justify="right" if head in ("value", "ratio", "at most") else "left", no_wrap=True)
+        # In a narrow terminal words take more lines, and numbers stay whole.
+        table.add_column(
+            head,
+            justify="right" if head in ("value", "ratio", "at most") else "left",
+            no_wrap=head not in ("benchmark", "against"),
+        )
     for line in cells:
         table.add_row(*line, style="red" if line[-1] == "missed" else None)
     Console(width=None if Console().is_terminal else 160).print(table)

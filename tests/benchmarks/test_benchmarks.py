@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.__main__ import main
 from benchmarks._precision import Curve, best_time
-from benchmarks._rows import Row, compared
+from benchmarks._rows import Row, compared, show
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +32,14 @@ def test_the_limit_decides_over_the_ratio() -> None:
     assert compared("a", 1.0, "s", 2.0, "b", 0.5).verdict == "met"
     assert compared("a", 1.1, "s", 2.0, "b", 0.5).verdict == "missed"
     assert Row("a", 1.0, "s", "", None).verdict == ""
+
+
+def test_a_narrow_table_has_whole_numbers(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich then writes as to a terminal
+    show([compared("a servo of some states, in a second process", 12.345, "s", 6.789, "the same by hand", limit=1.23)])
+    printed = capsys.readouterr().out
+    assert all(number in printed for number in ("12.35", "1.82", "1.23", "missed"))
 
 
 def test_times_are_interpolated_in_logarithms() -> None:
