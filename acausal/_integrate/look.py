@@ -12,7 +12,7 @@ from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .bend import Bend, next_bend
 from .conditions import EventConditions, sign_of, signs
-from .interval import PARTS, TURN, Seen, advance, judged, over
+from .interval import PARTS, TURN, Seen, advance, judged, over, touches
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -24,7 +24,7 @@ class Found(NamedTuple):
 
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
     - `pace`: how fast the margin of each event changes at t.
-    - `shift`: see `Seen`, at t.
+    - `shift`: see `Seen`, at `before`: its rate changes where equations bend.
     - `leaps`: those of them whose margin jumps, instead of passing zero.
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
@@ -178,8 +178,9 @@ def look(
         return found
     first, above = unflat(s.first), last.g > 0
     is_bent = jnp.any(conditions.bends & ((first.g > 0) != above))
-    # Behind an event at which nothing bends, it is the end of the step that tells of a bend.
-    is_end = s.is_found & (high.t < last.t) & ~jnp.any(conditions.bends & (signs(high.g, s.above) != s.above))
+    # Behind an event at which nothing bends, it is the end of the step that tells of a bend, where that has not bent.
+    bends = conditions.bends & (signs(high.g, s.above) != s.above)
+    is_end = s.is_found & (high.t < last.t) & ~is_bent & ~jnp.any(bends)
     at = unflat(jnp.where(is_end, s.end, s.low))
     bend = next_bend(conditions, first, at, jnp.where(is_end, above, s.above))
     return found._replace(bend=bend, is_bent=is_bent)
@@ -233,7 +234,6 @@ def _found(
     given_up = jnp.where(low.t > start + short, low.t, high.t)
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     end = end._replace(g=end.g + s.offset)
+    t = high.t + jnp.where(jnp.any(touches(conditions, low, high)), short, 0.0)
     bend, no = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0)), jnp.asarray(False)
-    return Found(
-        s.is_found, high.t, low.t, pace, high.shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no
-    )
+    return Found(s.is_found, t, low.t, pace, low.shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)

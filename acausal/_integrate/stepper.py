@@ -148,7 +148,9 @@ class Stepper(Wrapper):
         moved, there = path.moving(found.t)
         lag = None
         if path.course is not None and events.is_searched:
-            there = on_course(path.course, path.inner, found.t, moved, there, found.shift[0])
+            # What is missing changes as it does just before, where no equation has bent.
+            ahead, near = path.moving(found.before)
+            there += on_course(path.course, path.inner, found.before, ahead, near, found.shift[0]) - near
             lag = _lag(*jax.lax.stop_gradient((path, found)))
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)

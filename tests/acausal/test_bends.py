@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, kink, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, kink, simulate, when
 
 BESIDE = [0.0, 1e-15, -1e-15, 1e-8, -1e-8, 1e-5, -1e-5, 1e-3, -1e-3, 0.03, -0.03]
 
@@ -64,6 +64,58 @@ def test_derivatives_over_kinks_are_as_accurate_as_the_run(is_saved: bool, rtol:
     slopes = jax.jit(jax.vmap(jax.jacfwd(simulated, argnums=(0, 1, 2))))(c, w, instant, end)
     exact = jax.vmap(jax.jacfwd(exactly, argnums=(0, 1, 2)))(c, w, instant, end)
     np.testing.assert_allclose(np.stack(slopes), np.stack(exact), atol=most)
+
+
+@pytest.mark.parametrize("lead", [1e-2, 1e-6, 1e-12])
+@pytest.mark.parametrize(("rtol", "most"), [(1e-4, 2e-3), (1e-6, 2e-5)])
+def test_a_run_that_ends_just_before_a_kink_does_not_look_beyond_it(lead: float, rtol: float, most: float) -> None:
+    def simulated(c: Any, w: Any) -> Any:
+        model = Swing(c=c, w=w, T=50.0)
+        return simulate(model, 20.0, until=lambda s: s.x - c - lead, save="end", rtol=rtol).final.q
+
+    def exact(c: Any, w: Any) -> Any:
+        return exactly(c, w, 0.0, jnp.arccos(c + lead) / w)
+
+    rng = np.random.default_rng(1)
+    c, w = rng.uniform(-0.8, 0.8, 100), rng.uniform(0.5, 3.0, 100)
+    slopes = jax.jit(jax.vmap(jax.jacfwd(simulated, argnums=(0, 1))))(c, w)
+    expected = jax.vmap(jax.jacfwd(exact, argnums=(0, 1)))(c, w)
+    np.testing.assert_allclose(np.stack(slopes), np.stack(expected), atol=most)
+
+
+class Filtered(Component):
+    """x follows what t² is above T, and does so fast."""
+
+    T: Param[Scalar, "1"]
+    k: Param[Scalar, "1"]
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, jnp.maximum(self.t**2 - self.T, 0.0) - self.k * self.x, check_units=False))
+
+    def events(self) -> Events:
+        return dict(bend=kink(self.t**2 - self.T))
+
+
+def test_a_step_that_goes_on_to_a_kink_has_the_derivatives_before_it() -> None:
+    """Stiff states are corrected by rates, which change as they do before the kink."""
+
+    def simulated(T: Any, k: Any, t: Any) -> Any:
+        return simulate(Filtered(T=T, k=k), t + 0.3, save=jnp.stack([t]), rtol=1e-8)["x"][-1]
+
+    def exact(T: Any, k: Any, t: Any) -> Any:
+        def forced(t: Any) -> Any:
+            return t * t / k - 2 * t / k**2 + 2 / k**3 - T / k
+
+        return forced(t) - forced(jnp.sqrt(T)) * jnp.exp(-k * (t - jnp.sqrt(T)))
+
+    rng = np.random.default_rng(0)
+    T, k = rng.uniform(0.5, 4.0, 400), 10 ** rng.uniform(0.0, 2.5, 400)
+    t = np.sqrt(T) + 10 ** rng.uniform(-3.0, -0.5, 400)
+    slopes = jax.jit(jax.vmap(jax.grad(simulated)))(T, k, t)
+    expected = jax.vmap(jax.grad(exact))(T, k, t)
+    np.testing.assert_allclose(slopes, expected, atol=3e-6)
 
 
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
