@@ -3,13 +3,17 @@
 Its loop over the steps is `_loop` of each adjoint; those of `_integrate/adjoint.py` replace it by `with_short_start` of
 it. It begins with the number that lies a hundred floating-point numbers before the end of the run, and asks equinox a
 hundred times for the next one, which is a quarter of what XLA takes for a small model.
+
+`solve` is its `diffeqsolve` without the checks of times while a program runs: a program that can raise an error calls
+Python, and is compiled in each process anew.
 """
 
 import dataclasses
 import functools as ft
+import inspect
 import types
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import diffrax
 import equinox.internal as internal
@@ -18,6 +22,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from ._numbers import Numbers
+
+T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -36,10 +42,16 @@ class Before:
 
 
 class _Internal(types.ModuleType):
-    """`equinox.internal`, but for one function."""
+    """`equinox.internal`, but for two functions."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(internal, name)
+
+    @staticmethod
+    def error_if(x: T, pred: Any, msg: str) -> T:
+        """The number, unchecked."""
+        del pred, msg
+        return x
 
     @staticmethod
     def prevbefore(x: "Before | Numbers") -> Before:
@@ -54,10 +66,25 @@ def piece_of(dense: diffrax.DenseInterpolation, t: Array) -> diffrax.AbstractLoc
 
 @ft.cache
 def with_short_start(loop: Callable[..., Any]) -> Callable[..., Any]:
-    """The loop of diffrax, where the end of a run less some rounding is one operation. What is no function is left."""
-    if not isinstance(loop, types.FunctionType):
-        return loop
-    own = loop.__globals__ | {"eqxi": _Internal("internal")}
-    short = types.FunctionType(loop.__code__, own, loop.__name__, loop.__defaults__, loop.__closure__)
-    short.__kwdefaults__ = loop.__kwdefaults__
-    return short
+    """The loop of diffrax, where the end of a run less some rounding is one operation."""
+    return _with_own_internal(loop)
+
+
+@ft.cache
+def _unchecked() -> Callable[..., diffrax.Solution]:
+    return _with_own_internal(inspect.unwrap(diffrax.diffeqsolve))
+
+
+def solve(*args: Any, **kwargs: Any) -> diffrax.Solution:
+    """As `diffrax.diffeqsolve`, of a first step and times to save at that are known to be in order."""
+    return _unchecked()(*args, **kwargs)
+
+
+def _with_own_internal(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of diffrax that finds `_Internal` as `equinox.internal`. What is no function is left."""
+    if not isinstance(function, types.FunctionType):
+        return function
+    names = function.__globals__ | {"eqxi": _Internal("internal")}
+    own = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
+    own.__kwdefaults__ = function.__kwdefaults__
+    return own

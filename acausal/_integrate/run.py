@@ -14,6 +14,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._compiled_once import compiled_once
+from .._diffrax_private import solve
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
@@ -73,7 +74,7 @@ def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Giv
     y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
     is_reversible = not isinstance(adjoint, diffrax.ForwardMode)
     given, y0, events, memory = begin_run(settings, given, y0, is_reversible=is_reversible)
-    raw = diffrax.diffeqsolve(
+    raw = solve(
         diffrax.ODETerm(term_of(settings)),
         solver_of(settings, events, memory, is_reversible=is_reversible),
         numbers.t0,
