@@ -33,6 +33,7 @@ from .event_log import EventLog
 from .made_from import equations_of
 from .peaks import Peak
 from .result import sentence
+from .rows import shared
 from .state_vector import StateVector
 from .trajectories import both_sides, chosen, over_batch, trajectories
 from .unresolved import unresolved
@@ -111,8 +112,7 @@ class Solution(eqx.Module, Generic[M]):
         ts, ys = self._rows
         if self.is_batched or known(ts) is None or len(ts) == 0:
             return self._view(ts, ys)
-        # Rounded up to a power of two, so that runs of different length share one compilation.
-        rows = np.minimum(np.arange(1 << max(6, (len(ts) - 1).bit_length())), len(ts) - 1)
+        rows = shared(len(ts))
         ts_padded, ys_padded = ((x if is_traced(x) else np.asarray(x))[rows] for x in (ts, ys))
         leaves, structure = jax.tree_util.tree_flatten(self._view(ts_padded, ys_padded))
         cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.leaves]

@@ -110,8 +110,9 @@ def above(level: float) -> Any:
 
 @pytest.fixture(scope="module")
 def known() -> None:
-    """One run with a stop condition, so that what is counted is compiled beyond it."""
+    """One run with a stop condition, so that what is counted is compiled beyond it; and one with times to save at."""
     simulate(rc(), 1.0, until=above(2.0), rtol=1e-9, save="end")
+    simulate(rc(), 1.0, save=np.linspace(0.0, 1.0, 101))
 
 
 SAME = {
@@ -120,6 +121,8 @@ SAME = {
     "other parameters": lambda: simulate(rc(R=50, C=2e-3, V=6), 1.0, until=above(2.0), rtol=1e-9, save="end"),
     "another start value": lambda: simulate(rc(v0=1.0), 1.0, until=above(2.0), rtol=1e-9, save="end"),
     "other times and tolerance": lambda: simulate(rc(), 2, t0=0.1, until=above(2.0), rtol=1e-7, save="end"),
+    "more times to save at": lambda: simulate(rc(), 1.0, save=np.linspace(0.0, 1.0, 117)),
+    "fewer times to save at": lambda: simulate(rc(), 2.0, save=[0.5]),
     "no error": lambda: simulate(rc(), 1.0, until=above(2.0), rtol=1e-9, save="end", throw=False),
 }
 
@@ -128,6 +131,23 @@ SAME = {
 @pytest.mark.parametrize("change", SAME)
 def test_what_is_not_compiled_again(change: str) -> None:
     assert compiled_by(SAME[change]) == 0
+
+
+@pytest.mark.parametrize("n", [1, 15, 16, 17, 128, 129, 1100])
+def test_as_many_rows_are_saved_as_times_are_asked_for(n: int) -> None:
+    times = np.linspace(0.2, 0.9, n)
+
+    def saved(capacity: Any) -> Any:
+        sol = simulate(rc(C=capacity), 1.0, save=times, integrals=lambda s: dict(v=s.c.v), rtol=1e-9)
+        return sol.ts, sol["c.v"], sol.integrals["v"]
+
+    exact = 5.0 * (1.0 - np.exp(-times / 0.1)), 5.0 * (times - 0.1 * (1.0 - np.exp(-times / 0.1)))
+    slope, batch = jax.jacfwd(saved)(1e-3), jax.vmap(saved)(np.array([1e-3, 2e-3]))
+    for found in (saved(1e-3), jax.tree.map(lambda x: x[0], batch)):
+        np.testing.assert_array_equal(found[0], times)
+        np.testing.assert_allclose(found[1:], exact, rtol=1e-6)
+    assert [x.shape for x in slope] == [(n,)] * 3
+    np.testing.assert_allclose(slope[1], -5e3 * (times / 0.1) * np.exp(-times / 0.1), rtol=1e-5, atol=1e-2)
 
 
 @pytest.mark.usefixtures("known")

@@ -1,0 +1,16 @@
+"""How many rows a program is compiled for: a few numbers of them, so that runs that differ in it share programs."""
+
+import numpy as np
+
+from .._tracing import within_transformation
+
+NUMBERS = (128, 1024)  # beyond these, and where rows are differentiated or batched, powers of two
+LEAST = 16
+
+
+def shared(n: int) -> np.ndarray:
+    """The indices of n rows, with the last one repeated up to the number of rows of a program."""
+    rounded = max(LEAST, 1 << (n - 1).bit_length())
+    if not within_transformation():
+        rounded = next((number for number in NUMBERS if number >= n), rounded)
+    return np.minimum(np.arange(rounded), n - 1)
