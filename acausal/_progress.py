@@ -82,13 +82,14 @@ class Work:
             self.timer.cancel()
             self.timer.join()
             self.timer = None
-        if event == COMPILING:
+        if sys.exc_info()[1] is not self.error:  # it was interrupted, for one
+            self._close("\n")
+        elif event == COMPILING:
             self._close(f"\rCompiled {self.subject} in {self.ended - self.since:.0f} s.\n")
+        if event == COMPILING:
             self.ended = 0.0
             if not self.calls:
                 self.subject = None
-        elif sys.exc_info()[1] is not self.error:
-            self._close("\n")
 
     def watch(self) -> None:
         """Speak of it unless it is over by then."""
