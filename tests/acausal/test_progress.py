@@ -130,13 +130,18 @@ def test_only_what_takes_long_is_announced_and_once(terminal: Terminal, monkeypa
 
 def test_what_is_interrupted_is_not_said_to_be_compiled(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_progress, "DELAY", 0.05)
-    with pytest.raises(KeyboardInterrupt), _progress.compiling("a run", rc(), takes):
-        monitoring.record_scalar(_progress.COMPILING, time.time(), fun_name="f")
-        try:
-            time.sleep(0.2)
-            raise KeyboardInterrupt
-        finally:  # as jax does
-            monitoring.record_event_duration_secs(_progress.COMPILING, 0.2, fun_name="f")
+
+    def interrupted() -> None:
+        with _progress.compiling("a run", rc(), takes):
+            monitoring.record_scalar(_progress.COMPILING, time.time(), fun_name="f")
+            try:
+                time.sleep(0.2)
+                raise KeyboardInterrupt
+            finally:  # as jax does
+                monitoring.record_event_duration_secs(_progress.COMPILING, 0.2, fun_name="f")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert terminal.getvalue() == "Compiling a run of RC ...\n"
 
 
