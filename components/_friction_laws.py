@@ -4,19 +4,25 @@ import jax.numpy as jnp
 
 from acausal import Energy, Scalar
 
+STEEP = 50.0  # no step that ends well has stages beyond rest where the law has grown by more than this power of e
+
 
 def stribeck(speed: Scalar, sliding: Scalar, static: Scalar, stribeck_speed: Scalar) -> Scalar:
     """The level that falls from `static` at rest to `sliding`: sliding + (static - sliding) exp(-(v/vs)^2)."""
     return sliding + (static - sliding) * jnp.exp(-((speed / stribeck_speed) ** 2))
 
 
-def tustin(speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar, fexp: Scalar) -> Scalar:
+def tustin(
+    speed: Scalar, F_prop: Scalar, F_Coulomb: Scalar, F_Stribeck: Scalar, fexp: Scalar, moving: Scalar
+) -> Scalar:
     """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v).
 
-    Below zero, where what has broken away may come by the error of a step, the last part falls, too: it drives onward.
+    Below zero, where a step that leads to rest may have its stages, it goes on smoothly. Where what has broken away and
+    is not `moving` yet comes there by the error of a step, the last part falls instead: it drives onward.
     """
     x = fexp * speed
-    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(jnp.where(speed < 0.0, x, -x))
+    falls = (speed < 0.0) & (moving < 0.5)
+    return F_prop * speed + F_Coulomb + F_Stribeck * jnp.exp(jnp.where(falls, x, jnp.minimum(-x, STEEP)))
 
 
 def bristle_slip(size: Scalar, z: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:

@@ -168,7 +168,7 @@ class TustinFriction(DryFriction):
     fexp: Param[Scalar, "s/m", nonnegative]  # decay of that with the speed
 
     def sliding(self, speed: Scalar) -> Scalar:
-        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
+        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp, self.moving)
 
 
 class Brake(DryFriction):

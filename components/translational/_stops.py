@@ -143,7 +143,7 @@ class MassWithStopAndFriction(Component):
         )
 
     def _sliding(self, speed: Scalar) -> Scalar:
-        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp)
+        return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp, self.moving)
 
     def _friction(self) -> Scalar:
         return stick_slip.effort(self.mode, self.path, self._sliding(stick_slip.along(self.mode, self.v)))

@@ -259,6 +259,30 @@ def test_bad_parameters(build: Callable[[], Component], message: str) -> None:
         build()
 
 
+@pytest.mark.parametrize(("rtol", "most"), [(1e-6, 1e-4), (1e-8, 1e-6)])
+def test_a_mass_comes_to_rest_below_a_peak(rtol: float, most: float) -> None:
+    """The step that leads to rest has stages beyond it, where the law goes on smoothly."""
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+
+    def exact(v: Scalar, static: Scalar, fexp: Scalar) -> Array:
+        """The integral of m v / f over the speed, with more points where the law is steep."""
+        u = jnp.asarray(0.5 * (nodes + 1.0))
+        speeds, widths = v * u**3, 0.5 * weights * 3.0 * v * u**2
+        return jnp.sum(widths * 2.0 * speeds / (1.0 + static * jnp.exp(-fexp * speeds)))
+
+    def path(v: Scalar, static: Scalar, fexp: Scalar) -> Scalar:
+        friction = translational.TustinFriction(F_prop=0.0, F_Coulomb=1.0, F_Stribeck=static, fexp=fexp)
+        parts = (translational.ConstantForce(force=0.0), translational.Mass(m=2.0, v=v), friction)
+        return simulate(Rig(parts=parts, wiring=wire_slide), 3.0, save="end", rtol=rtol).final.parts[1].b.s
+
+    draw, n = np.random.default_rng(3), 100
+    cases = draw.uniform(0.2, 1.0, n), draw.uniform(0.2, 2.0, n), 10.0 ** draw.uniform(0.5, 3.0, n)
+    places, slopes = jax.jit(jax.vmap(jax.value_and_grad(path, argnums=(0, 1))))(*cases)
+    expected, expected_slopes = jax.vmap(jax.value_and_grad(exact, argnums=(0, 1)))(*cases)
+    np.testing.assert_allclose(places, expected, atol=0.1 * most)
+    np.testing.assert_allclose(slopes, expected_slopes, atol=most)
+
+
 def wire_pulled(pull: Any, spring: Any, mass: Any, friction: Any) -> Connections:
     return connect(pull.flange, spring.a), connect(spring.b, mass.a), connect(mass.b, friction.flange)
 
