@@ -5,7 +5,9 @@ import functools as ft
 import math
 from collections.abc import Callable
 
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from .._evaluate.event_set import EventEntry, EventKind, Schedule
 from .._evaluate.system import System
@@ -235,10 +237,14 @@ class EventNumbers:
                 parts.insert(-1, np.full(math.prod(aval.shape), is_moved))
         return np.concatenate(parts)
 
-    def conditions(self, seen: Callable[[Numbers], Seen]) -> EventConditions:
-        """The conditions of the events on a path on which margins are `seen`."""
+    def conditions(self, seen: Callable[[Numbers], Seen], noise: Array) -> EventConditions:
+        """The conditions of the events on a path on which margins are `seen`. Those that tell of bends alone mean
+        nothing below the `noise`.
+        """
         bends = np.any(self.reads[self.bends], axis=0)
-        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends)
+        alone = bends & ~np.any(self.reads[~self.bends], axis=0)
+        least = jnp.where(alone, noise, 0.0) if np.any(alone) else None
+        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, least)
 
     @ft.cached_property
     def circuit(self) -> Circuit:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
@@ -147,17 +148,18 @@ def judged(
     above: Array,
     holds: Array,
     fresh: Array,
+    idle: Array | np.ndarray,
 ) -> Verdict:
     """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`. Whether
-    the `fresh` conditions hold is told by the relations at `low` instead.
+    the `fresh` conditions hold is told by the relations at `low` instead. Margins that are `idle` do not change.
     """
     width, turned, sign = high.t - low.t, advance(low, high), -sign_of(above)
     course = _Course(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, width)
     is_short = width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    after, bumps = signs(high.g, above) ^ touches(conditions, low, high), course.bumps
-    changes, leaps = after != above, course.leaps & (low.steps != high.steps)
-    turns = jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above))
+    after = jnp.where(idle, above, signs(high.g, above) ^ touches(conditions, low, high))
+    bumps, leaps = course.bumps & ~idle, course.leaps & (low.steps != high.steps)
+    changes, turns = after != above, jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above)) & ~idle
     true, true_after, may_end, may_hold = _told(conditions, above, after, changes | turns)
     holds = jnp.where(fresh, true, holds)
     is_likely = jnp.any(conditions.may_begin(may_end, may_hold, changes + 2 * turns, holds))

@@ -24,7 +24,7 @@ class Found(NamedTuple):
 
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
     - `pace`: how fast the margin of each event changes at t.
-    - `shift`: see `Seen`, at `before`: its rate changes where equations bend.
+    - `shift`: see `Seen`; the rate is that at `before`, since it changes where equations bend.
     - `leaps`: those of them whose margin jumps, instead of passing zero.
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
@@ -126,7 +126,9 @@ def look(
         flat_new = jax.lax.cond(s.is_seen, lambda: s.high, looked)
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last, flat_low = unflat(flat_new), unflat(flat_last), _flat(low)
-        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_first)
+        flat_first = jnp.where(is_first, flat_low, s.first) if has_bends else flat_low
+        idle = conditions.are_idle(unflat(flat_first), last)
+        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_first, idle)
         is_at_once = is_first & jnp.any(verdict.at_once)
         is_at_once, passes, is_found = truths_compiled_once(
             s.x, is_at_once, is_start | (verdict.passes & ~is_at_once), is_at_once | (~is_start & verdict.is_found)
@@ -141,7 +143,7 @@ def look(
             goes_on = is_last & (last.t < limit) & (bend < limit)
             onward = jnp.where(is_last, jnp.minimum(2.0 * bend - new.t, limit), onward)
         return _Search(
-            first=jnp.where(is_first, flat_low, s.first) if has_bends else s.first,
+            first=flat_first if has_bends else s.first,
             low=jnp.where(passes, flat_new, flat_low),
             high=jnp.where(is_at_once, flat_low, jnp.where(passes, behind, flat_new)),
             end=flat_last,
@@ -173,11 +175,13 @@ def look(
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
-    found = _found(conditions, s, low, high, last, start.t, span, short)
+    first = unflat(s.first) if has_bends else last
+    idle = conditions.are_idle(first, last)
+    found = _found(conditions, s, low, high, last, idle, start.t, span, short)
     if not has_bends:
         return found
-    first, above = unflat(s.first), last.g > 0
-    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above))
+    above = last.g > 0
+    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above) & ~idle)
     # Behind an event at which nothing bends, it is the end of the step that tells of a bend, where that has not bent.
     bends = conditions.bends & (signs(high.g, s.above) != s.above)
     is_end = s.is_found & (high.t < last.t) & ~is_bent & ~jnp.any(bends)
@@ -211,6 +215,7 @@ def _found(
     low: Seen,
     high: Seen,
     end: Seen,
+    idle: Array | np.ndarray,
     start: Numbers,
     span: Numbers,
     short: Numbers,
@@ -221,7 +226,9 @@ def _found(
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
     is_zero = jnp.abs(high.g) < least
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
-    zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
+    if conditions.noise is not None:
+        sides, least = jnp.where(idle, s.above, sides), jnp.where(idle, conditions.noise, least)
+    zero = jnp.where(is_zero | idle, sign_of(sides) * least, 0.0)
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
     # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
     still = jnp.zeros_like(high.g)
@@ -234,6 +241,7 @@ def _found(
     given_up = jnp.where(low.t > start + short, low.t, high.t)
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     end = end._replace(g=end.g + s.offset)
+    shift = high.shift[:1] + low.shift[1:]
     t = high.t + jnp.where(jnp.any(touches(conditions, low, high)), short, 0.0)
     bend, no = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0)), jnp.asarray(False)
-    return Found(s.is_found, t, low.t, pace, low.shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)
+    return Found(s.is_found, t, low.t, pace, shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)

@@ -150,15 +150,18 @@ class Stepper(Wrapper):
         if path.course is not None and events.is_searched:
             # What is missing changes as it does just before, where no equation has bent.
             ahead, near = path.moving(found.before)
-            there += on_course(path.course, path.inner, found.before, ahead, near, found.shift[0]) - near
+            missing = on_course(path.course, path.inner, found.before, ahead, near, found.shift[0]) - near
+            there = path.course.moved(there, found.shift[0]) + (missing - jax.lax.stop_gradient(missing))
             lag = _lag(*jax.lax.stop_gradient((path, found)))
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
         left = jnp.where(jnp.abs(found.end.g) < jnp.abs(state.zero), state.zero, 0.0)
+        largest = jnp.maximum(state.largest, jnp.abs(found.end.g))
         unchanged = EventState(
-            found.holds, idle, left, found.end, state.due, state.history, state.mark, state.crowd, jnp.asarray(False)
-        )
+            found.holds, idle, left, found.end, largest, state.due, state.history, state.mark, state.crowd,
+            jnp.asarray(False),
+        )  # fmt: skip
 
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
@@ -172,8 +175,9 @@ class Stepper(Wrapper):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, settled.zero, found.end, due, settled.history, mark, crowd, found.is_any
-            )
+                settled.holds, settled.fresh, settled.zero, found.end, largest, due, settled.history, mark, crowd,
+                found.is_any,
+            )  # fmt: skip
 
         def idling() -> tuple[Vector, EventState]:
             status = jnp.stack([y[layout.outcome], t, cut, y[layout.next_instant]])

@@ -107,7 +107,7 @@ def begin_run(
     if settings.follows_course:
         unknown = unknown._replace(g=unknown.g[0], rate=unknown.rate[0], shift=(unknown.g[1], unknown.rate[1]))
     memory = EventState(
-        settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), due, settled.history,
+        settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), zero, due, settled.history,
         jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return given, _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory

@@ -132,3 +132,32 @@ def test_a_kink_costs_few_steps(mode: Any) -> None:
     _, smooth = simulated(-5.0)
     np.testing.assert_allclose(slope, -np.arccos(0.3), rtol=1e-6)
     assert steps <= smooth + 18
+
+
+class Decay(Component):
+    """y decays to where it is told from zero by rounding alone, and q is the integral of what is above zero."""
+
+    a: Param[Scalar, "1/s"]
+    y: Var[Scalar, "1"] = 1.0
+    q: Var[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(y=eq(d.y, -self.a * self.y), q=eq(d.q, jnp.maximum(self.y, 0.0)))
+
+    def events(self) -> Events:
+        return dict(bend=kink(self.y))
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-8])
+def test_what_has_decayed_to_a_kink_takes_long_steps(rtol: float) -> None:
+    def simulated(a: Any) -> Any:
+        sol = simulate(Decay(a=a), 3.0, save="end", rtol=rtol)
+        return sol.final.q, sol.stats["num_steps"]
+
+    a = 10.0 ** np.linspace(1.0, 6.0, 21)
+    (q, slope), steps = jax.jit(
+        jax.vmap(lambda a: (jax.jvp(lambda a: simulated(a)[0], (a,), (1.0,)), simulated(a)[1]))
+    )(a)
+    np.testing.assert_allclose(q * a, 1.0, atol=20 * rtol)
+    np.testing.assert_allclose(slope * a**2, -1.0, atol=100 * rtol)
+    assert np.max(steps) < 100
