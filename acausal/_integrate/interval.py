@@ -157,7 +157,7 @@ def judged(
     course = _Course(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, width)
     is_short = width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    after = jnp.where(idle, above, signs(high.g, above) ^ touches(conditions, low, high))
+    after = jnp.where(idle, above, signs(high.g, above))
     bumps, leaps = course.bumps & ~idle, course.leaps & (low.steps != high.steps)
     changes, turns = after != above, jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above)) & ~idle
     true, true_after, may_end, may_hold = _told(conditions, above, after, changes | turns)
@@ -177,13 +177,6 @@ def judged(
         after=after,
         holds_after=holds & true_after,
     )
-
-
-def touches(conditions: EventConditions, low: Seen, high: Seen) -> Array:
-    """The margins that are zero at the end of an interval, where equations bend: no slope is to be told there, which is
-    neither that before nor that behind.
-    """
-    return (low.g != 0) & (high.g == 0) & conditions.bends
 
 
 def _told(

@@ -12,7 +12,7 @@ from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .bend import Bend, next_bend
 from .conditions import EventConditions, sign_of, signs
-from .interval import PARTS, TURN, Seen, advance, judged, over, touches
+from .interval import PARTS, TURN, Seen, advance, judged, over
 
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
@@ -242,6 +242,5 @@ def _found(
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     end = end._replace(g=end.g + s.offset)
     shift = high.shift[:1] + low.shift[1:]
-    t = high.t + jnp.where(jnp.any(touches(conditions, low, high)), short, 0.0)
     bend, no = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0)), jnp.asarray(False)
-    return Found(s.is_found, t, low.t, pace, shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)
+    return Found(s.is_found, high.t, low.t, pace, shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)
