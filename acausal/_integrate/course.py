@@ -70,23 +70,31 @@ class Course(eqx.Module):
 
 @jax.custom_jvp
 def on_course(
-    course: Course, inner: diffrax.AbstractLocalInterpolation, t: Numbers, moving: Numbers, y: Vector, shift: Array
+    course: Course,
+    inner: diffrax.AbstractLocalInterpolation,
+    y: Vector,
+    shift: Array,
+    t: Numbers,
+    moving: Numbers,
+    point: Vector,
 ) -> Vector:
-    """The vector y of a path at t with what it lacks there, which has been found to be `shift`. Its derivatives are
-    corrected in the same way. `moving` is t as it moves with the ends of the step.
+    """The vector y of a path with what it lacks there, which has been found to be `shift`. Its derivatives are
+    corrected in the same way, by rates at t and the `point` of the path there: those of y, or just before, where
+    equations bend at y. `moving` is t as it moves with the ends of the step.
     """
-    del inner, t, moving
+    del inner, t, moving, point
     return course.moved(y, shift)
 
 
 @ft.partial(on_course.defjvp, symbolic_zeros=True)
 def _derivative(primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[Vector, Vector]:
-    course, inner, t, moving, _, _ = primals
-    of_course, of_inner, _, of_time, of_y, _ = tangents
+    course, inner, y, shift, t, moving, point = primals
+    of_course, of_inner, of_y, _, _, of_time, of_point = tangents
 
     def lacking(given: Given, inner: diffrax.AbstractLocalInterpolation, moving: Numbers, y: Vector) -> Array:
         return course.error(inner, t, eqx.tree_at(lambda c: c.given, course, given).rates(moving, y))
 
-    place, dy = on_course(*primals), jnp.asarray(array_of(of_y))
-    _, change = pushed(lacking, (course.given, inner, moving, place), (of_course.given, of_inner, of_time, dy))
-    return place, course.moved(dy, change)
+    place, dy = course.moved(point, shift), jnp.asarray(array_of(of_y))
+    of_place = jnp.asarray(array_of(of_point))
+    _, change = pushed(lacking, (course.given, inner, moving, place), (of_course.given, of_inner, of_time, of_place))
+    return course.moved(y, shift), course.moved(dy, change)

@@ -34,7 +34,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         if self.course is None:
             return y
         shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t0, y)))
-        return on_course(self.course, self.inner, t0, t0, y, shift)
+        return on_course(self.course, self.inner, y, shift, t0, t0, y)
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
         """The state at a time as the solver's own dense output has it."""

@@ -148,10 +148,8 @@ class Stepper(Wrapper):
         moved, there = path.moving(found.t)
         lag = None
         if path.course is not None and events.is_searched:
-            # What is missing changes as it does just before, where no equation has bent.
-            ahead, near = path.moving(found.before)
-            missing = on_course(path.course, path.inner, found.before, ahead, near, found.shift[0]) - near
-            there = path.course.moved(there, found.shift[0]) + (missing - jax.lax.stop_gradient(missing))
+            before = path.moving(found.before)
+            there = on_course(path.course, path.inner, there, found.shift[0], found.before, *before)
             lag = _lag(*jax.lax.stop_gradient((path, found)))
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
