@@ -24,6 +24,11 @@ class Bend(NamedTuple):
     room: Array
 
 
+def no_bend() -> Bend:
+    """None comes."""
+    return Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0))
+
+
 def next_bend(conditions: EventConditions, low: Seen, high: Seen, above: Array) -> Bend:
     """The bend that is next at the end of an interval, by rates there. At its end the relations `above` hold.
 

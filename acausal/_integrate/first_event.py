@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._numbers import Numbers
-from .bend import Bend
+from .bend import no_bend
 from .event_state import EventState
 from .field import Given
 from .interval import Seen, seen, seen_on_course
@@ -40,8 +40,8 @@ def first_event(
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
     sides, never = jnp.zeros(events.n_margins, bool), jnp.asarray(False)
     shift, zero = state.seen.shift, state.zero
-    bend = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0))
-    found = Found(never, end, t1, still, shift, none, none, sides, zero, state.holds, state.seen, end, bend, never)
+    rest = state.holds, state.seen, end, no_bend(), never
+    found = Found(never, end, t1, still, shift, none, none, sides, zero, *rest)
     if events.is_searched:
         span, start = jnp.abs(numbers.t1 - numbers.t0), state.seen._replace(t=t0)
         noise = NOISE * numbers.rtol * state.largest

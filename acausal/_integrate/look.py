@@ -10,7 +10,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
-from .bend import Bend, next_bend
+from .bend import Bend, next_bend, no_bend
 from .conditions import EventConditions, sign_of, signs
 from .interval import PARTS, TURN, Seen, advance, judged, over
 
@@ -242,5 +242,5 @@ def _found(
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     end = end._replace(g=end.g + s.offset)
     shift = high.shift[:1] + low.shift[1:]
-    bend, no = Bend(jnp.asarray(jnp.inf), jnp.asarray(0.0)), jnp.asarray(False)
-    return Found(s.is_found, high.t, low.t, pace, shift, begins, leaps, sides, zero, s.holds, end, reached, bend, no)
+    rest = s.holds, end, reached, no_bend(), jnp.asarray(False)
+    return Found(s.is_found, high.t, low.t, pace, shift, begins, leaps, sides, zero, *rest)
