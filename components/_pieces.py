@@ -35,10 +35,16 @@ def passes_through(x: Scalar, piece: Scalar, knots: Vector, *, name: str = "piec
     """
     n, here = len(knots), jnp.asarray(piece, float)
     i = here.astype(int)
-    below = jnp.sum(x > knots).astype(float)
+    # One relation watches the even knots and one the odd ones, each that next to x: what has just been passed is told
+    # by the same relation as before, so that it cannot be passed back at once because x lies on its other side by
+    # rounding.
+    even = x >= knots[jnp.clip(i // 2 * 2, 0, n - 1)]
+    odd = x >= knots[jnp.clip((i + 1) // 2 * 2 - 1, 0, n - 1)]
+    is_even = i % 2 == 0
+    up = only & (i < n) & jnp.where(is_even, even, odd)
+    down = only & (i > 0) & ~jnp.where(is_even, odd, even)
+    below = jnp.sum(x >= knots).astype(float)
     # The moment is exact but for rounding: what counts is that the knot is passed, not on which side of it x is.
-    up = only & (i < n) & (x > knots[jnp.minimum(i, n - 1)])
-    down = only & (i > 0) & (x < knots[jnp.maximum(i - 1, 0)])
     return {
         f"_{name}_up": when(up, **{name: jnp.maximum(below, here + 1.0)}),
         f"_{name}_down": when(down, **{name: jnp.minimum(below, here - 1.0)}),
