@@ -37,6 +37,7 @@ from ._declare.component import at as at
 from ._declare.component import connect as connect
 from ._declare.component import eq as eq
 from ._declare.component import kink as kink
+from ._declare.component import passing as passing
 from ._declare.component import refuse as refuse
 from ._declare.component import when as when
 from ._declare.node import Port as Port

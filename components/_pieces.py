@@ -11,7 +11,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from acausal import Events, Scalar, Vector, when
+from acausal import Events, Scalar, Vector, passing
 
 
 def limited(x: Scalar, piece: Scalar, low: Scalar, high: Scalar) -> Scalar:
@@ -46,6 +46,6 @@ def passes_through(x: Scalar, piece: Scalar, knots: Vector, *, name: str = "piec
     below = jnp.sum(x >= knots).astype(float)
     # The moment is exact but for rounding: what counts is that the knot is passed, not on which side of it x is.
     return {
-        f"_{name}_up": when(up, **{name: jnp.maximum(below, here + 1.0)}),
-        f"_{name}_down": when(down, **{name: jnp.minimum(below, here - 1.0)}),
+        f"_{name}_up": passing(up, **{name: jnp.maximum(below, here + 1.0)}),
+        f"_{name}_down": passing(down, **{name: jnp.minimum(below, here - 1.0)}),
     }

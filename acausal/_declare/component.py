@@ -40,6 +40,10 @@ class When(NamedTuple):
     changes: dict[str, Numbers]
 
 
+class Passing(When):
+    """An event by which equations bend, but do not jump."""
+
+
 class At(NamedTuple):
     """An event at known times, and after each of them again in equal intervals where `every` is given."""
 
@@ -73,6 +77,16 @@ def when(condition: Truth | Numbers, **changes: Numbers) -> When:
     of discrete variables and of variables of the component, by name, computed from the values before the event.
     """
     return When(condition, changes)
+
+
+def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
+    """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
+
+    As with `when`; but equations must not jump where discrete variables change so, only bend. It may then come late by
+    less than the error of the run, and does not happen while what decides on it has decayed to less than that: a valve
+    that comes to rest in its middle would otherwise open its edges by turns, by rounding alone.
+    """
+    return Passing(condition, changes)
 
 
 def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At:

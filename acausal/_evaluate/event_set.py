@@ -16,7 +16,7 @@ from .._reduce.flat_model import indexed
 from .._reduce.instants import Instants
 from .._reduce.logic import Expression
 
-EventKind = Literal["when", "at", "kink", "refuse"]
+EventKind = Literal["when", "passing", "at", "kink", "refuse"]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Kink, Refuse, When
+from .._declare.component import At, Component, Event, Kink, Passing, Refuse, When
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
@@ -23,7 +23,7 @@ from .._reduce.logic import Expression
 from .._reduce.margins import relations
 from .event_set import EventEntry, EventKind, EventSet, Function
 
-_KINDS: dict[type, EventKind] = {When: "when", At: "at", Kink: "kink", Refuse: "refuse"}
+_KINDS: dict[type, EventKind] = {When: "when", Passing: "passing", At: "at", Kink: "kink", Refuse: "refuse"}
 
 
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:

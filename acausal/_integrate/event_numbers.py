@@ -74,6 +74,11 @@ class EventNumbers:
         return self._mask(self._of_model("kink"), False, True, False)
 
     @ft.cached_property
+    def may_wait(self) -> np.ndarray:
+        """Those by which equations do not jump."""
+        return self.bends | self._mask(self._of_model("passing"), False, False, False)
+
+    @ft.cached_property
     def either(self) -> np.ndarray:
         """The events that happen both when their condition becomes true and when it becomes false."""
         return self.bends | self._mask(False, False, False, self.settings.direction is None)
@@ -131,7 +136,7 @@ class EventNumbers:
         """Those that are listed in the log."""
         events = self.system.events
         named = np.zeros(0, bool) if events is None else ~events.is_internal
-        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
+        return self._mask(self._of_model("when", "passing", "at", "refuse") & named, False, False, False)
 
     @ft.cached_property
     def targets(self) -> list[tuple[int, int, int]]:
@@ -238,11 +243,11 @@ class EventNumbers:
         return np.concatenate(parts)
 
     def conditions(self, seen: Callable[[Numbers], Seen], noise: Array) -> EventConditions:
-        """The conditions of the events on a path on which margins are `seen`. Those that tell of bends alone mean
-        nothing below the `noise`.
+        """The conditions of the events on a path on which margins are `seen`. Those that tell only of
+        where equations bend mean nothing below the `noise`.
         """
         bends = np.any(self.reads[self.bends], axis=0)
-        alone = bends & ~np.any(self.reads[~self.bends], axis=0)
+        alone = np.any(self.reads[self.may_wait], axis=0) & ~np.any(self.reads[~self.may_wait], axis=0)
         least = jnp.where(alone, noise, 0.0) if np.any(alone) else None
         return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, least)
 

@@ -41,7 +41,7 @@ def first_event(
     sides, never = jnp.zeros(events.n_margins, bool), jnp.asarray(False)
     shift, zero = state.seen.shift, state.zero
     rest = state.holds, state.seen, end, no_bend(), never
-    found = Found(never, end, t1, still, shift, none, none, sides, zero, *rest)
+    found = Found(never, end, t1, still, shift, none, none, sides, zero, zero, *rest)
     if events.is_searched:
         span, start = jnp.abs(numbers.t1 - numbers.t0), state.seen._replace(t=t0)
         noise = NOISE * numbers.rtol * state.largest

@@ -154,10 +154,9 @@ class Stepper(Wrapper):
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
-        left = jnp.where(jnp.abs(found.end.g) < jnp.abs(state.zero), state.zero, 0.0)
         largest = jnp.maximum(state.largest, jnp.abs(found.end.g))
         unchanged = EventState(
-            found.holds, idle, left, found.end, largest, state.due, state.history, state.mark, state.crowd,
+            found.holds, idle, found.left, found.end, largest, state.due, state.history, state.mark, state.crowd,
             jnp.asarray(False),
         )  # fmt: skip
 
