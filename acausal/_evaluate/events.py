@@ -52,9 +52,11 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
+    # Without what computes the changes, whose relations decide on nothing.
+    conditions, used = slice_outputs(closed, slice(0, n))
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
-        margins, logic[:] = relations(closed, leaves, n)
+        margins, logic[:] = relations(conditions, [leaves[i] for i in used], n)
         return [jnp.asarray(margin, float) for margin in margins]
 
     margins = jax.make_jaxpr(real)(*structs(shapes))

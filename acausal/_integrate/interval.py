@@ -91,24 +91,29 @@ def seen_on_course(
     path: Callable[[Array], Array],
     error: Callable[[Array, Array], Array],
     t: Numbers,
+    are_told: Array,
 ) -> Seen:
-    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states.
+    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states; those that
+    `are_told` move as the equations say, at the start of a step, from where a short path tells little but rounding.
 
     `values` gives the margins and the rates of the states at a point. It is evaluated at one place of the program, on
     the path as it is, and again where this leads to.
     """
     y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
+    n = len(are_told)
 
-    def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Seen]:
-        n = len(shift[0])
-        place, pace = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
+    def again(carry: tuple[tuple[Array, Array], Array], _: None) -> tuple[tuple[tuple[Array, Array], Array], Seen]:
+        shift, pace = carry
+        place = jnp.concatenate([y[:n] + shift[0], y[n:]])
         here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), pace))
         lacking = jax.jvp(error, (t, here.value[1]), (jnp.ones_like(t), rates.value[1]))
         following = shift[0] + lacking[0], shift[1] + lacking[1]
-        return following, Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
+        pace = jnp.concatenate([jnp.where(are_told, here.value[1], slope[:n] + following[1]), slope[n:]])
+        seen = Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
+        return (following, pace), seen
 
-    nothing = jnp.zeros(jax.eval_shape(values, t, y)[1].shape)
-    _, looks = jax.lax.scan(again, (nothing, nothing), None, length=LOOKS)
+    nothing = jnp.zeros(n)
+    _, looks = jax.lax.scan(again, ((nothing, nothing), slope), None, length=LOOKS)
     return jax.tree.map(lambda x: x[-1], looks)
 
 
