@@ -37,7 +37,6 @@ def next_bend(conditions: EventConditions, low: Seen, high: Seen, above: Array) 
     sign, width = -sign_of(above), high.t - low.t
     q, rise, p0, p1 = sign * high.g, sign * (high.g - low.g), sign * low.rate, sign * high.rate
     comes = conditions.bends & (q <= 0) & (p1 > 0) & (p1 * width >= STEADY * rise)
-    comes &= ~conditions.are_idle(low, high)
     rate = jnp.where(comes, p1, 1.0)
     distance = jnp.where(comes, -q / rate, jnp.inf)
     room = STAGES * (jnp.abs(rise - p0 * width) + jnp.abs(rise - p1 * width)) / rate

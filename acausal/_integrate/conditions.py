@@ -31,7 +31,7 @@ class EventConditions(NamedTuple):
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
     - `bends`: the margins at whose zeros equations bend.
-    - `noise`: margins that stay below that are told from zero by errors of the run alone; 0 where these matter.
+    - `noise`: margins below that are told from zero by errors of the run alone; 0 where these matter.
     """
 
     seen: Callable[[Numbers], "Seen"]
@@ -41,13 +41,6 @@ class EventConditions(NamedTuple):
     moves: np.ndarray
     bends: np.ndarray
     noise: Array | None = None
-
-    def are_idle(self, low: "Seen", high: "Seen") -> Array | np.ndarray:
-        """Which margins mean nothing on a step, by what they and their rates are at its start and its end."""
-        if self.noise is None:
-            return np.zeros(low.g.shape, bool)
-        sizes = jnp.stack([low.g, high.g, (high.t - low.t) * low.rate, (high.t - low.t) * high.rate])
-        return jnp.max(jnp.abs(sizes), axis=0) < self.noise
 
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""

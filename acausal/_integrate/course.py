@@ -7,7 +7,6 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
@@ -28,12 +27,6 @@ class Course(eqx.Module):
     work: Work
     given: Given  # with what is carried along the step
     settings: Settings = eqx.field(static=True)
-
-    @property
-    def have_rates(self) -> np.ndarray:
-        """The states that move by equations of their own: algebraic unknowns of the mass-matrix form do not."""
-        system = self.settings.system
-        return np.ones(len(system.nominals), bool) if system.mass is None else np.asarray(system.mass) != 0
 
     def rates(self, t: Numbers, y: Vector) -> Array:
         """Of the states, at a point."""

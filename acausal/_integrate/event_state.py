@@ -46,12 +46,11 @@ def crowded(
     events: RunEvents, state: EventState, since: Array, t: Numbers, begins: Numbers, given: Given
 ) -> tuple[Array, Array, Array]:
     """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
-    close together, or one by which equations jump happens again at once. `since` is how long ago the step began.
+    close together, or one happens again at once. `since` is the time since the start of the step.
     """
     span, happens = jnp.abs(given.numbers.t1 - given.numbers.t0), jnp.any(begins & ~events.scheduled)
     is_close = jnp.abs(t - state.mark) < INTERVAL * span
     crowd = jnp.where(happens, jnp.where(is_close, state.crowd + 1, 0), state.crowd)
     mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), state.mark)
-    # Where equations only bend, a margin that turns at zero may pass it twice: no harm is done.
-    again = jnp.any(begins & state.fresh & ~events.scheduled & ~events.may_wait) & (since < TOO_SOON * span)
+    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < TOO_SOON * span)
     return mark, crowd, jnp.where(again | (crowd > CROWD + 2 * events.total), ACCUMULATED, 0.0)

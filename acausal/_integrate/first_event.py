@@ -75,8 +75,7 @@ def _seen(events: RunEvents, path: Span, given: Given, t: Numbers) -> Seen:
         margins, rates = events.margins_and_rates(forward * t, y, given)
         return margins, forward * rates
 
-    are_told = course.have_rates & (t <= path.inner.t0)
-    return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t, are_told)
+    return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
 
 
 def _cut(found: Found, is_partial: Array, t0: Numbers, t1: Array, given: Given) -> Array:

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
@@ -91,29 +90,24 @@ def seen_on_course(
     path: Callable[[Array], Array],
     error: Callable[[Array, Array], Array],
     t: Numbers,
-    are_told: Array,
 ) -> Seen:
-    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states; those that
-    `are_told` move as the equations say, at the start of a step, from where a short path tells little but rounding.
+    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states.
 
     `values` gives the margins and the rates of the states at a point. It is evaluated at one place of the program, on
     the path as it is, and again where this leads to.
     """
     y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
-    n = len(are_told)
 
-    def again(carry: tuple[tuple[Array, Array], Array], _: None) -> tuple[tuple[tuple[Array, Array], Array], Seen]:
-        shift, pace = carry
-        place = jnp.concatenate([y[:n] + shift[0], y[n:]])
+    def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Seen]:
+        n = len(shift[0])
+        place, pace = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
         here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), pace))
         lacking = jax.jvp(error, (t, here.value[1]), (jnp.ones_like(t), rates.value[1]))
         following = shift[0] + lacking[0], shift[1] + lacking[1]
-        pace = jnp.concatenate([jnp.where(are_told, here.value[1], slope[:n] + following[1]), slope[n:]])
-        seen = Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
-        return (following, pace), seen
+        return following, Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
 
-    nothing = jnp.zeros(n)
-    _, looks = jax.lax.scan(again, ((nothing, nothing), slope), None, length=LOOKS)
+    nothing = jnp.zeros(jax.eval_shape(values, t, y)[1].shape)
+    _, looks = jax.lax.scan(again, (nothing, nothing), None, length=LOOKS)
     return jax.tree.map(lambda x: x[-1], looks)
 
 
@@ -153,18 +147,17 @@ def judged(
     above: Array,
     holds: Array,
     fresh: Array,
-    idle: Array | np.ndarray,
 ) -> Verdict:
     """What is to be done with the interval from `low`, where these relations and conditions hold, to `high`. Whether
-    the `fresh` conditions hold is told by the relations at `low` instead. Margins that are `idle` do not change.
+    the `fresh` conditions hold is told by the relations at `low` instead.
     """
     width, turned, sign = high.t - low.t, advance(low, high), -sign_of(above)
     course = _Course(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, width)
     is_short = width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    after = jnp.where(idle, above, signs(high.g, above))
-    bumps, leaps = course.bumps & ~idle, course.leaps & (low.steps != high.steps)
-    changes, turns = after != above, jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above)) & ~idle
+    after, bumps = signs(high.g, above), course.bumps
+    changes, leaps = after != above, course.leaps & (low.steps != high.steps)
+    turns = jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above))
     true, true_after, may_end, may_hold = _told(conditions, above, after, changes | turns)
     holds = jnp.where(fresh, true, holds)
     is_likely = jnp.any(conditions.may_begin(may_end, may_hold, changes + 2 * turns, holds))

@@ -28,8 +28,8 @@ class Found(NamedTuple):
     - `leaps`: those of them whose margin jumps, instead of passing zero.
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
-      does not hold; 0 for all others.
-    - `left`: the same, where the search ended, of those that have stayed zero since its start, or are noise.
+      does not hold; 0 for all others. Margins within the noise of a run count as such, too.
+    - `left`: the same where nothing happens, of those that have stayed there since the start.
     - `end`, `holds`: the margins where the search ended, behind the end of the step where a bend was to be expected
       there, and the conditions that hold there.
     - `bend`, `is_bent`: the next bend of the equations at `before`, or at the end; and whether they have bent by there.
@@ -109,7 +109,6 @@ def look(
     about to bend.
     """
     (end, limit), has_bends = limits, bool(np.any(conditions.bends))
-    has_first = has_bends or conditions.noise is not None
     length, no = end - start.t, jnp.asarray(False)
     flat_start, unflat = ravel_pytree(start)
     flat_end = _flat(start._replace(t=end))
@@ -129,9 +128,8 @@ def look(
         flat_new = jax.lax.cond(s.is_seen, lambda: s.high, looked)
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last, flat_low = unflat(flat_new), unflat(flat_last), _flat(low)
-        flat_first = jnp.where(is_first, flat_low, s.first) if has_first else flat_low
-        idle = conditions.are_idle(unflat(flat_first), last)
-        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_first, idle)
+        flat_first = jnp.where(is_first, flat_low, s.first) if has_bends else flat_low
+        verdict = judged(conditions, length, short, s.count, low, new, above, s.holds, fresh & is_first)
         is_at_once = is_first & jnp.any(verdict.at_once)
         is_at_once, passes, is_found = truths_compiled_once(
             s.x, is_at_once, is_start | (verdict.passes & ~is_at_once), is_at_once | (~is_start & verdict.is_found)
@@ -146,7 +144,7 @@ def look(
             goes_on = is_last & (last.t < limit) & (bend < limit)
             onward = jnp.where(is_last, jnp.minimum(2.0 * bend - new.t, limit), onward)
         return _Search(
-            first=flat_first if has_first else s.first,
+            first=flat_first if has_bends else s.first,
             low=jnp.where(passes, flat_new, flat_low),
             high=jnp.where(is_at_once, flat_low, jnp.where(passes, behind, flat_new)),
             end=flat_last,
@@ -162,7 +160,7 @@ def look(
         )
 
     begin = _Search(
-        first=flat_start if has_first else jnp.zeros(0),
+        first=flat_start if has_bends else jnp.zeros(0),
         low=flat_start,
         high=flat_end,
         end=flat_end,
@@ -178,13 +176,12 @@ def look(
     )
     s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
-    first = unflat(s.first) if has_first else last
-    idle = conditions.are_idle(first, last)
-    found = _found(conditions, s, low, high, last, idle, zero, start.t, span, short)
+    first = unflat(s.first) if has_bends else last
+    found = _found(conditions, s, low, high, last, zero, start.t, span, short)
     if not has_bends:
         return found
     above = last.g > 0
-    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above) & ~idle)
+    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above))
     # Behind an event at which nothing bends, it is the end of the step that tells of a bend, where that has not bent.
     bends = conditions.bends & (signs(high.g, s.above) != s.above)
     is_end = s.is_found & (high.t < last.t) & ~is_bent & ~jnp.any(bends)
@@ -202,19 +199,19 @@ def _at_start(
 ) -> tuple[Array, Array]:
     """The margins at the start that count as zero, 0 for all others, and the relations that hold just after it.
 
-    The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise.
+    The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise. One
+    within the noise of the run keeps its side until it leaves that: it is counted from the other edge.
     """
     is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
     size, rounding = jnp.abs(start.g), TOO_SOON * span * jnp.abs(start.rate)
     is_wrong = (size < jnp.abs(zero)) & ((start.g > 0) != (zero > 0))
     is_zero = (is_fresh & (size < rounding)) | is_wrong
-    rises = jnp.where(_is_fast(rounding, jnp.abs(zero)), start.rate > 0, zero > 0)
-    return jnp.where(is_zero, start.g, 0.0), jnp.where(is_zero | (start.g == 0), rises, start.g > 0)
-
-
-def _is_fast(rounding: Array, least: Array) -> Array:
-    """Whether margins, of which this is the `rounding`, soon leave what counts as zero."""
-    return rounding > STILL * least
+    rises = jnp.where(rounding > STILL * jnp.abs(zero), start.rate > 0, zero > 0)
+    offset, above = jnp.where(is_zero, start.g, 0.0), jnp.where(is_zero | (start.g == 0), rises, start.g > 0)
+    if conditions.noise is None:
+        return offset, above
+    is_noise, held = (size < conditions.noise) & (zero != 0), zero > 0
+    return jnp.where(is_noise, -sign_of(held) * conditions.noise, offset), jnp.where(is_noise, held, above)
 
 
 def _found(
@@ -223,7 +220,6 @@ def _found(
     low: Seen,
     high: Seen,
     end: Seen,
-    idle: Array | np.ndarray,
     left: Array,
     start: Numbers,
     span: Numbers,
@@ -233,14 +229,14 @@ def _found(
     after = signs(high.g, s.above)
     least = TOO_SOON * span * jnp.maximum(jnp.abs(low.rate), jnp.abs(high.rate))
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
-    noise = jnp.zeros_like(least) if conditions.noise is None else conditions.noise
-    is_zero, is_noise = jnp.abs(high.g) < least, idle | (jnp.abs(high.g) < noise)
-    rises = jnp.where(_is_fast(least, noise), high.rate > 0, s.above)
-    sides = jnp.where(idle, s.above, jnp.where(is_zero & (after == s.above), rises, after))
-    least = jnp.where(is_noise, noise, least)
-    zero = jnp.where(is_zero | is_noise, sign_of(sides) * least, 0.0)
+    is_zero = jnp.abs(high.g) < least
+    sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
+    zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
     end = end._replace(g=end.g + s.offset)
-    left = jnp.where(is_noise, zero, jnp.where(jnp.abs(end.g) < jnp.abs(left), left, 0.0))
+    left = jnp.where(jnp.abs(end.g) < jnp.abs(left), left, 0.0)
+    if conditions.noise is not None:
+        is_noise = jnp.abs(high.g + s.offset) < conditions.noise
+        zero, left = (jnp.where(is_noise, sign_of(sides) * conditions.noise, other) for other in (zero, left))
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
     # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
     still = jnp.zeros_like(high.g)
