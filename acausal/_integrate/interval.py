@@ -155,7 +155,7 @@ def judged(
     course = _Course(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, width)
     is_short = width <= short
     is_part = (PARTS * width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
-    after, bumps = signs(high.g, above), course.bumps
+    after, bumps = signs(high.g, above) ^ _touches(conditions, low, high), course.bumps
     changes, leaps = after != above, course.leaps & (low.steps != high.steps)
     turns = jnp.where(is_part, bumps | leaps, _may_turn(conditions, low, high, above))
     true, true_after, may_end, may_hold = _told(conditions, above, after, changes | turns)
@@ -175,6 +175,13 @@ def judged(
         after=after,
         holds_after=holds & true_after,
     )
+
+
+def _touches(conditions: EventConditions, low: Seen, high: Seen) -> Array:
+    """The margins that are zero at the end of an interval, where equations bend: no slope is to be told there, which is
+    neither that before nor that behind.
+    """
+    return conditions.bends & (low.g != 0) & (high.g == 0)
 
 
 def _told(

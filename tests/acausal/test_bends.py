@@ -115,9 +115,7 @@ def test_a_step_that_goes_on_to_a_kink_has_the_derivatives_before_it() -> None:
     t = np.sqrt(T) + 10 ** rng.uniform(-3.0, -0.5, 400)
     slopes = jax.jit(jax.vmap(jax.grad(simulated)))(T, k, t)
     expected = jax.vmap(jax.grad(exact))(T, k, t)
-    # One in a hundred searches looks at the kink itself just before it is over, where slopes are neither of both.
-    assert np.mean(np.abs(slopes - expected) < 3e-6) > 0.98
-    np.testing.assert_allclose(slopes, expected, atol=5e-4)
+    np.testing.assert_allclose(slopes, expected, atol=3e-6)
 
 
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
