@@ -181,7 +181,7 @@ def _touches(conditions: EventConditions, low: Seen, high: Seen) -> Array:
     """The margins that are zero at the end of an interval, where equations bend: no slope is to be told there, which is
     neither that before nor that behind.
     """
-    return conditions.bends & (low.g != 0) & (high.g == 0)
+    return (low.g != 0) & (high.g == 0) & conditions.bends
 
 
 def _told(
