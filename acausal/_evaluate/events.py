@@ -172,6 +172,8 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
             raise ModelError(
                 f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
             )
+        if isinstance(event, Passing) and role != "discrete":
+            raise ModelError(f"{where} changes {target}, which jumps then: state it by `when` instead of `passing`.")
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
     repeats = isinstance(event, At) and event.every is not None

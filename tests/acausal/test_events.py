@@ -26,6 +26,7 @@ from acausal import (
     at,
     connect,
     eq,
+    passing,
     positive,
     repeat,
     simulate,
@@ -311,9 +312,14 @@ def test_reset_that_contradicts_a_constraint_is_named() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"), [({"z": 1.0}, "changes z, which does not exist"), ({"T": 1.0}, "a param")]
+    ("event", "changes", "message"),
+    [
+        (when, {"z": 1.0}, "changes z, which does not exist"),
+        (when, {"T": 1.0}, "a param"),
+        (passing, {"x": 1.0}, "events: low changes x, which jumps then: state it by `when`"),
+    ],
 )
-def test_events_change_what_can_change(changes: dict[str, Any], message: str) -> None:
+def test_events_change_what_can_change(event: Any, changes: dict[str, Any], message: str) -> None:
     class Bad(Component):
         T: Param[Scalar, "s"] = 1.0
         x: Var[Scalar, "m"] = 1.0
@@ -322,7 +328,7 @@ def test_events_change_what_can_change(changes: dict[str, Any], message: str) ->
             return dict(decay=eq(self.T * d.x, -self.x))
 
         def events(self) -> Events:
-            return dict(low=when(self.x < 0.5, **changes))
+            return dict(low=event(self.x < 0.5, **changes))
 
     with pytest.raises(ModelError, match=message):
         simulate(Bad(), 1.0)
