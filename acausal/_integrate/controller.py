@@ -12,9 +12,11 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
+from .settings import Settings
 from .state_vector import StateVector
 
 PER_OCTAVE = 4
+SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
 LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
 FAR = 100.0  # the step after an event is at most this many times as long as the way to the event
 
@@ -110,6 +112,23 @@ def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
     small its error is beside where it ends.
     """
     return jnp.any(jnp.abs(y1) > LEAP * (jnp.abs(y0) + sizes))
+
+
+def sizes_of(settings: Settings) -> np.ndarray:
+    """The typical sizes of the elements of the vector; what is not a state counts as of size 1."""
+    return np.concatenate([settings.system.nominals, np.ones(settings.layout.size - settings.layout.n_states)])
+
+
+def is_rejected(settings: Settings, rtol: Numbers, y0: Array, y1: Array, error: Array) -> Array:
+    """Whether a step from y0 to y1 surely does not count: it has failed, its `error` is too large by more than
+    rounding, or it has to be repeated up to an event.
+    """
+    layout = settings.layout
+    scale = rtol * (sizes_of(settings) + jnp.maximum(jnp.abs(y0), jnp.abs(y1)))
+    is_kept = core_norm(layout)(error / scale) < 1.0 + SURE
+    if layout.has_status:
+        is_kept &= ~(y1[layout.cut] < jnp.inf)
+    return ~is_kept
 
 
 def core_norm(layout: StateVector) -> Callable[[PyTree], PyTree]:

@@ -1,4 +1,4 @@
-"""Reverse mode through steps that fail: they are rejected, and nothing depends on them."""
+"""Reverse mode through steps that are rejected: nothing depends on them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +10,8 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import PyTree
 
+from .controller import is_rejected
+from .settings import Settings
 from .wrapper import Wrapper
 
 Outcome = tuple[Any, Array, PyTree, Any, diffrax.RESULTS]  # what a step of a solver returns
@@ -17,7 +19,9 @@ Attempt = Callable[..., Outcome]
 
 
 class Rejectable(Wrapper):
-    """Steps of `solver`, of which those that fail have no derivatives."""
+    """Steps of `solver`, of which those that are rejected have no derivatives."""
+
+    settings: Settings = eqx.field(static=True)
 
     @property
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
@@ -30,19 +34,24 @@ class Rejectable(Wrapper):
         return self.solver.func(terms, t0, y0, args)
 
     def step(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any, solver_state: Any, made_jump: Any) -> Outcome:
-        attempt = rejectable(lambda solver, *numbers: solver.step(*numbers))
+        attempt = rejectable(lambda solver, *numbers: solver.step(*numbers), self.settings)
         return attempt(self.solver, terms, t0, t1, y0, args, solver_state, made_jump)
 
 
-def rejectable(attempt: Attempt, core: Callable[[Any], Array] = lambda y: y) -> Attempt:
-    """The step that `attempt` takes of its arguments, without derivatives where it fails. `core` is what is integrated.
+def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
+    """The step that `attempt` takes of its arguments, without derivatives where it is rejected.
 
-    A step may be so long that the equations have no root at its end. It is NaN then, and so are its slopes; the
-    controller rejects it, but reverse mode would multiply what is not used, zero, by these slopes. So the tangents of
-    all arguments and of the outcome are replaced by zero where the error of the step is not finite; transposed, that
+    A step may be so long that the equations have no root at its end, or a slope without bound, as that of a square
+    root. The controller rejects it, but reverse mode would multiply what is not used, zero, by these slopes. So the
+    tangents of all arguments and of the outcome are replaced by zero where the step does not count; transposed, that
     replaces the cotangents.
     """
-    return _masked(lambda *args: _harmless(attempt(*args), core), lambda outcome: jnp.all(jnp.isfinite(outcome[1])))
+
+    def counts(args: tuple[PyTree, ...], outcome: Outcome) -> Array:
+        _, _, _, _, y0, given, *_ = args
+        return ~is_rejected(settings, *jax.lax.stop_gradient((given.numbers.rtol, y0, *outcome[:2])))
+
+    return _masked(lambda *args: _harmless(attempt(*args), settings.layout.core), counts)
 
 
 def _harmless(outcome: Outcome, core: Callable[[Any], Array]) -> Outcome:
@@ -53,8 +62,8 @@ def _harmless(outcome: Outcome, core: Callable[[Any], Array]) -> Outcome:
     return finite[0], jnp.where(is_good, error, jnp.inf), *finite[1:]
 
 
-def _masked(function: Callable[..., PyTree], is_good: Callable[[PyTree], Array]) -> Callable[..., PyTree]:
-    """A function whose derivatives are zero where its value is not good."""
+def _masked(function: Callable[..., PyTree], is_good: Callable[..., Array]) -> Callable[..., PyTree]:
+    """A function whose derivatives are zero where its arguments and its value are not good."""
 
     def pushed(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[PyTree, PyTree]:
         moves = jax.tree.map(lambda dx: dx is not None, tangents, is_leaf=lambda dx: dx is None)
@@ -66,8 +75,10 @@ def _masked(function: Callable[..., PyTree], is_good: Callable[[PyTree], Array])
         changing, push, rest = jax.linearize(of_moving, moving, has_aux=True)
         value = eqx.combine(changing, rest)
 
+        is_used = is_good(primals, value)
+
         def where_good(tangents: PyTree) -> PyTree:
-            return jax.tree.map(lambda dx: jnp.where(is_good(value), dx, 0.0), tangents)
+            return jax.tree.map(lambda dx: jnp.where(is_used, dx, 0.0), tangents)
 
         return value, where_good(push(where_good(tangents)))
 

@@ -14,7 +14,7 @@ from jaxtyping import PyTree
 from .._evaluate.invariants import onto_invariants
 from .._numbers import Numbers, Truth
 from .._reduce.instants import first
-from .controller import Steps, core_norm
+from .controller import Steps, core_norm, sizes_of
 from .event_history import EventHistory
 from .event_state import EventState
 from .field import Given, vector_field
@@ -50,7 +50,7 @@ def solver_of(
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
     is_plain = not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks
     if is_plain and not settings.follows_course:
-        return Rejectable(solver) if is_reversible else solver
+        return Rejectable(solver, settings) if is_reversible else solver
 
     def project(t: Numbers, states: Array, given: Given) -> Array:
         return onto_invariants(system, t, states, given.inputs)
@@ -131,11 +131,10 @@ def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
 def controller_of(settings: Settings, given: Given) -> Steps:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
     layout, numbers = settings.layout, given.numbers
-    sizes = np.concatenate([settings.system.nominals, np.ones(layout.size - layout.n_states)])
     span = jnp.abs(numbers.t1 - numbers.t0)
     return Steps(
         numbers.rtol,
-        numbers.rtol * sizes,
+        numbers.rtol * sizes_of(settings),
         norm=core_norm(layout),
         layout=layout,
         shortest=1e-14 * span if numbers.dtmin is None else numbers.dtmin,

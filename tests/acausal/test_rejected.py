@@ -1,4 +1,4 @@
-"""Reverse mode through steps that are rejected since the equations have no solution at their end."""
+"""Reverse mode through steps that are rejected since equations have no solution, or no slope, at their end."""
 
 from collections.abc import Callable
 from typing import Any, Self
@@ -40,6 +40,26 @@ class ImplicitOutflow(Component):
         )
 
 
+class Clipped(Component):
+    """The same, where nothing flows below an empty level, and a root has a slope without bound."""
+
+    rate: Param[Scalar, "1/s"]
+    gone: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        level = jnp.sqrt(jnp.maximum(1.0 - self.gone, 0.0))
+        return dict(flow=eq(d.gone, self.rate * (level * (1.0 + 3.0 * self.gone) - 0.5)))
+
+
+def clipped(rate: Scalar, adjoint: diffrax.AbstractAdjoint | None) -> Scalar:
+    return simulate(Clipped(rate=rate), 1.0, save="end", dt0=TOO_LONG, adjoint=adjoint).final.gone
+
+
+def clipped_stop(rate: Scalar, adjoint: diffrax.AbstractAdjoint | None) -> Scalar:
+    model = Clipped(rate=rate)
+    return simulate(model, 9.0, until=lambda s: s.gone - 0.5, save="end", dt0=TOO_LONG, adjoint=adjoint).t1
+
+
 def saved(rate: Scalar, adjoint: diffrax.AbstractAdjoint | None) -> Scalar:
     sol = simulate(Outflow(rate=rate), 1.0, save=[0.2, 1.0], dt0=TOO_LONG, adjoint=adjoint, max_steps=64)
     return jnp.sum(sol.gone)
@@ -54,7 +74,7 @@ def stopped(rate: Scalar, adjoint: diffrax.AbstractAdjoint | None) -> Scalar:
     return simulate(model, 9.0, until=lambda s: s.gone - 0.5, save="end", dt0=TOO_LONG, adjoint=adjoint).t1
 
 
-@pytest.mark.parametrize("quantity", [saved, final, pytest.param(stopped, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("quantity", [saved, final, clipped, clipped_stop, pytest.param(stopped, marks=pytest.mark.slow)])
 def test_reverse_mode_passes_by(quantity: Callable[..., Scalar]) -> None:
     back = diffrax.RecursiveCheckpointAdjoint()
     gradients = jax.jit(jax.vmap(jax.grad(lambda rate: quantity(rate, back))))(RATES)
