@@ -16,7 +16,7 @@ RTOL = 1e-9 * 1.1 ** np.arange(100.0)
 class Loop(Component):
     """A spool at s meters the pressure p that moves x to what is demanded, which begins to fall at `start`."""
 
-    t: Time[Scalar, "s"]
+    t: Time[Scalar, "s"] = 0.0
     start: Param[Scalar, "s"] = 8.0
     gain: Param[Scalar, "1"] = 20.0
     x: Var[Scalar, "1"] = 0.0
