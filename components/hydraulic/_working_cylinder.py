@@ -70,8 +70,8 @@ class DoubleActingCylinder(TwoChambers):
         )
 
     def events(self) -> Events:
-        reason = "the piston is beyond its ends: give the rod stops, or take a HydraulicCylinder"
-        return dict(lost=refuse(self._lost(), reason))
+        remedy = "start with 0 <= s <= stroke, and give the rod stops, as a HydraulicCylinder has"
+        return dict(lost=refuse(self._lost(), f"the piston is beyond its ends: {remedy}"))
 
     def _swept(self) -> tuple[Scalar, Scalar]:
         return self.area_a * self.flange.s, self.area_b * (self.stroke - self.flange.s)
