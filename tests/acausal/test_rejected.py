@@ -74,7 +74,9 @@ def stopped(rate: Scalar, adjoint: diffrax.AbstractAdjoint | None) -> Scalar:
     return simulate(model, 9.0, until=lambda s: s.gone - 0.5, save="end", dt0=TOO_LONG, adjoint=adjoint).t1
 
 
-@pytest.mark.parametrize("quantity", [saved, final, clipped, clipped_stop, pytest.param(stopped, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "quantity", [saved, final, clipped, clipped_stop, pytest.param(stopped, marks=pytest.mark.slow)]
+)
 def test_reverse_mode_passes_by(quantity: Callable[..., Scalar]) -> None:
     back = diffrax.RecursiveCheckpointAdjoint()
     gradients = jax.jit(jax.vmap(jax.grad(lambda rate: quantity(rate, back))))(RATES)
