@@ -79,7 +79,7 @@ def when(condition: Truth | Numbers, **changes: Numbers) -> When:
     return When(condition, changes)
 
 
-def passing(condition: Truth | Numbers, **changes: Numbers) -> When:
+def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
     """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
 
     As with `when`; but equations must not jump where discrete variables change so, only bend. It may then come late by

@@ -56,7 +56,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     conditions, used = slice_outputs(closed, slice(0, n))
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
-        margins, logic[:] = relations(conditions, [leaves[i] for i in used], n)
+        margins, logic[:] = relations(conditions, [leaves[i] for i in used])
         return [jnp.asarray(margin, float) for margin in margins]
 
     margins = jax.make_jaxpr(real)(*structs(shapes))

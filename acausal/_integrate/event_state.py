@@ -24,7 +24,7 @@ class EventState(NamedTuple):
     - `holds`, `fresh`: which conditions hold, and which of them have just become true.
     - `zero`: how far margins that events have left at zero may be from it by rounding, see `look`.
     - `seen`: their margins, which are right unless the vector has `jumped` since.
-    - `largest`: how far they have been from zero at the ends of steps.
+    - `largest`: how far they have been from zero at the ends of steps, and at events.
     - `due`: when scheduled events happen next.
     - `history`: what happened so far.
     - `mark`, `crowd`: a time, and how many events in a row were close to it.

@@ -38,10 +38,12 @@ def first_event(
 
     end = latest(PAST)
     none, still = jnp.zeros(events.total, bool), jnp.zeros(events.total)
-    sides, never = jnp.zeros(events.n_margins, bool), jnp.asarray(False)
-    shift, zero = state.seen.shift, state.zero
-    rest = state.holds, state.seen, end, no_bend(), never
-    found = Found(never, end, t1, still, shift, none, none, sides, zero, zero, *rest)
+    never = jnp.asarray(False)
+    found = Found(
+        is_any=never, t=end, before=t1, pace=still, shift=state.seen.shift, begins=none, leaps=none,
+        sides=jnp.zeros(events.n_margins, bool), margins=state.seen.g, zero=state.zero, left=state.zero,
+        holds=state.holds, end=state.seen._replace(t=end), reached=end, bend=no_bend(), is_bent=never,
+    )  # fmt: skip
     if events.is_searched:
         span, start = jnp.abs(numbers.t1 - numbers.t0), state.seen._replace(t=t0)
         noise = NOISE * numbers.rtol * state.largest
@@ -49,7 +51,7 @@ def first_event(
         limits = end, jnp.minimum(latest(AHEAD), _before_next_save(t1, given))
         found = look(conditions, start, ~state.jumped, limits, state.holds, state.fresh, state.zero, span, short)
     goes_on = ~found.is_any & (found.end.t > end)
-    t = jnp.where(found.is_any, found.t, jnp.where(goes_on, found.end.t, end))
+    t = jnp.where(found.is_any, found.t, found.end.t)
     is_there = (instant < run_end) & (instant <= t + short)
     # Beyond all that is due: equations have changed there.
     t = jnp.where(is_there, beyond, t)

@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .bend import Bend, next_bend, no_bend
-from .conditions import EventConditions, sign_of, signs
+from .conditions import EventConditions, sign_of
 from .interval import PARTS, TURN, Seen, advance, judged, over
 
 MOST = 200  # points of a step at which margins are computed
@@ -25,13 +25,14 @@ class Found(NamedTuple):
     - `begins`: which events happen first, at the time `t`; at `before`, just before it, they do not happen yet.
     - `pace`: how fast the margin of each event changes at t.
     - `shift`: see `Seen`; the rate is that at `before`, since it changes where equations bend.
-    - `leaps`: those of them whose margin jumps, instead of passing zero.
+    - `leaps`: those of the events that begin whose margin jumps, instead of passing zero.
     - `sides`: the relations that hold from t on, or from the end of the search.
+    - `margins`: how far they are from their limits at t.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
       does not hold; 0 for all others. Margins within the noise of a run count as such, too.
-    - `left`: the same where nothing happens, of those that have stayed there since the start.
-    - `end`, `holds`: the margins where the search ended, behind the end of the step where a bend was to be expected
-      there, and the conditions that hold there.
+    - `left`: the same at the end of a step in which nothing happens; only of what was zero at its start, and of noise.
+    - `end`, `holds`: the margins at the end of the step, or behind it where a bend was to be expected there, and the
+      conditions that hold there.
     - `bend`, `is_bent`: the next bend of the equations at `before`, or at the end; and whether they have bent by there.
     - `reached`: up to where the step was searched; less than its end where that took too many points.
     """
@@ -44,6 +45,7 @@ class Found(NamedTuple):
     begins: Array
     leaps: Array
     sides: Array
+    margins: Array
     zero: Array
     left: Array
     holds: Array
@@ -60,7 +62,8 @@ class _Search(NamedTuple):
     The first event is looked for up to `high`, and if there is none, up to `end`. The interval to be judged next begins
     at `low`. It ends at x, which is yet to be looked at: the start, then the end, then points in between; or where
     `is_seen`, at `high`, which has been looked at before. Margins are counted from `offset`, what they are at the start
-    where that counts as zero. `low`, `high`, `end` and, if there are bends, the start as `first` are `Seen` as flat
+    where that counts as zero, or the edge of the noise. There, the relations `was` hold; behind the interval, those
+    `after`. `low`, `high`, `end` and, if there are bends, the start as `first` are `Seen` as flat
     vectors: each is chosen by one operation.
     """
 
@@ -68,7 +71,9 @@ class _Search(NamedTuple):
     low: Array
     high: Array
     end: Array
+    was: Array
     above: Array
+    after: Array
     holds: Array
     offset: Array
     x: Array
@@ -142,13 +147,15 @@ def look(
         if has_bends:
             bend = next_bend(conditions, low, new, verdict.after).t
             goes_on = is_last & (last.t < limit) & (bend < limit)
-            onward = jnp.where(is_last, jnp.minimum(2.0 * bend - new.t, limit), onward)
+            onward = jnp.where(is_last, jnp.minimum(2.0 * bend - new.t + short, limit), onward)
         return _Search(
             first=flat_first if has_bends else s.first,
             low=jnp.where(passes, flat_new, flat_low),
             high=jnp.where(is_at_once, flat_low, jnp.where(passes, behind, flat_new)),
             end=flat_last,
+            was=jnp.where(is_first, above, s.was),
             above=jnp.where(passes, verdict.after, above),
+            after=jnp.where(is_at_once, above, verdict.after),
             holds=jnp.where(is_start, s.holds, jnp.where(passes, verdict.holds_after, verdict.holds)),
             offset=offset,
             x=jnp.where(passes, onward, verdict.x),
@@ -164,7 +171,9 @@ def look(
         low=flat_start,
         high=flat_end,
         end=flat_end,
+        was=jnp.zeros(start.g.shape, bool),
         above=jnp.zeros(start.g.shape, bool),
+        after=jnp.zeros(start.g.shape, bool),
         holds=holds,
         offset=jnp.zeros_like(start.g),
         x=jnp.where(is_known, end, start.t),
@@ -181,9 +190,9 @@ def look(
     if not has_bends:
         return found
     above = last.g > 0
-    is_bent = jnp.any(conditions.bends & ((first.g > 0) != above))
+    is_bent = jnp.any(conditions.bends & (s.was != above))
     # Behind an event at which nothing bends, it is the end of the step that tells of a bend, where that has not bent.
-    bends = conditions.bends & (signs(high.g, s.above) != s.above)
+    bends = conditions.bends & (s.after != s.above)
     is_end = s.is_found & (high.t < last.t) & ~is_bent & ~jnp.any(bends)
     at = unflat(jnp.where(is_end, s.end, s.low))
     bend = next_bend(conditions, first, at, jnp.where(is_end, above, s.above))
@@ -226,16 +235,15 @@ def _found(
     short: Numbers,
 ) -> Found:
     """What a search that is over has found between `low` and `high`."""
-    after = signs(high.g, s.above)
+    after, margins = s.after, high.g + s.offset
     least = TOO_SOON * span * jnp.maximum(jnp.abs(low.rate), jnp.abs(high.rate))
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
     is_zero = jnp.abs(high.g) < least
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
-    zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
-    end = end._replace(g=end.g + s.offset)
-    left = jnp.where(jnp.abs(end.g) < jnp.abs(left), left, 0.0)
+    left = jnp.where(jnp.abs(margins) < jnp.abs(left), sign_of(sides) * jnp.abs(left), 0.0)
+    zero = jnp.where(is_zero, sign_of(sides) * least, left)
     if conditions.noise is not None:
-        is_noise = jnp.abs(high.g + s.offset) < conditions.noise
+        is_noise = jnp.abs(margins) < conditions.noise
         zero, left = (jnp.where(is_noise, sign_of(sides) * conditions.noise, other) for other in (zero, left))
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
     # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
@@ -248,6 +256,8 @@ def _found(
     pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
     given_up = jnp.where(low.t > start + short, low.t, high.t)
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
-    shift = high.shift[:1] + low.shift[1:]
-    rest = s.holds, end, reached, no_bend(), jnp.asarray(False)
-    return Found(s.is_found, high.t, low.t, pace, shift, begins, leaps, sides, zero, left, *rest)
+    return Found(
+        is_any=s.is_found, t=high.t, before=low.t, pace=pace, shift=high.shift[:1] + low.shift[1:], begins=begins,
+        leaps=leaps, sides=sides, margins=margins, zero=zero, left=left, holds=s.holds,
+        end=end._replace(g=end.g + s.offset), reached=reached, bend=no_bend(), is_bent=jnp.asarray(False),
+    )  # fmt: skip

@@ -156,7 +156,8 @@ class Stepper(Wrapper):
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
-        largest = jnp.maximum(state.largest, jnp.abs(found.end.g))
+        margins = jnp.abs(jnp.where(found.is_any, found.margins, found.end.g))
+        largest = jnp.where(jnp.isfinite(margins), jnp.maximum(state.largest, margins), state.largest)
         unchanged = EventState(
             found.holds, idle, found.left, found.end, largest, state.due, state.history, state.mark, state.crowd,
             jnp.asarray(False),

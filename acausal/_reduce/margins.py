@@ -42,16 +42,16 @@ _FOLDED: dict[str, Callable[..., Expression]] = {"reduce_and": both, "reduce_or"
 _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 
 
-def relations(closed: ClosedJaxpr, inputs: Sequence[Array], count: int) -> tuple[list[Array], list[np.ndarray]]:
-    """The margins of the relations that the first outputs of a jaxpr are made of, and for each of these outputs an
-    array of expressions in the elements of the margins, which are numbered one after the other.
+def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[list[Array], list[np.ndarray]]:
+    """The margins of the relations that the outputs of a jaxpr are made of, and for each output an array of expressions
+    in the elements of the margins, which are numbered one after the other.
 
     The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign. What
     is neither a relation between real numbers nor made of them, such as a comparison of modes, has the margin 1 or -1.
     A real output is its own margin.
     """
     margins: list[Array] = []
-    outputs = _walk(closed, [(value, None) for value in inputs], margins)[:count]
+    outputs = _walk(closed, [(value, None) for value in inputs], margins)
     return margins, [_expressions(value, found, margins) for value, found in outputs]
 
 

@@ -56,7 +56,7 @@ def members(cls: type) -> Iterator[Any]:
 
 
 # What stands in declarations, equations, events and connections is named by what holds it, such as `Events`.
-TERMS = {"Equation", "Connection", "Requirement", "When", "At", "Kink", "Refuse", "Shape"}
+TERMS = {"Equation", "Connection", "Requirement", "When", "Passing", "At", "Kink", "Refuse", "Shape"}
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
