@@ -44,7 +44,7 @@ def passes_through(x: Scalar, piece: Scalar, knots: Vector, *, name: str = "piec
     up = only & (i < n) & jnp.where(is_even, even, odd)
     down = only & (i > 0) & ~jnp.where(is_even, odd, even)
     below = jnp.sum(x >= knots).astype(float)
-    # The moment is exact but for rounding: what counts is that the knot is passed, not on which side of it x is.
+    # What counts is that the knot is passed, on whichever side of it x is by rounding.
     return {
         f"_{name}_up": passing(up, **{name: jnp.maximum(below, here + 1.0)}),
         f"_{name}_down": passing(down, **{name: jnp.minimum(below, here - 1.0)}),

@@ -82,9 +82,9 @@ def when(condition: Truth | Numbers, **changes: Numbers) -> When:
 def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
     """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
 
-    As with `when`; but equations must not jump where discrete variables change so, only bend. It may then come late by
-    less than the error of the run, and does not happen while what decides on it has decayed to less than that: a valve
-    that comes to rest in its middle would otherwise open its edges by turns, by rounding alone.
+    As with `when`; but `changes` are of discrete variables, and equations must not jump by them, only bend. What has
+    come nearer to its limit than the error of the run keeps its side until it leaves this band: a valve that comes to
+    rest in its middle would otherwise open its edges by turns, by rounding alone.
     """
     return Passing(condition, changes)
 

@@ -31,7 +31,8 @@ class EventConditions(NamedTuple):
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
     - `bends`: the margins at whose zeros equations bend.
-    - `noise`: margins below that are told from zero by errors of the run alone; 0 where these matter.
+    - `noise`: the size below which the sign of a margin is but an error of the run; 0 for margins at whose zeros
+      equations jump, None where there are no others.
     """
 
     seen: Callable[[Numbers], "Seen"]
@@ -40,7 +41,7 @@ class EventConditions(NamedTuple):
     either: np.ndarray
     moves: np.ndarray
     bends: np.ndarray
-    noise: Array | None = None
+    noise: Array | None
 
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""

@@ -74,8 +74,8 @@ class EventNumbers:
         return self._mask(self._of_model("kink"), False, True, False)
 
     @ft.cached_property
-    def may_wait(self) -> np.ndarray:
-        """Those by which equations do not jump."""
+    def continuous(self) -> np.ndarray:
+        """Those by which equations may bend, but do not jump."""
         return self.bends | self._mask(self._of_model("passing"), False, False, False)
 
     @ft.cached_property
@@ -243,11 +243,11 @@ class EventNumbers:
         return np.concatenate(parts)
 
     def conditions(self, seen: Callable[[Numbers], Seen], noise: Array) -> EventConditions:
-        """The conditions of the events on a path on which margins are `seen`. Those that tell only of
-        where equations bend mean nothing below the `noise`.
+        """The conditions of the events on a path on which margins are `seen`. What these are below the `noise` means
+        nothing where they tell of bends alone.
         """
         bends = np.any(self.reads[self.bends], axis=0)
-        alone = np.any(self.reads[self.may_wait], axis=0) & ~np.any(self.reads[~self.may_wait], axis=0)
+        alone = np.any(self.reads[self.continuous], axis=0) & ~np.any(self.reads[~self.continuous], axis=0)
         least = jnp.where(alone, noise, 0.0) if np.any(alone) else None
         return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, least)
 

@@ -98,9 +98,9 @@ def look(
     """The first event after `start`, of which all but the time may be unknown.
 
     `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
-    only after they were false. Margins that were `zero` have not left it as long as they are no larger than that. Times
-    closer than `short` are one and the same, and what happens within a tiny share of the `span` of the run is due to
-    rounding.
+    only after they were false. Margins that were `zero` have not left it as long as they are no larger than that, or
+    within the noise of the run: there, they keep their side. Times closer than `short` are one and the same, and what
+    happens within a tiny share of the `span` of the run is due to rounding.
 
     Margins of relations and their rates are taken at both ends. Where they are so far from zero that their variation
     over the step does not bring them there, or what else holds makes them idle, that is all; else the step is looked at
