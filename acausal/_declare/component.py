@@ -83,8 +83,10 @@ def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
     """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
 
     As with `when`; but `changes` are of discrete variables, and equations must not jump by them, only bend. What has
-    come nearer to its limit than the error of the run keeps its side until it leaves this band: a valve that comes to
-    rest in its middle would otherwise open its edges by turns, by rounding alone.
+    come within rounding of its limit keeps its side until it leaves this band: a valve that comes to rest in its middle
+    would otherwise open its edges by turns.
+
+    Raises `ModelError`, when a model is built, for changes of other variables.
     """
     return Passing(condition, changes)
 

@@ -31,8 +31,7 @@ class EventConditions(NamedTuple):
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
     - `bends`: the margins at whose zeros equations bend.
-    - `noise`: the size below which the sign of a margin is but an error of the run; 0 for margins at whose zeros
-      equations jump, None where there are no others.
+    - `gentle`: those at whose zeros equations do not jump, and `noise`, the size below which their sign means nothing.
     """
 
     seen: Callable[[Numbers], "Seen"]
@@ -41,7 +40,8 @@ class EventConditions(NamedTuple):
     either: np.ndarray
     moves: np.ndarray
     bends: np.ndarray
-    noise: Array | None
+    gentle: np.ndarray
+    noise: Array
 
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""

@@ -230,6 +230,11 @@ class EventNumbers:
         return found
 
     @ft.cached_property
+    def gentle(self) -> np.ndarray:
+        """The margins at whose zeros equations do not jump."""
+        return np.any(self.reads[self.continuous], axis=0) & ~np.any(self.reads[~self.continuous], axis=0)
+
+    @ft.cached_property
     def moves(self) -> np.ndarray:
         """Which margins change between events, too, since they read more than parameters and discrete variables."""
         events, leaves = self.system.events, self.system.flat.leaves
@@ -247,9 +252,16 @@ class EventNumbers:
         nothing where they tell of bends alone.
         """
         bends = np.any(self.reads[self.bends], axis=0)
-        alone = np.any(self.reads[self.continuous], axis=0) & ~np.any(self.reads[~self.continuous], axis=0)
-        least = jnp.where(alone, noise, 0.0) if np.any(alone) else None
-        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, least)
+        return EventConditions(
+            seen,
+            self.circuit,
+            self.reads,
+            self.either,
+            self.moves,
+            bends,
+            self.gentle,
+            jnp.where(self.gentle, noise, 0.0),
+        )
 
     @ft.cached_property
     def circuit(self) -> Circuit:

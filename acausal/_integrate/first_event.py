@@ -16,7 +16,7 @@ from .span import Span
 
 PAST = 1e-9  # events are looked for beyond the end by this share of a step, which may be meant to end at one
 NEAR = 1e-6  # a bend so near to the start of a step, as a share of it, does no harm within the step
-NOISE = 1e-3  # share of the error of a run, below which a margin that has decayed to zero passes it again and again
+NOISE = 1e-12  # share of what a margin was, below which rounding makes it pass zero again and again
 AHEAD = 0.1  # a step that ends this share of it before a bend, or less, goes on to it along its own path
 
 
@@ -46,8 +46,7 @@ def first_event(
     )  # fmt: skip
     if events.is_searched:
         span, start = jnp.abs(numbers.t1 - numbers.t0), state.seen._replace(t=t0)
-        noise = NOISE * numbers.rtol * state.largest
-        conditions = events.conditions(ft.partial(_seen, events, path, given), noise)
+        conditions = events.conditions(ft.partial(_seen, events, path, given), NOISE * state.largest)
         limits = end, jnp.minimum(latest(AHEAD), _before_next_save(t1, given))
         found = look(conditions, start, ~state.jumped, limits, state.holds, state.fresh, state.zero, span, short)
     goes_on = ~found.is_any & (found.end.t > end)

@@ -29,7 +29,7 @@ class Found(NamedTuple):
     - `sides`: the relations that hold from t on, or from the end of the search.
     - `margins`: how far they are from their limits at t.
     - `zero`: how far the margins of those that are zero there may be from it by rounding, negative where a relation
-      does not hold; 0 for all others. Margins within the noise of a run count as such, too.
+      does not hold; 0 for all others. Gentle margins within the noise count as such, too.
     - `left`: the same at the end of a step in which nothing happens; only of what was zero at its start, and of noise.
     - `end`, `holds`: the margins at the end of the step, or behind it where a bend was to be expected there, and the
       conditions that hold there.
@@ -62,7 +62,7 @@ class _Search(NamedTuple):
     The first event is looked for up to `high`, and if there is none, up to `end`. The interval to be judged next begins
     at `low`. It ends at x, which is yet to be looked at: the start, then the end, then points in between; or where
     `is_seen`, at `high`, which has been looked at before. Margins are counted from `offset`, what they are at the start
-    where that counts as zero, or the edge of the noise. There, the relations `was` hold; behind the interval, those
+    where that counts as zero. There, the relations `was` hold; behind the interval, those
     `after`. `low`, `high`, `end` and, if there are bends, the start as `first` are `Seen` as flat
     vectors: each is chosen by one operation.
     """
@@ -99,7 +99,7 @@ def look(
 
     `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
     only after they were false. Margins that were `zero` have not left it as long as they are no larger than that, or
-    within the noise of the run: there, they keep their side. Times closer than `short` are one and the same, and what
+    than rounding: gentle ones keep their side there. Times closer than `short` are one and the same, and what
     happens within a tiny share of the `span` of the run is due to rounding.
 
     Margins of relations and their rates are taken at both ends. Where they are so far from zero that their variation
@@ -208,8 +208,8 @@ def _at_start(
 ) -> tuple[Array, Array]:
     """The margins at the start that count as zero, 0 for all others, and the relations that hold just after it.
 
-    The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise. One
-    within the noise of the run keeps its side until it leaves that: it is counted from the other edge.
+    The margin of an event that has just happened is zero but for rounding; what counts is whether it will rise. A
+    gentle one keeps its side instead until it passes zero by more than rounding: it is counted from there.
     """
     is_fresh = jnp.any(fresh[:, None] & conditions.reads, axis=0)
     size, rounding = jnp.abs(start.g), TOO_SOON * span * jnp.abs(start.rate)
@@ -217,10 +217,8 @@ def _at_start(
     is_zero = (is_fresh & (size < rounding)) | is_wrong
     rises = jnp.where(rounding > STILL * jnp.abs(zero), start.rate > 0, zero > 0)
     offset, above = jnp.where(is_zero, start.g, 0.0), jnp.where(is_zero | (start.g == 0), rises, start.g > 0)
-    if conditions.noise is None:
-        return offset, above
-    is_noise, held = (size < conditions.noise) & (zero != 0), zero > 0
-    return jnp.where(is_noise, -sign_of(held) * conditions.noise, offset), jnp.where(is_noise, held, above)
+    keeps = (size < jnp.abs(zero)) & conditions.gentle
+    return jnp.where(keeps, -zero, offset), jnp.where(keeps, zero > 0, above)
 
 
 def _found(
@@ -242,9 +240,8 @@ def _found(
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
     left = jnp.where(jnp.abs(margins) < jnp.abs(left), sign_of(sides) * jnp.abs(left), 0.0)
     zero = jnp.where(is_zero, sign_of(sides) * least, left)
-    if conditions.noise is not None:
-        is_noise = jnp.abs(margins) < conditions.noise
-        zero, left = (jnp.where(is_noise, sign_of(sides) * conditions.noise, other) for other in (zero, left))
+    noise = sign_of(sides) * jnp.where(jnp.abs(margins) < conditions.noise, conditions.noise, 0.0)
+    zero, left = (jnp.where(jnp.abs(noise) > jnp.abs(other), noise, other) for other in (zero, left))
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
     # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
     still = jnp.zeros_like(high.g)

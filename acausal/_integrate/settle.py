@@ -89,7 +89,8 @@ def settle(
     problem do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
     The search for events has told which relations hold from t on, the `sides` of the approach. They do until events
-    change their margins; those that are `zero` but for rounding, by more than that, or to exactly zero.
+    change their margins; those that are `zero` but for rounding, by more than that, or to exactly zero. Where equations
+    do not jump, a margin that has changed is that of another limit.
 
     At the start of a run, `order` has the times of the past events. They have no moments of their own there, and each
     tells anew what is due between its time and the start, as it would have done then.
@@ -126,7 +127,7 @@ def settle(
         if not is_start:
             margins = jnp.where(r.count == 0, here.margins, r.margins)
             is_same = here.margins == margins
-            zero = jnp.where((jnp.abs(here.margins) <= LEAST) & ~is_same, 0.0, r.zero)
+            zero = jnp.where((events.gentle | (jnp.abs(here.margins) <= LEAST)) & ~is_same, 0.0, r.zero)
             is_told = is_same | (jnp.abs(here.margins) < jnp.abs(zero))
             truths = events.true(jnp.where(is_told, approach.sides, here.margins > 0))
         held, due_later, times = r.holds, r.due & ~own, r.order
@@ -193,9 +194,8 @@ def settle(
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
-    return Settled(
-        end.t, _accounted(events, end), end.holds, end.happened & ~end.undone, end.zero, end.history, outcome
-    )
+    fresh = end.happened & ~end.undone & (end.holds | ~events.continuous)
+    return Settled(end.t, _accounted(events, end), end.holds, fresh, end.zero, end.history, outcome)
 
 
 def _stopped(t: Array, y: Array, holds: Array, begins: Array, zero: Array, history: EventHistory) -> Settled:

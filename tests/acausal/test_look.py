@@ -149,7 +149,8 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
         np.zeros(3, bool),
         np.ones(3, bool),
         np.zeros(3, bool),
-        None,
+        np.zeros(3, bool),
+        jnp.zeros(3),
     )
     none, holds, end = jnp.zeros(3, bool), jnp.array([False, True, False]), jnp.asarray(0.5)
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
