@@ -239,7 +239,7 @@ def _found(
     is_zero = jnp.abs(high.g) < least
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
     left = jnp.where(jnp.abs(margins) < jnp.abs(left), sign_of(sides) * jnp.abs(left), 0.0)
-    zero = jnp.where(is_zero, sign_of(sides) * least, left)
+    zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
     noise = sign_of(sides) * jnp.where(jnp.abs(margins) < conditions.noise, conditions.noise, 0.0)
     zero, left = (jnp.where(jnp.abs(noise) > jnp.abs(other), noise, other) for other in (zero, left))
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
