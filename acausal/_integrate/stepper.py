@@ -77,9 +77,7 @@ class Stepper(Wrapper):
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: SolverState, made_jump: Numbers
     ) -> Outcome:
-        attempt = Stepper._attempt
-        if self.is_reversible:
-            attempt = rejectable(attempt, self.settings)
+        attempt = rejectable(Stepper._attempt, self.settings) if self.is_reversible else Stepper._attempt
         y, error, info, state, result = attempt(self, terms, t0, t1, y0, args, solver_state, made_jump)
         if state.events is not None:
             # A run that has ended stays where it is.

@@ -1,4 +1,4 @@
-"""Passages through knots that lie close together or coincide, by starts and jumps onto them, against closed forms."""
+"""Passages through knots that lie close together or coincide, by starts and jumps onto them."""
 
 from typing import Any, Self
 
