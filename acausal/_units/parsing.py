@@ -53,7 +53,8 @@ def registry() -> Any:
 def _coherent() -> dict[str, Dimension]:
     """The units in which components are declared: values in a product of them are those in SI base units."""
     named = {symbol: dimension for dimension, symbol in DERIVED.items() if symbol.isalpha()}
-    others = {"J": named["W"] * TIME, "Ohm": named["ohm"], "Ω": named["ohm"], "Hz": TIME**-1, "rad": NUMBER}
+    ohm = named["ohm"]
+    others = {"J": named["W"] * TIME, "Ohm": ohm, "Ω": ohm, "S": ohm**-1, "Hz": TIME**-1, "rad": NUMBER}
     return {unit: base(unit) for unit in BASE_UNITS} | named | others
 
 
@@ -64,16 +65,27 @@ _COHERENT = _coherent()
 def parsed(unit: str) -> Unit:
     """The unit that a string stands for; raises `UnknownUnit`."""
     _expression(unit)
+    if not is_coherent(unit):
+        return unit_of(pint_unit(unit), registry())  # pint knows many more, but takes long to import
+    powers = _powers(unit)
+    dimension = math.prod((_COHERENT[symbol] ** power for symbol, power in powers.items()), start=NUMBER)
+    return Unit(dimension, is_si=True, has_angle=powers.get("rad", 0) != 0, counts=powers.get("Hz", 0) != 0)
+
+
+def is_coherent(unit: str) -> bool:
+    """Whether a string is a product of units in which components are declared, for which pint is not imported."""
+    return _powers(unit).keys() <= _COHERENT.keys()
+
+
+def _powers(unit: str) -> dict[str, Fraction]:
+    """The symbols in a string with their exponents."""
     powers: dict[str, Fraction] = {}
     for sign, part in zip((1, -1), unit.partition("/")[::2], strict=True):
         for token in _TOKEN.finditer(part):
             if token["symbol"]:
                 power = powers.get(token["symbol"], Fraction(0))
                 powers[token["symbol"]] = power + sign * Fraction(token["exponent"] or 1)
-    if not powers.keys() <= _COHERENT.keys():
-        return unit_of(pint_unit(unit), registry())  # pint knows many more, but takes long to import
-    dimension = math.prod((_COHERENT[symbol] ** power for symbol, power in powers.items()), start=NUMBER)
-    return Unit(dimension, is_si=True, has_angle=powers.get("rad", 0) != 0, counts=powers.get("Hz", 0) != 0)
+    return powers
 
 
 @ft.cache

@@ -20,8 +20,8 @@ from acausal._units.parsing import UnknownUnit, parsed, pint_unit, registry, uni
 N, M, S, KG = parsed("N").dimension, base("m"), base("s"), base("kg")
 
 
-COHERENT = """1 A C F H Hz J K N Ohm Pa T V W Wb cd kg m mol ohm rad s N.m/A 1/s rad/s N.m.s/rad rad/rad s.Hz Hz/Hz
-rad.Hz kg.m2 m3/(s.Pa0.5) W/(m2.K) (N.m)/(A.s) m-1""".split()
+COHERENT = """1 A C F H Hz J K N Ohm Pa S T V W Wb cd kg m mol ohm rad s N.m/A 1/s rad/s N.m.s/rad rad/rad s.Hz Hz/Hz
+rad.Hz kg.m2 m3/(s.Pa0.5) W/(m2.K) (N.m)/(A.s) m-1 S/m""".split()
 
 
 @pytest.mark.parametrize("unit", COHERENT)

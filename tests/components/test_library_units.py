@@ -9,6 +9,7 @@ from _rig import Rig
 from acausal import Component, Connections, connect
 from acausal._reduce.flatten import flatten
 from acausal._unit_check.check import unchecked_equations, unit_problems
+from acausal._units.parsing import is_coherent
 from acausal.testing import check_units
 from components import blocks, rotational
 
@@ -24,6 +25,14 @@ def test_the_library_is_covered() -> None:
     unchecked = {name for name, flat in flats.items() if unchecked_equations(flat)}
     # The path parameter of what switches is a force or a motion, by its mode.
     assert {name for name in unchecked if not flats[name].discrete_leaves} == {"Function", "TimeFunction"}
+
+
+def test_no_unit_of_the_library_needs_pint() -> None:
+    """Whose import takes as long as many a second run."""
+    flats = map(flatten, LIBRARY)
+    units = {leaf.declaration.unit for flat in flats for leaf in flat.leaves if leaf.declaration.unit}
+    assert len(units) > 50
+    assert {unit for unit in units if not is_coherent(unit)} == set()
 
 
 # Those of hydraulics carry shares of a stroke.
