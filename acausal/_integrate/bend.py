@@ -32,11 +32,12 @@ def no_bend() -> Bend:
 def next_bend(conditions: EventConditions, low: Seen, high: Seen, above: Array) -> Bend:
     """The bend that is next at the end of an interval, by rates there. At its end the relations `above` hold.
 
-    Where steps are so long that no room would be enough, the bend has the least one.
+    Where steps are so long that no room would be enough, the bend has the least one. A margin that has not moved at all
+    is a difference of numbers whose rounding holds it.
     """
     sign, width = -sign_of(above), high.t - low.t
     q, rise, p0, p1 = sign * high.g, sign * (high.g - low.g), sign * low.rate, sign * high.rate
-    comes = conditions.bends & (q <= 0) & (p1 > 0) & (p1 * width >= STEADY * rise)
+    comes = conditions.bends & (q <= 0) & (p1 > 0) & (p1 * width >= STEADY * rise) & (rise != 0)
     rate = jnp.where(comes, p1, 1.0)
     distance = jnp.where(comes, -q / rate, jnp.inf)
     room = STAGES * (jnp.abs(rise - p0 * width) + jnp.abs(rise - p1 * width)) / rate

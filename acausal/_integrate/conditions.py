@@ -31,7 +31,8 @@ class EventConditions(NamedTuple):
     - `either`: events that happen when their condition becomes false, too.
     - `moves`: the margins that change with time.
     - `bends`: the margins at whose zeros equations bend.
-    - `gentle`: those at whose zeros equations do not jump, and `noise`, the size below which their sign means nothing.
+    - `gentle`: those at whose zeros equations do not jump.
+    - `mates`: [margins, ...], those that may be the same but for the sign, itself among them.
     """
 
     seen: Callable[[Numbers], "Seen"]
@@ -41,7 +42,7 @@ class EventConditions(NamedTuple):
     moves: np.ndarray
     bends: np.ndarray
     gentle: np.ndarray
-    noise: Array
+    mates: np.ndarray
 
     def begun(self, true: Array, holds: Array) -> Array:
         """Which events begin where these conditions hold, after `holds`."""

@@ -5,9 +5,7 @@ import functools as ft
 import math
 from collections.abc import Callable
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from .._evaluate.event_set import EventEntry, EventKind, Schedule
 from .._evaluate.system import System
@@ -235,33 +233,36 @@ class EventNumbers:
         return np.any(self.reads[self.continuous], axis=0) & ~np.any(self.reads[~self.continuous], axis=0)
 
     @ft.cached_property
+    def mates(self) -> np.ndarray:
+        """[margins, ...], the gentle ones that read the same, as those of `x < 0` and `x > 0` do; itself among them."""
+        number = np.arange(self.n_margins)
+        keys = [key if gentle else i for i, (key, gentle) in enumerate(zip(self._read, self.gentle, strict=True))]
+        found = [[j for j in number if keys[j] == key] for key in keys]
+        most = max(map(len, found), default=1)
+        return unsigned([others + others[:1] * (most - len(others)) for others in found]).reshape(-1, most)
+
+    @ft.cached_property
     def moves(self) -> np.ndarray:
         """Which margins change between events, too, since they read more than parameters and discrete variables."""
-        events, leaves = self.system.events, self.system.flat.leaves
-        parts = [np.ones(self._n_own, bool)]
-        if events:
-            margins = events.margins
-            is_fixed = [leaves[leaf].declaration.role in ("param", "discrete") for leaf in margins.leaves]
-            for i, aval in enumerate(margins.closed.out_avals):
-                is_moved = not all(is_fixed[place] for place in slice_output(margins.closed, i).used)
-                parts.insert(-1, np.full(math.prod(aval.shape), is_moved))
-        return np.concatenate(parts)
+        leaves, fixed = self.system.flat.leaves, ("param", "discrete")
+        moved = [read is None or any(leaves[i].declaration.role not in fixed for i in read[0]) for read in self._read]
+        return np.array(moved, bool)
 
-    def conditions(self, seen: Callable[[Numbers], Seen], noise: Array) -> EventConditions:
-        """The conditions of the events on a path on which margins are `seen`. What these are below the `noise` means
-        nothing where they tell of bends alone.
-        """
+    @ft.cached_property
+    def _read(self) -> list[tuple[tuple[int, ...], int] | None]:
+        """The leaves that each margin of the model reads, and its place among those of one array; None for others."""
+        found: list[tuple[tuple[int, ...], int] | None] = []
+        if self.system.events:
+            margins = self.system.events.margins
+            for i, aval in enumerate(margins.closed.out_avals):
+                used = tuple(sorted(margins.leaves[place] for place in slice_output(margins.closed, i).used))
+                found += [(used, place) for place in range(math.prod(aval.shape))]
+        return found + [None] * (self.n_margins - len(found))
+
+    def conditions(self, seen: Callable[[Numbers], Seen]) -> EventConditions:
+        """The conditions of the events on a path on which margins are `seen`."""
         bends = np.any(self.reads[self.bends], axis=0)
-        return EventConditions(
-            seen,
-            self.circuit,
-            self.reads,
-            self.either,
-            self.moves,
-            bends,
-            self.gentle,
-            jnp.where(self.gentle, noise, 0.0),
-        )
+        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, self.gentle, self.mates)
 
     @ft.cached_property
     def circuit(self) -> Circuit:

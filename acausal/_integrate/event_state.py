@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._numbers import Numbers
+from .band import Band
 from .event_history import EventHistory
 from .field import Given
 from .interval import Seen
@@ -24,7 +25,7 @@ class EventState(NamedTuple):
     - `holds`, `fresh`: which conditions hold, and which of them have just become true.
     - `zero`: how far margins that events have left at zero may be from it by rounding, see `look`.
     - `seen`: their margins, which are right unless the vector has `jumped` since.
-    - `largest`: how far they have been from zero at the ends of steps, and at events.
+    - `band`: how near to zero the sign of a margin means nothing.
     - `due`: when scheduled events happen next.
     - `history`: what happened so far.
     - `mark`, `crowd`: a time, and how many events in a row were close to it.
@@ -34,7 +35,7 @@ class EventState(NamedTuple):
     fresh: Array
     zero: Array
     seen: Seen
-    largest: Array
+    band: Band
     due: Array
     history: EventHistory
     mark: Array
@@ -46,11 +47,12 @@ def crowded(
     events: RunEvents, state: EventState, since: Array, t: Numbers, begins: Numbers, given: Given
 ) -> tuple[Array, Array, Array]:
     """Since when events have been close together, how many, and whether the run ends because they accumulate: many are
-    close together, or one happens again at once. `since` is the time since the start of the step.
+    close together, or one at which equations jump happens again at once. `since` is the time since the start of the
+    step.
     """
     span, happens = jnp.abs(given.numbers.t1 - given.numbers.t0), jnp.any(begins & ~events.scheduled)
     is_close = jnp.abs(t - state.mark) < INTERVAL * span
     crowd = jnp.where(happens, jnp.where(is_close, state.crowd + 1, 0), state.crowd)
     mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), state.mark)
-    again = jnp.any(begins & state.fresh & ~events.scheduled) & (since < TOO_SOON * span)
+    again = jnp.any(begins & state.fresh & ~events.scheduled & ~events.continuous) & (since < TOO_SOON * span)
     return mark, crowd, jnp.where(again | (crowd > CROWD + 2 * events.total), ACCUMULATED, 0.0)

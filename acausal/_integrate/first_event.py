@@ -10,13 +10,12 @@ from .bend import no_bend
 from .event_state import EventState
 from .field import Given
 from .interval import Seen, seen, seen_on_course
-from .look import Found, look
+from .look import Found, Start, look
 from .run_events import RunEvents
 from .span import Span
 
 PAST = 1e-9  # events are looked for beyond the end by this share of a step, which may be meant to end at one
 NEAR = 1e-6  # a bend so near to the start of a step, as a share of it, does no harm within the step
-NOISE = 1e-12  # share of what a margin was, below which rounding makes it pass zero again and again
 AHEAD = 0.1  # a step that ends this share of it before a bend, or less, goes on to it along its own path
 
 
@@ -42,13 +41,14 @@ def first_event(
     found = Found(
         is_any=never, t=end, before=t1, pace=still, shift=state.seen.shift, begins=none, leaps=none,
         sides=jnp.zeros(events.n_margins, bool), margins=state.seen.g, zero=state.zero, left=state.zero,
-        holds=state.holds, end=state.seen._replace(t=end), reached=end, bend=no_bend(), is_bent=never,
+        holds=state.holds, end=state.seen._replace(t=end), reached=end, bend=no_bend(), is_bent=never, band=state.band,
     )  # fmt: skip
     if events.is_searched:
         span, start = jnp.abs(numbers.t1 - numbers.t0), state.seen._replace(t=t0)
-        conditions = events.conditions(ft.partial(_seen, events, path, given), NOISE * state.largest)
+        conditions = events.conditions(ft.partial(_seen, events, path, given))
         limits = end, jnp.minimum(latest(AHEAD), _before_next_save(t1, given))
-        found = look(conditions, start, ~state.jumped, limits, state.holds, state.fresh, state.zero, span, short)
+        begin = Start(start, ~state.jumped, state.holds, state.fresh, state.zero, state.band)
+        found = look(conditions, begin, limits, span, short, numbers.rtol)
     goes_on = ~found.is_any & (found.end.t > end)
     t = jnp.where(found.is_any, found.t, found.end.t)
     is_there = (instant < run_end) & (instant <= t + short)

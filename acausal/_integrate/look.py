@@ -10,6 +10,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
+from .band import Band
 from .bend import Bend, next_bend, no_bend
 from .conditions import EventConditions, sign_of
 from .interval import PARTS, TURN, Seen, advance, judged, over
@@ -17,6 +18,20 @@ from .interval import PARTS, TURN, Seen, advance, judged, over
 MOST = 200  # points of a step at which margins are computed
 TOO_SOON = 1e-11  # share of the time span within which an event does not happen again
 STILL = 1e-8  # rate of a margin, as a share of that with which it came to zero, below which it stays there
+
+
+class Start(NamedTuple):
+    """What is known at the start of a step: what is `seen` there, of which all but the time may be unknown, the
+    conditions that hold, those of them that are `fresh`, and how far margins that events have left at `zero` may be
+    from it by rounding, negative where a relation does not hold.
+    """
+
+    seen: Seen
+    is_known: Array
+    holds: Array
+    fresh: Array
+    zero: Array
+    band: Band
 
 
 class Found(NamedTuple):
@@ -35,6 +50,7 @@ class Found(NamedTuple):
       conditions that hold there.
     - `bend`, `is_bent`: the next bend of the equations at `before`, or at the end; and whether they have bent by there.
     - `reached`: up to where the step was searched; less than its end where that took too many points.
+    - `band`: that of the margins from t on, or from the end of the step.
     """
 
     is_any: Array
@@ -53,6 +69,7 @@ class Found(NamedTuple):
     reached: Numbers
     bend: Bend
     is_bent: Array
+    band: Band
 
 
 class _Search(NamedTuple):
@@ -86,21 +103,17 @@ class _Search(NamedTuple):
 
 def look(
     conditions: EventConditions,
-    start: Seen,
-    is_known: Array,
+    begin: Start,
     limits: tuple[Array, Array],
-    holds: Array,
-    fresh: Array,
-    zero: Array,
     span: Numbers,
     short: Numbers,
+    rtol: Numbers,
 ) -> Found:
-    """The first event after `start`, of which all but the time may be unknown.
+    """The first event after the start of a step.
 
-    `holds` are the conditions that hold at the start, and `fresh` those that have just become true: they happen again
-    only after they were false. Margins that were `zero` have not left it as long as they are no larger than that, or
-    than rounding: gentle ones keep their side there. Times closer than `short` are one and the same, and what
-    happens within a tiny share of the `span` of the run is due to rounding.
+    Conditions that have just become true happen again only after they were false. Margins that were zero have not left
+    it as long as they are no larger than by rounding: gentle ones keep their side there. Times closer than `short` are
+    one and the same, and what happens within a tiny share of the `span` of the run is due to rounding.
 
     Margins of relations and their rates are taken at both ends. Where they are so far from zero that their variation
     over the step does not bring them there, or what else holds makes them idle, that is all; else the step is looked at
@@ -113,6 +126,7 @@ def look(
     The `limits` are the end of the step, and that of the search where nothing happens up to there but an equation is
     about to bend.
     """
+    start, is_known, holds, fresh, zero, _ = begin
     (end, limit), has_bends = limits, bool(np.any(conditions.bends))
     length, no = end - start.t, jnp.asarray(False)
     flat_start, unflat = ravel_pytree(start)
@@ -166,7 +180,7 @@ def look(
             count=s.count + ~s.is_seen,
         )
 
-    begin = _Search(
+    search = _Search(
         first=flat_start if has_bends else jnp.zeros(0),
         low=flat_start,
         high=flat_end,
@@ -183,10 +197,10 @@ def look(
         is_over=no,
         count=jnp.where(is_known, 1, 0),
     )
-    s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, begin)
+    s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, search)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
     first = unflat(s.first) if has_bends else last
-    found = _found(conditions, s, low, high, last, zero, start.t, span, short)
+    found = _found(conditions, s, low, high, last, begin, span, short, rtol)
     if not has_bends:
         return found
     above = last.g > 0
@@ -227,10 +241,10 @@ def _found(
     low: Seen,
     high: Seen,
     end: Seen,
-    left: Array,
-    start: Numbers,
+    begin: Start,
     span: Numbers,
     short: Numbers,
+    rtol: Numbers,
 ) -> Found:
     """What a search that is over has found between `low` and `high`."""
     after, margins = s.after, high.g + s.offset
@@ -238,10 +252,15 @@ def _found(
     # What is zero but for rounding, and has not passed it, is about to pass it or has come from there.
     is_zero = jnp.abs(high.g) < least
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
-    left = jnp.where(jnp.abs(margins) < jnp.abs(left), sign_of(sides) * jnp.abs(left), 0.0)
+    left = jnp.where(jnp.abs(margins) < jnp.abs(begin.zero), sign_of(sides) * jnp.abs(begin.zero), 0.0)
     zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
-    noise = sign_of(sides) * jnp.where(jnp.abs(margins) < conditions.noise, conditions.noise, 0.0)
-    zero, left = (jnp.where(jnp.abs(noise) > jnp.abs(other), noise, other) for other in (zero, left))
+    swing = jnp.abs(high.rate) * (high.t - begin.seen.t)
+    reached_by = jnp.where(s.is_found, margins, end.g + s.offset)
+    band = begin.band.after(reached_by, s.is_found & (sides != s.above), swing, jnp.abs(end.g), rtol)
+    band = band.shared(reached_by, conditions.mates)
+    noise = band.noise(conditions.bends, rtol)
+    noise = jnp.where(conditions.gentle & (jnp.abs(margins) < noise), noise, 0.0)
+    zero, left = (jnp.where(noise > jnp.abs(other), sign_of(sides) * noise, other) for other in (zero, left))
     without = jnp.where(jnp.abs(high.g - low.g) > least, s.above, sides)
     # Conditions behind the moment, without what moves through zero there, and how fast they change: in one evaluation.
     still = jnp.zeros_like(high.g)
@@ -251,10 +270,10 @@ def _found(
     begins = (s.begins | conditions.begun(true > 0, s.holds)) & s.is_found
     leaps = begins & ~conditions.begun(true_without > 0, s.holds) & jnp.any(after != s.above)
     pace = jnp.where(jnp.isfinite(pace), pace, 0.0)
-    given_up = jnp.where(low.t > start + short, low.t, high.t)
+    given_up = jnp.where(low.t > begin.seen.t + short, low.t, high.t)
     reached = jnp.where(s.is_found | (low.t >= end.t), end.t, given_up)
     return Found(
         is_any=s.is_found, t=high.t, before=low.t, pace=pace, shift=high.shift[:1] + low.shift[1:], begins=begins,
         leaps=leaps, sides=sides, margins=margins, zero=zero, left=left, holds=s.holds,
-        end=end._replace(g=end.g + s.offset), reached=reached, bend=no_bend(), is_bent=jnp.asarray(False),
+        end=end._replace(g=end.g + s.offset), reached=reached, bend=no_bend(), is_bent=jnp.asarray(False), band=band,
     )  # fmt: skip

@@ -154,10 +154,8 @@ class Stepper(Wrapper):
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
-        margins = jnp.abs(jnp.where(found.is_any, found.margins, found.end.g))
-        largest = jnp.where(jnp.isfinite(margins), jnp.maximum(state.largest, margins), state.largest)
         unchanged = EventState(
-            found.holds, idle, found.left, found.end, largest, state.due, state.history, state.mark, state.crowd,
+            found.holds, idle, found.left, found.end, found.band, state.due, state.history, state.mark, state.crowd,
             jnp.asarray(False),
         )  # fmt: skip
 
@@ -173,8 +171,8 @@ class Stepper(Wrapper):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, settled.zero, found.end, largest, due, settled.history, mark, crowd,
-                found.is_any,
+                settled.holds, settled.fresh, settled.zero, found.end, found.band.without(settled.moved), due,
+                settled.history, mark, crowd, found.is_any,
             )  # fmt: skip
 
         def idling() -> tuple[Vector, EventState]:

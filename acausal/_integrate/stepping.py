@@ -14,6 +14,7 @@ from jaxtyping import PyTree
 from .._evaluate.invariants import onto_invariants
 from .._numbers import Numbers, Truth
 from .._reduce.instants import first
+from .band import Band
 from .controller import Steps, core_norm, sizes_of
 from .event_history import EventHistory
 from .event_state import EventState
@@ -107,8 +108,8 @@ def begin_run(
     if settings.follows_course:
         unknown = unknown._replace(g=unknown.g[0], rate=unknown.rate[0], shift=(unknown.g[1], unknown.rate[1]))
     memory = EventState(
-        settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), zero, due, settled.history,
-        jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
+        settled.holds, settled.fresh, zero, jax.tree.map(jnp.zeros_like, unknown), Band.at_start(events.n_margins),
+        due, settled.history, jnp.asarray(-jnp.inf), jnp.asarray(0), jnp.asarray(True),
     )  # fmt: skip
     return given, _with_peaks(settings, given, layout.with_part(y, layout.status, status)), events, memory
 

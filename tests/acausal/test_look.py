@@ -10,9 +10,10 @@ import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
+from acausal._integrate.band import Band
 from acausal._integrate.conditions import EventConditions
 from acausal._integrate.interval import Seen, seen
-from acausal._integrate.look import look
+from acausal._integrate.look import Start, look
 
 Pair = Float[Array, "2"]
 N = 48
@@ -150,11 +151,12 @@ def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
         np.ones(3, bool),
         np.zeros(3, bool),
         np.zeros(3, bool),
-        jnp.zeros(3),
+        np.arange(3)[:, None],
     )
     none, holds, end = jnp.zeros(3, bool), jnp.array([False, True, False]), jnp.asarray(0.5)
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
-    looked = look(conditions, unknown, jnp.asarray(False), (end, end), holds, none, jnp.zeros(3), 10.0, 1e-12)
+    start = Start(unknown, jnp.asarray(False), holds, none, jnp.zeros(3), Band.at_start(3))
+    looked = look(conditions, start, (end, end), 10.0, 1e-12, 1e-6)
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]
