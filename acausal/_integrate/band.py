@@ -49,13 +49,13 @@ class Band(NamedTuple):
         """
         size = jnp.where(jnp.isfinite(margins), jnp.abs(margins), 0.0)
         largest, error = jnp.maximum(self.largest, size), jnp.maximum(rtol, ERROR)
-        returned = passed & (self.reach == 0)
         dip = error * jnp.where(jnp.isfinite(farthest), farthest, 0.0)
         wider = MORE * jnp.maximum(ROUNDING * largest, self.width)
-        width = jnp.where(returned & (swing < error * largest), wider, self.width)
-        width = jnp.where(returned & (swing < dip), jnp.maximum(width, jnp.minimum(MORE * swing, dip)), width)
+        width = jnp.where(passed & (self.reach == 0) & (swing < error * largest), wider, self.width)
+        swing = jnp.maximum(self.reach, swing)
+        width = jnp.where(passed & (swing < dip), jnp.maximum(width, jnp.minimum(MORE * swing, dip)), width)
         reach = jnp.maximum(self.reach, size)
-        width = jnp.where(reach < error * jnp.maximum(largest, dip), width, 0.0)
+        width = jnp.where(reach < jnp.maximum(error * largest, dip), width, 0.0)
         return type(self)(width, largest, jnp.where(passed, 0.0, reach))
 
     def shared(self, margins: Array, mates: np.ndarray) -> Self:

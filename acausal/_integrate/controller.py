@@ -18,6 +18,7 @@ from .state_vector import StateVector
 PER_OCTAVE = 4
 SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
 LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
+BENT = 0.5  # a rejected step in which equations bend before this share of it ends there: that may be all its error
 FAR = 100.0  # the step after an event is at most this many times as long as the way to the event
 
 
@@ -85,7 +86,8 @@ class Steps(diffrax.PIDController):
         result = diffrax.RESULTS.where(has_ended, diffrax.RESULTS.event_occurred, result)
         next_t0 = jnp.where(is_cut, t0, jnp.where(keep, y1_candidate[self.layout.moment], t0))
         status = jnp.where(keep & ~is_cut, y1_candidate, y0)
-        next_t1 = jnp.where(is_cut, cut, self._up_to_instant(next_t0 + wish, status))
+        is_next = is_cut | (~keep & (cut - t0 < BENT * (t1 - t0)))
+        next_t1 = jnp.where(is_next, cut, self._up_to_instant(next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 
     def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Array, y: Array, before: Control) -> Array:

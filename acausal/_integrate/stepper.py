@@ -7,6 +7,7 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from .._equinox_private import unvmap_any
@@ -146,11 +147,14 @@ class Stepper(Wrapper):
         assert events is not None
         found, cut = first_event(events, *jax.lax.stop_gradient((path, t0, t1, y1[layout.next_instant], state, given)))
         moved, there = path.moving(found.t)
-        lag = None
-        if path.course is not None and events.is_searched:
+        lag = back = None
+        if events.is_searched:
             before = path.moving(found.before)
-            there = on_course(path.course, path.inner, there, found.shift[0], found.before, *before)
-            lag = _lag(*jax.lax.stop_gradient((path, found)))
+            if np.any(events.bends):
+                back = before[1] - there
+            if path.course is not None:
+                there = on_course(path.course, path.inner, there, found.shift[0], found.before, *before)
+                lag = _lag(*jax.lax.stop_gradient((path, found)))
         t = jnp.where(found.is_any, moved, t1)
         y = self._projected(t, jnp.where(found.is_any, there, y1), given)
         idle = jnp.zeros(events.total, bool)
@@ -162,7 +166,7 @@ class Stepper(Wrapper):
         def happening() -> tuple[Vector, EventState]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(state.due), state.due, 0.0)
-            approach = Approach(forward * found.before, found.pace, found.sides, found.zero, lag)
+            approach = Approach(forward * found.before, found.pace, found.sides, found.zero, lag, back)
             settled = settle(events, forward * t, approach, y, found.begins, found.holds, due, state.history, given)
             y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             due = events.due(settled.t, y1, given)
