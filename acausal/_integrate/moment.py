@@ -19,9 +19,9 @@ LEAST = 1e-150  # rate of a margin that has decayed to where numbers lose their 
 
 class Approach(NamedTuple):
     """How a step comes to the moment of an event: a time just `before` it, and where equations bend, by how much the
-    vector lies `back` there; the `pace`, how fast the margin of each event changes on the path of the step; the `sides`, which relations hold from the moment on, and how far from
-    `zero` margins may be there by rounding. The `lag` of rates is what they miss of those on the path where stiff
-    components multiply their errors, if there is one.
+    vector lies `back` there; the `pace`, how fast the margin of each event changes there on the path of the step; the
+    `sides`, which relations hold from the moment on, and how far from `zero` margins may be there by rounding. The
+    `lag` of rates is what they miss of those on the path where stiff components multiply their errors, if there is one.
     """
 
     before: Numbers
