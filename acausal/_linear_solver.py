@@ -94,8 +94,8 @@ class Factors(eqx.Module):
         return _refined(matrix, self.solve), _refined(matrix.T, self.solve_transposed)
 
 
-def factors_of(matrix: _Matrix, nominal: _Vector | None = None) -> Factors:
-    """The factors of a matrix.
+def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: int = 0) -> Factors:
+    """The factors of a matrix, of which the last `n_integrals` columns hold nothing but their diagonal.
 
     Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
     units of the equations nor those of `x` matter.
@@ -103,7 +103,20 @@ def factors_of(matrix: _Matrix, nominal: _Vector | None = None) -> Factors:
     terms = jnp.abs(matrix if nominal is None else matrix * nominal)
     scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
     scaled = scale[:, None] * lax.stop_gradient(matrix)
-    return Factors(scale, (gauss_jordan_inverse(scaled),) if len(matrix) <= LARGEST_INVERSE else jsl.lu_factor(scaled))
+    n = len(matrix) - n_integrals
+    return Factors(scale, (_inverse(scaled, n),) if n <= LARGEST_INVERSE else jsl.lu_factor(scaled))
+
+
+def _inverse(matrix: _Matrix, n: int) -> _Matrix:
+    """The inverse of a matrix whose columns hold nothing but their diagonal behind the first n."""
+    if n == len(matrix):
+        return gauss_jordan_inverse(matrix)
+    first = gauss_jordan_inverse(matrix[:n, :n]) if n else matrix[:0, :0]
+    rest = 1.0 / jnp.diagonal(matrix)[n:]
+    above = jnp.pad(first, ((0, 0), (0, len(rest))))
+    return jnp.concatenate(
+        [above, jnp.concatenate([-rest[:, None] * (matrix[n:, :n] @ first), jnp.diag(rest)], axis=1)]
+    )
 
 
 def _refined(matrix: _Matrix, rough: _Solve) -> _Solve:

@@ -26,6 +26,7 @@ from .rejected import Rejectable
 from .run_events import RunEvents
 from .settings import Settings
 from .settle import settle
+from .solvers import AbstractRosenbrock
 from .stepper import Stepper
 
 
@@ -47,6 +48,8 @@ def solver_of(
 ) -> diffrax.AbstractSolver:
     """The solver, with what the model asks for after each of its steps."""
     system, solver = settings.system, settings.solver
+    if isinstance(solver, AbstractRosenbrock):
+        solver = dataclasses.replace(solver, n_integrals=settings.n_extra)
     if system.mass is not None:
         solver = dataclasses.replace(solver, mass=np.concatenate([system.mass, np.ones(settings.n_extra)]))
     is_plain = not system.carried.memory and not system.ordered.invariants and events is None and not settings.peaks

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from acausal import ParameterError, Scalar
 from acausal._integrate.solvers import Rodas3P, Rodas5P
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
-from acausal._linear_solver import LARGEST_INVERSE, gauss_jordan_inverse, linear_solver
+from acausal._linear_solver import LARGEST_INVERSE, factors_of, gauss_jordan_inverse, linear_solver
 
 Vector = Float[Array, " n"]
 METHODS = [Rodas5P, Rodas3P]
@@ -193,6 +193,28 @@ def test_linear_solver_derivatives(n):
     exact = -2 * x @ jnp.linalg.solve(matrix, direction @ x)
     np.testing.assert_allclose(jax.jvp(f, (matrix,), (direction,))[1], exact, rtol=1e-8)
     np.testing.assert_allclose(jnp.sum(jax.grad(f)(matrix) * direction), exact, rtol=1e-8)
+
+
+@pytest.mark.parametrize("integrals", [1, 2 * LARGEST_INVERSE])
+@pytest.mark.parametrize("n", [0, 3, LARGEST_INVERSE])
+def test_integrals_take_no_elimination(n, integrals):
+    rng = np.random.default_rng(0)
+    matrix = np.concatenate([rng.normal(size=(n + integrals, n)), np.zeros((n + integrals, integrals))], axis=1)
+    matrix[n:, n:] = np.diag(1.0 + rng.uniform(size=integrals))
+    b, factors = rng.normal(size=n + integrals), factors_of(jnp.asarray(matrix), n_integrals=integrals)
+    assert len(factors.parts) == 1
+    np.testing.assert_allclose(factors.solve(b), np.linalg.solve(matrix, b), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(factors.solve_transposed(b), np.linalg.solve(matrix.T, b), rtol=1e-9, atol=1e-12)
+
+
+def test_a_step_with_integrals_is_that_without_knowing_of_them():
+    def f(t, y, _):
+        return jnp.array([y[1], -4.0 * y[0] - jnp.sin(t) * y[1], y[0] * y[1] + t])
+
+    start = [1.0, 0.5, 0.0]
+    known, unknown = (one_step(Rodas5P(n_integrals=n), f, start) for n in (1, 0))
+    for one, other in zip(jax.tree.leaves(known), jax.tree.leaves(unknown), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-15)
 
 
 def test_inverse_pivots_and_shows_singularity():

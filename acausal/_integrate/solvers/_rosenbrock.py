@@ -139,6 +139,8 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     - `mass`: $M$, as `[n, n]`, or `[n]` for a diagonal (zero in algebraic rows); `None` is the identity.
     - `nominal`: `[n]`, typical sizes of the components of $y$, with which the rows of the matrix are made comparable
         before pivots are chosen; `None` is ones. The tolerances, being the controller's, do not follow it.
+    - `n_integrals`: how many of the last components of $y$ are integrals, which neither $f$ nor $M$ reads for others:
+        they cost neither directional derivatives nor elimination.
     - `unroll`: compile the stages one by one. It runs a little faster, and compiles the vector field once per stage
         rather than twice.
     """
@@ -149,6 +151,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     mass: State | Matrix | None = eqx.field(default=None, converter=_optional_array)
     nominal: State | None = eqx.field(default=None, converter=_optional_array)
+    n_integrals: int = eqx.field(default=0, static=True)
     unroll: bool = eqx.field(default=False, static=True)
 
     def order(self, terms: Any) -> int:
@@ -202,7 +205,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             return direction * terms.vf(t, y, args)
 
         f0, f_t, matrix = self._linearised(f, t0, y0, h)
-        factors = factors_of(matrix, self.nominal)
+        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         solve = linear_solver(matrix, factors=factors)
 
         def stage(row: tuple, earlier: Stages) -> State:
@@ -218,14 +221,14 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def _linearised(self, f: VectorField, t0: Numbers, y0: State, h: Numbers) -> tuple[State, State, Matrix]:
         """f and its derivative with respect to time at the start of a step, and the matrix of the step."""
-        f0, f_t, jacobian = linearise(f, t0, y0)
+        f0, f_t, jacobian = linearise(f, t0, y0, len(y0) - self.n_integrals)
         return f0, f_t, self._mass_matrix(len(y0), t0) / self.tableau.gamma - h * jacobian
 
     def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
         """What a step has computed, computed anew from its dense output."""
         h = _width(path.t0, path.t1)
         f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
-        factors = factors_of(matrix, self.nominal)
+        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         _, rate = jax.jvp(path.evaluate, (path.t1,), (jnp.ones_like(path.t1),))
         last = h * (f(path.t1, path.y1) - self.mass_times(rate))
         ends = (self._defect_at_start(h * f0, path.y0, path.y1, path.coeffs), last)
@@ -324,11 +327,14 @@ def _unit_vectors(n: int, t: Numbers) -> Matrix:
     return (index[:, None] == index + jnp.isnan(t)).astype(float)
 
 
-def linearise(f: VectorField, t: Numbers, y: State) -> tuple[State, State, Matrix]:
-    r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, in one batch of directional derivatives."""
+def linearise(f: VectorField, t: Numbers, y: State, n_read: int) -> tuple[State, State, Matrix]:
+    r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, in one batch of directional derivatives; f
+    reads the first `n_read` components.
+    """
+    unread = len(y) - n_read
 
     def directional(direction: Float[Array, " 1+n"]) -> tuple[State, State]:
-        return jax.jvp(f, (t, y), (direction[0], direction[1:]))
+        return jax.jvp(f, (t, y), (direction[0], jnp.pad(direction[1:], (0, unread))))
 
-    f0, columns = jax.vmap(directional, out_axes=(None, -1))(_unit_vectors(1 + len(y), t))
-    return f0, columns[:, 0], columns[:, 1:]
+    f0, columns = jax.vmap(directional, out_axes=(None, -1))(_unit_vectors(1 + n_read, t))
+    return f0, columns[:, 0], jnp.pad(columns[:, 1:], ((0, 0), (0, unread)))
