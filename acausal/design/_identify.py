@@ -211,6 +211,6 @@ def _raise_start(problem: Problem, ready: Sequence[Prepared], labels: Sequence[L
             when = "" if experiment.times is None else f" at {experiment.times[first]:g} s"
             raise SimulationError(
                 f"{label.name}: from the start values of the fit, {name} is {values[first]}{when}. "
-                f"{experiment.failure(model)}"
+                f"{experiment.failure(model)} The experiment takes the options of its runs, such as max_steps."
             )
     raise SimulationError("Derivatives at the start values of the fit are not finite.")

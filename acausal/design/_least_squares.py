@@ -125,7 +125,9 @@ class _Search(optx.ClassicalTrustRegion):
 
 
 class _Solver(optx.LevenbergMarquardt):
-    """Stops also where the next step would not change anything, since noise of the runs may refuse it for ever."""
+    """Stops also where the next step would not change anything, since noise of the runs may refuse it for ever, and at
+    a start that cannot be computed.
+    """
 
     def __init__(self, tolerance: float) -> None:
         super().__init__(rtol=tolerance, atol=tolerance, linear_solver=Reflections())
@@ -134,7 +136,8 @@ class _Solver(optx.LevenbergMarquardt):
     def terminate(self, fn: Any, y: Array, args: Any, options: Any, state: Any, tags: Any) -> Any:
         done, result = super().terminate(fn, y, args, options, state, tags)
         small = jnp.all(jnp.abs(state.y_eval - y) <= self.atol + self.rtol * jnp.abs(y))
-        return done | (small & ~state.first_step), result
+        refused = jnp.any(jnp.abs(state.f_info.residual) >= REFUSED)
+        return done | ((small | refused) & ~state.first_step), result
 
 
 @eqx.filter_jit

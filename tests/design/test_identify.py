@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -422,6 +423,19 @@ def test_a_model_that_cannot_be_run_from_its_start() -> None:
     steps = drop(position(), max_steps=3)
     with pytest.raises(SimulationError, match=r"experiment 1: from the start values of the fit, link.s_rel is inf"):
         identify(rig(), FREE, steps)
+
+
+def test_a_start_that_cannot_be_computed_is_tried_once() -> None:
+    calls = []
+
+    def predict(model: Rig) -> dict[str, Any]:
+        jax.debug.callback(lambda: calls.append(1))
+        return {"y": jnp.nan * model.link.c * jnp.ones(2)}
+
+    with pytest.raises(SimulationError, match=r"takes the options of its runs"):
+        identify(rig(), FREE, Experiment(predict, {"y": [1.0, 2.0]}, {"y": 1.0}))
+    jax.effects_barrier()
+    assert len(calls) < 10
 
 
 def test_places_that_cannot_be_run_are_stepped_back_from() -> None:
