@@ -5,6 +5,7 @@ from ._analyse.linearise import linearise as linearise
 from ._analyse.margins import Margins as Margins
 from ._analyse.modes import Modes as Modes
 from ._analyse.modes import Shares as Shares
+from ._analyse.sampled import SampledWarning as SampledWarning
 from ._analyse.zeros import TransferFunction as TransferFunction
 from ._declare.annotations import Discrete as Discrete
 from ._declare.annotations import Flow as Flow

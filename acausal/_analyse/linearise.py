@@ -20,6 +20,7 @@ from .linear_system import LinearSystem
 from .opened import continued, opened
 from .point import Point, invariants_at, operating_point
 from .redundant import reduced
+from .sampled import warn_of_samples
 from .signals import (
     Output,
     Place,
@@ -63,13 +64,28 @@ def linearise(
       that of the closed loops.
     - `system`: the outcome of `choose_states`, whose choice of states is then used.
 
+    What events sample again and again is held as it is: a `SampledWarning` names it.
+
     Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
     `SimulationError` for start values that contradict each other, or that a component refuses.
     """
+    system = system_of(model) if system is None else kind_of(system, "system", System, "choose_states(model)")
+    warn_of_samples(system)
     if open:
         return _linearised_open(model, at, t, inputs, outputs, names_of(open, "open"))
-    system = system_of(model) if system is None else kind_of(system, "system", System, "choose_states(model)")
+    return _linearised(model, at, t, inputs, outputs, system)
+
+
+def _linearised(
+    model: Component,
+    at: object,
+    t: object,
+    inputs: Sequence[str],
+    outputs: Sequence[Output] | Mapping[str, Output],
+    system: System,
+) -> LinearSystem:
+    """The model by the states of a system."""
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
     output, function = output_signals(system, outputs)
@@ -112,12 +128,13 @@ def _linearised_open(
     if not isinstance(outputs, Mapping):
         outputs = {f"outputs[{i}]" if callable(out) else out: out for i, out in enumerate(outputs)}
     broken, view = continued(broken, point, breaks)
-    found = linearise(
+    found = _linearised(
         broken,
-        at=view,
-        t=point.t,
-        inputs=[*names_of(inputs, "inputs"), *(one.parameter for one in breaks)],
-        outputs={**outputs, **{one.port: one.signal for one in breaks}},
+        view,
+        point.t,
+        [*names_of(inputs, "inputs"), *(one.parameter for one in breaks)],
+        {**outputs, **{one.port: one.signal for one in breaks}},
+        system_of(broken),
     )
     return found._replaced(inputs=(*found.inputs[: len(found.inputs) - len(breaks)], *ports))
 

@@ -26,8 +26,9 @@ class Margins(NamedTuple):
     least_gain: float
 
     def __str__(self) -> str:
+        least = f"least gain {self.least_gain:.4g}, " if self.least_gain > 0.0 else ""
         return (
-            f"gain margin {self.gain:.4g} at {self.phase_crossover:.4g} rad/s, "
+            f"gain margin {self.gain:.4g} at {self.phase_crossover:.4g} rad/s, {least}"
             f"phase margin {self.phase:.4g} deg at {self.gain_crossover:.4g} rad/s, delay margin {self.delay:.4g} s"
         )
 
