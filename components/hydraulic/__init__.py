@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ._known_liquids import transformer_oil as transformer_oil
     from ._known_liquids import water as water
     from ._liquid_pumps import FixedPump as FixedPump
+    from ._liquid_pumps import LiquidPump as LiquidPump
     from ._liquid_pumps import RipplingPump as RipplingPump
     from ._liquid_pumps import VariablePump as VariablePump
     from ._liquids import AnyLiquid as AnyLiquid
@@ -54,11 +55,13 @@ if TYPE_CHECKING:
     from ._pipe_friction import NoFriction as NoFriction
     from ._pipe_friction import PipeFriction as PipeFriction
     from ._pipes import Pipe as Pipe
+    from ._pipes import Segments as Segments
     from ._poppet import PoppetValve as PoppetValve
     from ._pressure_valves import BypassCompensator as BypassCompensator
     from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
     from ._pressure_valves import FlowControlValve as FlowControlValve
     from ._pressure_valves import PilotCheckValve as PilotCheckValve
+    from ._pressure_valves import PilotedValve as PilotedValve
     from ._pressure_valves import PilotReliefValve as PilotReliefValve
     from ._pressure_valves import PressureReducingValve as PressureReducingValve
     from ._pressure_valves import SequenceValve as SequenceValve
@@ -88,6 +91,7 @@ if TYPE_CHECKING:
     from ._sources import SignalPressure as SignalPressure
     from ._sources import Tank as Tank
     from ._spool_valves import FourWayValve as FourWayValve
+    from ._spool_valves import Spool as Spool
     from ._spool_valves import ThreeWayValve as ThreeWayValve
     from ._stopped import StickingPump as StickingPump
     from ._stopped import StoppedCylinder as StoppedCylinder
@@ -103,6 +107,7 @@ if TYPE_CHECKING:
     from ._valves import OnOffValve as OnOffValve
     from ._valves import Orifice as Orifice
     from ._valves import ReliefValve as ReliefValve
+    from ._valves import SpringLoadedValve as SpringLoadedValve
     from ._volumes import Line as Line
     from ._volumes import Volume as Volume
     from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from ._pressed import Brake as Brake
     from ._pressed import Clutch as Clutch
     from ._pressed import OneWayClutch as OneWayClutch
+    from ._pressed import Pressed as Pressed
     from ._sensors import AccelerationSensor as AccelerationSensor
     from ._sensors import AngleSensor as AngleSensor
     from ._sensors import MultiSensor as MultiSensor
