@@ -9,8 +9,9 @@ from .._numbers import Numbers
 from .bend import no_bend
 from .event_state import EventState
 from .field import Given
+from .found import Found, Start
 from .interval import Seen, seen, seen_on_course
-from .look import Found, Start, look
+from .look import look
 from .run_events import RunEvents
 from .span import Span
 

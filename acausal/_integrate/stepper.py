@@ -18,7 +18,7 @@ from .course import Course, on_course
 from .event_state import EventState, crowded
 from .field import Given
 from .first_event import first_event, short_of
-from .look import Found
+from .found import Found
 from .moment import Approach
 from .peaks import Peaks
 from .rejected import Outcome, rejectable

@@ -12,8 +12,9 @@ from jaxtyping import Array, Float
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._integrate.band import Band
 from acausal._integrate.conditions import EventConditions
+from acausal._integrate.found import Start
 from acausal._integrate.interval import Seen, seen
-from acausal._integrate.look import Start, look
+from acausal._integrate.look import look
 
 Pair = Float[Array, "2"]
 N = 48
