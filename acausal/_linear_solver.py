@@ -95,7 +95,7 @@ class Factors(eqx.Module):
 
 
 def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: int = 0) -> Factors:
-    """The factors of a matrix, of which the last `n_integrals` columns hold nothing but their diagonal.
+    """The factors of a matrix, of whose last `n_integrals` columns only the diagonal is not zero.
 
     Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
     units of the equations nor those of `x` matter.
@@ -108,7 +108,7 @@ def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: 
 
 
 def _inverse(matrix: _Matrix, n: int) -> _Matrix:
-    """The inverse of a matrix whose columns hold nothing but their diagonal behind the first n."""
+    """The inverse of a matrix of whose columns behind the first n only the diagonal is not zero."""
     if n == len(matrix):
         return gauss_jordan_inverse(matrix)
     first = gauss_jordan_inverse(matrix[:n, :n]) if n else matrix[:0, :0]

@@ -85,7 +85,7 @@ def _linearised(
     outputs: Sequence[Output] | Mapping[str, Output],
     system: System,
 ) -> LinearSystem:
-    """The model by the states of a system."""
+    """The linear system of a model whose states have been chosen."""
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
     output, function = output_signals(system, outputs)

@@ -26,7 +26,7 @@ def warn_of_samples(system: System) -> None:
 
 
 def sampled(system: System) -> list[str]:
-    """The events that repeat and set discrete variables by others that vary."""
+    """The labels of events that repeat and set something by what equations determine."""
     events, leaves = system.events, system.flat.leaves
     if events is None:
         return []
@@ -35,6 +35,6 @@ def sampled(system: System) -> list[str]:
         places = range(first, first + len(entry.targets))
         first += len(entry.targets)
         read = {events.actions.leaves[i] for place in places for i in slice_output(events.actions.closed, place).used}
-        if entry.repeats and any(leaves[leaf].declaration.is_variable for leaf in read):
+        if entry.repeats and any(leaves[leaf].declaration.role in ("var", "flow") for leaf in read):
             found += [entry.label(index) for index in range(entry.count)]
     return found

@@ -82,9 +82,10 @@ def when(condition: Truth | Numbers, **changes: Numbers) -> When:
 def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
     """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
 
-    As with `when`; but `changes` are of discrete variables, and equations must not jump by them, only bend. What has
-    come within rounding of its limit, or goes to and fro there by no more than the error of the run, keeps its side
-    until it leaves this band: a valve that comes to rest in its middle would otherwise open its edges by turns.
+    As with `when`; but `changes` are of discrete variables, and equations must not jump by them, only bend. A
+    margin that has come within rounding of its limit, or passes it to and fro by no more than the error of the run,
+    keeps its side until it leaves this band: a valve that comes to rest in its middle would otherwise open its edges by
+    turns.
 
     Raises `ModelError`, when a model is built, for changes of other variables.
     """

@@ -33,7 +33,7 @@ def next_bend(conditions: EventConditions, low: Seen, high: Seen, above: Array) 
     """The bend that is next at the end of an interval, by rates there. At its end the relations `above` hold.
 
     Where steps are so long that no room would be enough, the bend has the least one. A margin that has not moved at all
-    is a difference of numbers whose rounding holds it.
+    does not come: its rate is lost in the rounding of the numbers that it is a difference of.
     """
     sign, width = -sign_of(above), high.t - low.t
     q, rise, p0, p1 = sign * high.g, sign * (high.g - low.g), sign * low.rate, sign * high.rate

@@ -18,7 +18,9 @@ from .state_vector import StateVector
 PER_OCTAVE = 4
 SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
 LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
-BENT = 0.5  # a rejected step in which equations bend before this share of it ends there: that may be all its error
+# A rejected step that would have been cut before this share of it ends there: a bend may be all its error, and then the
+# step may be longer than the error alone would allow.
+BENT = 0.5
 FAR = 100.0  # the step after an event is at most this many times as long as the way to the event
 
 
@@ -86,7 +88,7 @@ class Steps(diffrax.PIDController):
         result = diffrax.RESULTS.where(has_ended, diffrax.RESULTS.event_occurred, result)
         next_t0 = jnp.where(is_cut, t0, jnp.where(keep, y1_candidate[self.layout.moment], t0))
         status = jnp.where(keep & ~is_cut, y1_candidate, y0)
-        is_next = is_cut | (~keep & (cut - t0 < BENT * (t1 - t0)))
+        is_next = is_cut | (~keep & ~has_failed & (cut - t0 < BENT * (t1 - t0)))
         next_t1 = jnp.where(is_next, cut, self._up_to_instant(next_t0 + wish, status))
         return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
 

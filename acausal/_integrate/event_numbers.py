@@ -234,9 +234,12 @@ class EventNumbers:
 
     @ft.cached_property
     def mates(self) -> np.ndarray:
-        """[margins, ...], the gentle ones that read the same, as those of `x < 0` and `x > 0` do; itself among them."""
+        """[margins, ...], the gentle ones that read the same variables, and so may be the same number but for the sign,
+        as those of `x < 0` and `x > 0`; itself among them.
+        """
         number = np.arange(self.n_margins)
-        keys = [key if gentle else i for i, (key, gentle) in enumerate(zip(self._read, self.gentle, strict=True))]
+        read = zip(self._read, self.gentle, strict=True)
+        keys = [key if gentle and key is not None else i for i, (key, gentle) in enumerate(read)]
         found = [[j for j in number if keys[j] == key] for key in keys]
         most = max(map(len, found), default=1)
         return unsigned([others + others[:1] * (most - len(others)) for others in found]).reshape(-1, most)

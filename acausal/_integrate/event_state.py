@@ -25,7 +25,7 @@ class EventState(NamedTuple):
     - `holds`, `fresh`: which conditions hold, and which of them have just become true.
     - `zero`: how far margins that events have left at zero may be from it by rounding, see `look`.
     - `seen`: their margins, which are right unless the vector has `jumped` since.
-    - `band`: how near to zero the sign of a margin means nothing.
+    - `band`: that of the margins, see `Band`.
     - `due`: when scheduled events happen next.
     - `history`: what happened so far.
     - `mark`, `crowd`: a time, and how many events in a row were close to it.

@@ -11,9 +11,9 @@ from .interval import Seen
 
 
 class Start(NamedTuple):
-    """What is known at the start of a step: what is `seen` there, of which all but the time may be unknown, the
-    conditions that hold, those of them that are `fresh`, and how far margins that events have left at `zero` may be
-    from it by rounding, negative where a relation does not hold.
+    """What is known at the start of a step: what is `seen` there, which but for its time is right only if it
+    `is_known`; the conditions that hold, those of them that are `fresh`, how far margins that events have left at
+    `zero` may be from it by rounding, negative where a relation does not hold, and their `band`.
     """
 
     seen: Seen

@@ -33,8 +33,8 @@ R = TypeVar("R", bound=Counted)
 
 class Settled(NamedTuple):
     """What an instant leaves behind: its time, the vector, the conditions that hold, those that have just become true
-    and stayed so, which margins are zero but for rounding, and which have `moved` by what happened. `outcome` says why
-    the run ends, 0 if it does not.
+    and stayed so, which margins are zero but for rounding, and what happened has changed them by. `outcome`
+    says why the run ends, 0 if it does not.
     """
 
     t: Array
@@ -42,7 +42,7 @@ class Settled(NamedTuple):
     holds: Array
     fresh: Array
     zero: Array
-    moved: Array
+    change: Array
     history: EventHistory
     outcome: Array
 
@@ -58,7 +58,7 @@ class _Round(NamedTuple):
     undone: Array  # those that happened and whose variables others have set anew, after their condition had ended
     margins: Array  # in the first round
     zero: Array  # how far margins may be from zero by rounding
-    moved: Array  # those that are no longer what they were in the first round
+    change: Array  # by how much the margins are no longer what they were in the first round
     first: Array  # the first that happened, -1 if none
     stored: Array  # energy before
     lost: Array
@@ -126,12 +126,13 @@ def settle(
             moment, moved = carried_to_moment(events, which, t, approach, ys, due, given)
             t, ys = jnp.where(is_own, moment, t), jnp.where(is_own, moved, ys)
         here = events.here(t, jnp.where(is_own, ys[0], ys[1]), given, is_start=is_start)
-        truths, margins, zero, moved = here.truths, r.margins, r.zero, r.moved
+        truths, margins, zero, change = here.truths, r.margins, r.zero, r.change
         if not is_start:
             margins = jnp.where(r.count == 0, here.margins, r.margins)
-            moved = here.margins != margins
-            zero = jnp.where((events.gentle | (jnp.abs(here.margins) <= LEAST)) & moved, 0.0, r.zero)
-            is_told = ~moved | (jnp.abs(here.margins) < jnp.abs(zero))
+            is_same = here.margins == margins
+            change = jnp.where(is_same, 0.0, jnp.abs(here.margins - margins))
+            zero = jnp.where((events.gentle | (jnp.abs(here.margins) <= LEAST)) & ~is_same, 0.0, r.zero)
+            is_told = is_same | (jnp.abs(here.margins) < jnp.abs(zero))
             truths = events.true(jnp.where(is_told, approach.sides, here.margins > 0))
         held, due_later, times = r.holds, r.due & ~own, r.order
         told = remains = jnp.zeros_like(own)
@@ -175,7 +176,7 @@ def settle(
             (r.undone | (r.happened & ~truths & _set_anew(events, fired))) & ~fired,
             margins,
             zero,
-            moved,
+            change,
             jnp.where((r.first < 0) & any_fired, jnp.argmax(fired & events.acts), r.first),
             stored,
             jnp.where(is_own, r.lost, stored - here.stored),
@@ -187,10 +188,10 @@ def settle(
             r.count + 1,
         )
 
-    no_margin = jnp.zeros(approach.zero.shape, bool)
     start = _Round(
         jnp.asarray(t, float), jnp.stack([y, y]), begins, holds, jnp.zeros(total, bool), jnp.zeros(total, bool),
-        jnp.zeros_like(approach.zero), approach.zero, no_margin, jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
+        jnp.zeros_like(approach.zero), approach.zero, jnp.zeros_like(approach.zero),
+        jnp.asarray(-1), jnp.asarray(0.0), jnp.asarray(0.0),
         jax.lax.stop_gradient(order) if is_start else jnp.zeros(0), jnp.asarray(0),
         history, jnp.asarray(False), jnp.any(begins) | is_start, jnp.asarray(0),
     )  # fmt: skip
@@ -200,13 +201,13 @@ def settle(
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     fresh = end.happened & ~end.undone & (end.holds | ~events.continuous)
-    return Settled(end.t, _accounted(events, end), end.holds, fresh, end.zero, end.moved, end.history, outcome)
+    return Settled(end.t, _accounted(events, end), end.holds, fresh, end.zero, end.change, end.history, outcome)
 
 
 def _stopped(t: Array, y: Array, holds: Array, begins: Array, zero: Array, history: EventHistory) -> Settled:
     """What is left behind where nothing can happen but the end of the run: without changes there are no rounds."""
-    none = jnp.zeros(zero.shape, bool)
-    return Settled(t, y, holds, begins, zero, none, history, jnp.where(jnp.any(begins), STOPPED, 0.0))
+    outcome = jnp.where(jnp.any(begins), STOPPED, 0.0)
+    return Settled(t, y, holds, begins, zero, jnp.zeros_like(zero), history, outcome)
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:

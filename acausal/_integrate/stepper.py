@@ -175,7 +175,7 @@ class Stepper(Wrapper):
             instant = forward * first(due, forward)
             y1 = layout.with_part(y1, layout.status, jnp.stack([outcome, forward * settled.t, cut, instant]))
             return y1, EventState(
-                settled.holds, settled.fresh, settled.zero, found.end, found.band.without(settled.moved), due,
+                settled.holds, settled.fresh, settled.zero, found.end, found.band.without(settled.change), due,
                 settled.history, mark, crowd, found.is_any,
             )  # fmt: skip
 

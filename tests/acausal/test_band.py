@@ -8,6 +8,49 @@ import numpy as np
 import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, kink, passing, simulate
+from acausal._integrate.band import Band
+
+NONE, ALL, HERE, FAR = jnp.zeros(1, bool), jnp.ones(1, bool), jnp.array([1e-9]), jnp.array([1.0])
+BENDS, NO_BENDS = np.ones(1, bool), np.zeros(1, bool)
+
+
+def used(*ends: float) -> Band:
+    """After steps that end there, and a passage."""
+    band = Band.at_start(1)
+    for end in ends:
+        band = band.after(jnp.array([end]), NONE, HERE, FAR, 1e-6)
+    return band.after(0.0 * HERE, ALL, FAR, FAR, 1e-6)
+
+
+def test_a_first_passage_widens_no_band() -> None:
+    np.testing.assert_allclose(used(-2.0).half_width(NO_BENDS, 1e-6), 2e-12)
+    np.testing.assert_allclose(used(-2.0).half_width(BENDS, 1e-4), 2e-5)  # of a kink
+
+
+def test_a_passage_back_by_less_than_the_error_widens_the_band_until_the_margin_is_far() -> None:
+    once = used(-2.0).after(0.0 * HERE, ALL, HERE, FAR, 1e-6)
+    np.testing.assert_allclose(once.half_width(NO_BENDS, 1e-6), 1e-8)
+    np.testing.assert_allclose(once.after(0.0 * HERE, ALL, HERE, 0.0 * FAR, 1e-6).half_width(NO_BENDS, 1e-6), 1e-7)
+    np.testing.assert_allclose(once.after(1e3 * HERE, NONE, HERE, FAR, 1e-6).half_width(NO_BENDS, 1e-6), 1e-8)
+    np.testing.assert_allclose(once.after(FAR, NONE, HERE, FAR, 1e-6).half_width(NO_BENDS, 1e-6), 2e-12)
+
+
+def test_a_passage_back_by_more_than_the_error_is_one() -> None:
+    again = used(-2.0).after(0.0 * HERE, ALL, 1e-3 * FAR, FAR, 1e-6)
+    np.testing.assert_allclose(again.half_width(NO_BENDS, 1e-6), 2e-12)
+
+
+def test_another_limit_begins_anew_and_rounding_is_none() -> None:
+    band = used(-2.0).after(0.0 * HERE, ALL, HERE, FAR, 1e-6)
+    assert band.without(FAR) == Band.at_start(1)
+    assert band.without(1e-3 * HERE) == band
+
+
+def test_margins_of_one_size_have_the_widest_band_of_both() -> None:
+    band = Band(jnp.array([1e-9, 1e-7, 1e-5]), jnp.ones(3), jnp.zeros(3))
+    mates = np.array([[0, 1], [1, 0], [2, 2]])
+    np.testing.assert_array_equal(band.shared(jnp.array([-0.5, 0.5, 0.5]), mates).widened, [1e-7, 1e-7, 1e-5])
+    np.testing.assert_array_equal(band.shared(jnp.array([-0.5, 0.4, 0.5]), mates).widened, band.widened)
 
 
 class Bilinear(Component):
@@ -28,7 +71,9 @@ class Bilinear(Component):
 
 @pytest.mark.parametrize("place", [0.1, 1.0, 3.0, 30.0])
 def test_rest_at_a_bend_far_from_the_origin(place: float) -> None:
-    """The margin is a difference of numbers that are as large as the place, and rounded as such."""
+    """The margin is a difference of numbers that are as large as the place, and rounded as such. Where its sign
+    counted, steps would be cut before a bend that does not come, and more than 20,000 would not end the run.
+    """
 
     def steps(swing: float, rtol: float) -> Any:
         model = Bilinear(place=place, x=place + swing)
@@ -72,6 +117,42 @@ def test_what_is_equal_but_for_rounding_does_not_pass_to_and_fro_for_ever(k: flo
         for rise in (0.0, 1e4):
             for rtol in (1e-4, 1e-6, 1e-9):
                 assert run(more, rise, rtol) < 1e-6
+
+
+class Throttled(Component):
+    """The same, where an equation that is solved for the flow has the law in pieces: where the flow is zero, it is
+    found again by another piece, and differs by rounding.
+    """
+
+    rise: Param[Scalar, "1/s"] = 0.0
+    a: Var[Scalar, "1"] = 3e7
+    b: Var[Scalar, "1"] = 3e7
+    q: Var[Scalar, "1"] = 0.0
+    piece: Discrete[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        law = jnp.where(self.piece > 0.5, 1.0, 3.0) * self.q
+        rates = dict(a=(d.a, self.rise - 100.0 * self.q), b=(d.b, self.rise + 100.0 * self.q))
+        rates |= dict(law=(law + 0.1 * jnp.sin(self.q), self.a - self.b))
+        return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
+
+    def events(self) -> Events:
+        up = passing((self.q > 0.0) & (self.piece < 0.5), piece=1.0)
+        return dict(up=up, down=passing((self.q < 0.0) & (self.piece > 0.5), piece=0.0))
+
+
+@pytest.mark.parametrize("rise", [0.0, 1e4])
+def test_a_margin_that_is_searched_for_does_not_pass_to_and_fro(rise: float) -> None:
+    def left(more: float, rtol: float) -> Any:
+        run = simulate(Throttled(rise=rise, a=3e7 + more), 100.0, save="end", rtol=rtol)
+        return jnp.abs(run.final.a - run.final.b), run.stats["num_steps"]
+
+    run = jax.jit(left)
+    for more in (1e-3, 1.0, 1e3):
+        for rtol in (1e-4, 1e-6, 1e-9):
+            apart, steps = run(more, rtol)
+            assert apart < 1e-6
+            assert steps < 1000
 
 
 class Distance(Component):

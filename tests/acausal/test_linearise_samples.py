@@ -5,11 +5,11 @@ import warnings
 import pytest
 
 from acausal import Component, Connections, SampledWarning, connect, linearise
-from components.blocks import Constant, FirstOrder, LimPI, Pulse, SampledPI
+from components.blocks import FirstOrder, LimPI, Pulse, SampledPI, SawTooth
 
 
 class Loop(Component):
-    demand: Constant | Pulse
+    demand: Pulse | SawTooth
     controller: SampledPI | LimPI
     lag: FirstOrder
 
@@ -21,11 +21,13 @@ class Loop(Component):
         )
 
 
-def loop(*, sampled: bool) -> Loop:
-    pulses = Pulse(amplitude=1.0, period=0.1, width=0.5)
+PULSE = Pulse(amplitude=1.0, period=0.1, width=0.5)
+
+
+def loop(*, sampled: bool, demand: Pulse | SawTooth = PULSE) -> Loop:
     continuous = LimPI(k=10.0, Ti=2.0, y_max=1e3, y_min=-1e3)
     controller = SampledPI(period=0.01, k=10.0, T=2.0) if sampled else continuous
-    return Loop(demand=pulses, controller=controller, lag=FirstOrder(T=1.0))
+    return Loop(demand=demand, controller=controller, lag=FirstOrder(T=1.0))
 
 
 @pytest.mark.parametrize("open_at", [(), "controller.y"])
@@ -36,8 +38,9 @@ def test_samples_are_named(open_at: tuple[str, ...] | str) -> None:
     assert found[0].filename == __file__
 
 
-def test_a_continuous_loop_with_a_pulse_is_whole() -> None:
-    """A pulse comes again and again, but takes nothing over."""
+@pytest.mark.parametrize("demand", [PULSE, SawTooth(amplitude=1.0, period=0.1)])
+def test_a_continuous_loop_with_a_wave_is_whole(demand: Pulse | SawTooth) -> None:
+    """A wave comes again and again, but takes nothing over."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        linearise(loop(sampled=False), open="controller.y")
+        linearise(loop(sampled=False, demand=demand), open="controller.y")

@@ -83,6 +83,17 @@ def test_reverse_mode_passes_by(quantity: Callable[..., Scalar]) -> None:
     np.testing.assert_allclose(gradients, jax.vmap(jax.grad(lambda rate: quantity(rate, None)))(RATES), rtol=1e-9)
 
 
+def test_a_failed_step_does_not_tell_where_the_next_one_ends() -> None:
+    """Both modes take the same steps, at times other than zero, too."""
+
+    def steps(adjoint: diffrax.AbstractAdjoint | None) -> Any:
+        model = Outflow(rate=RATES[1])
+        run = simulate(model, 9.0, t0=1.0, until=lambda s: s.gone - 0.5, save="end", dt0=TOO_LONG, adjoint=adjoint)
+        return run.stats["num_steps"]
+
+    assert steps(diffrax.RecursiveCheckpointAdjoint()) == steps(None)
+
+
 def test_the_first_step_has_no_root() -> None:
     """For the first of the rates it has."""
 

@@ -425,7 +425,7 @@ def test_a_model_that_cannot_be_run_from_its_start() -> None:
         identify(rig(), FREE, steps)
 
 
-def test_a_start_that_cannot_be_computed_is_tried_once() -> None:
+def test_a_start_that_cannot_be_computed_is_given_up_soon() -> None:
     calls = []
 
     def predict(model: Rig) -> dict[str, Any]:

@@ -139,8 +139,8 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     - `mass`: $M$, as `[n, n]`, or `[n]` for a diagonal (zero in algebraic rows); `None` is the identity.
     - `nominal`: `[n]`, typical sizes of the components of $y$, with which the rows of the matrix are made comparable
         before pivots are chosen; `None` is ones. The tolerances, being the controller's, do not follow it.
-    - `n_integrals`: how many of the last components of $y$ are integrals, which neither $f$ nor $M$ reads for others:
-        they cost neither directional derivatives nor elimination.
+    - `n_integrals`: how many of the last components of $y$ are integrals: $f$ does not read them, and $M$ has only its
+        diagonal there. They cost neither directional derivatives nor elimination.
     - `unroll`: compile the stages one by one. It runs a little faster, and compiles the vector field once per stage
         rather than twice.
     """
