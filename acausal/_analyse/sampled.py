@@ -2,6 +2,7 @@
 
 import warnings
 
+from .._errors import listed
 from .._evaluate.system import System
 from .._reduce.jaxpr import slice_output
 
@@ -16,10 +17,9 @@ def warn_of_samples(system: System) -> None:
     """
     labels = sampled(system)
     if labels:
-        shown = ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
         warnings.warn(
             f"The linear system holds what is sampled as it is at the point, as if the loops through it were open, for "
-            f"{shown}. Remedy: put a continuous controller in place of a sampled one.",
+            f"{listed(labels)}. Remedy: put a continuous controller in place of a sampled one.",
             SampledWarning,
             stacklevel=3,
         )

@@ -202,7 +202,8 @@ def _found(
     sides = jnp.where(is_zero & (after == s.above), high.rate > 0, after)
     left = jnp.where(jnp.abs(margins) < jnp.abs(begin.zero), sign_of(sides) * jnp.abs(begin.zero), 0.0)
     zero = jnp.where(is_zero, sign_of(sides) * least, 0.0)
-    there, ahead = jnp.where(s.is_found, margins, end.g + s.offset), end.g + s.offset
+    ahead = end.g + s.offset
+    there = jnp.where(s.is_found, margins, ahead)
     swing, passed = jnp.abs(high.rate) * (high.t - begin.seen.t), s.is_found & (sides != s.above)
     band = begin.band.after(there, passed, swing, ahead, rtol).shared(there, conditions.mates)
     half = band.half_width(conditions.bends, rtol)
@@ -222,5 +223,5 @@ def _found(
     return Found(
         is_any=s.is_found, t=high.t, before=low.t, pace=pace, shift=high.shift[:1] + low.shift[1:], begins=begins,
         leaps=leaps, sides=sides, margins=margins, zero=zero, left=left, holds=s.holds,
-        end=end._replace(g=end.g + s.offset), reached=reached, bend=no_bend(), is_bent=jnp.asarray(False), band=band,
+        end=end._replace(g=ahead), reached=reached, bend=no_bend(), is_bent=jnp.asarray(False), band=band,
     )  # fmt: skip

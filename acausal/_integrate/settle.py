@@ -33,8 +33,8 @@ R = TypeVar("R", bound=Counted)
 
 class Settled(NamedTuple):
     """What an instant leaves behind: its time, the vector, the conditions that hold, those that have just become true
-    and stayed so, which margins are zero but for rounding, and what happened has changed them by. `outcome`
-    says why the run ends, 0 if it does not.
+    and stayed so, which margins are zero but for rounding, and the `change` of margins by what happened. `outcome` says
+    why the run ends, 0 if it does not.
     """
 
     t: Array

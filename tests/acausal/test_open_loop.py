@@ -4,7 +4,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Connections, Equations, ModelError, Param, Scalar, connect, eq, linearise, simulate
+from acausal import (
+    Component,
+    Connections,
+    Equations,
+    Margins,
+    ModelError,
+    Param,
+    Scalar,
+    connect,
+    eq,
+    linearise,
+    simulate,
+)
 from components.blocks import Constant, Gain, Sum, TransferFunction
 from components.blocks._interfaces import SISO
 
@@ -122,3 +134,8 @@ def test_a_signal_that_goes_nowhere_is_told() -> None:
     alone = Alone(demand=Constant(k=1.0), delay=TransferFunction(b=[1.0], a=jnp.array([1.0, 1.0])))
     with pytest.raises(ModelError, match=r"delay\.y is not connected"):
         linearise(alone, open="delay.y")
+
+
+def test_the_least_gain_is_shown_where_there_is_one() -> None:
+    shown = [str(Margins(np.inf, np.inf, -20.0, 2.0, 3.0, least)) for least in (0.0, 0.43)]
+    assert ["least gain 0.43" in text for text in shown] == [False, True]

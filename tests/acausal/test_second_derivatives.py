@@ -76,3 +76,8 @@ def test_hessian_of_a_swing_on_a_spring_in_two_pieces(name: str, value: float, s
     slope = jax.jit(jax.grad(end))
     once, twice = ((slope(value + h) - slope(value - h)) / (2.0 * h) for h in (step, 2.0 * step))
     assert float(jax.hessian(end)(value)) == pytest.approx(float((4.0 * once - twice) / 3.0), rel=1e-5)
+
+
+def test_a_step_that_a_bend_makes_fail_is_repeated_up_to_it() -> None:
+    """Shortened by the error alone, it would be rejected again and again on the way there."""
+    assert simulate(Bent(), 3.0, save="end", rtol=1e-9).stats["num_rejected_steps"] < 5
