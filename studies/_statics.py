@@ -11,7 +11,7 @@ from acausal import Scalar
 from components.rotational import EccentricDisc, LinearLift
 
 from ._opening import STROKE
-from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
+from .actuators import SUPPLY, ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 
 WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
 RESERVE = 1.01  # of the cam's lift
@@ -25,19 +25,27 @@ class Hold:
     pressure: Scalar  # Pa
     compression: Scalar  # m3, by which the liquid is compressed
     angle: Scalar  # rad, of the motor
-    current: Scalar  # A
+    torque: Scalar  # N.m, of the load at the motor's shaft, without friction
+    current: Scalar  # A, of the motor
+    power: Scalar  # W, into the motor
+
+    def battery_current(self, voltage: Scalar = SUPPLY) -> Scalar:
+        """The current in A of a battery of a voltage in V, behind a lossless converter."""
+        return self.power / voltage
 
 
 def hold(model: ClutchActuator, stroke: Scalar = STROKE) -> Hold:
-    """The equilibrium at a stroke in m, by virtual work: the motor's k i per angle is the pressure times the volume.
+    """The equilibrium at a stroke in m, by virtual work: the motor's torque per angle is the pressure times the volume.
 
-    Where the cam's torque falls with its angle the equilibrium is unstable.
+    At rest the motor takes the power R i^2. The present actuator is held by its worm, without current (section 6.1 of
+    the thesis). Where the cam's torque falls with its angle the equilibrium is unstable.
     """
     pressure = line_pressure(model, stroke)
     compression = pressure / model.line.stiffness
     angle = angle_at(model, model.slave.area * stroke + compression)
-    current = pressure * jax.grad(ft.partial(delivered, model))(angle) / model.motor.emf.k
-    return Hold(stroke, pressure, compression, angle, current)
+    torque = pressure * jax.grad(ft.partial(delivered, model))(angle)
+    current = jnp.zeros(()) if isinstance(model, WormActuator) else torque / model.motor.emf.k
+    return Hold(stroke, pressure, compression, angle, torque, current, model.motor.resistor.R * current**2)
 
 
 def line_pressure(model: ClutchActuator, stroke: Scalar = STROKE) -> Scalar:

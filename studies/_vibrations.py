@@ -22,7 +22,7 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
     undamped = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
     if loaded:
         rest = hold(model, stroke)
-        undamped = _at_rest(_fed_by_current(undamped, rest.current), rest)
+        undamped = _at_rest(_fed_by_current(undamped, rest.torque / model.motor.emf.k), rest)
     else:
         undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), angle_at(model, model.slave.area * stroke))
     frequencies = np.asarray(linearise(undamped).poles.imag) / (2.0 * np.pi)

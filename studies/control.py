@@ -29,7 +29,7 @@ from ._output import (
     resumed,
     write_json,
 )
-from .actuators import CommandedElectrohydraulic, CommandedElectromechanical, commanded, ehs_maxon, ema_maxon
+from .actuators import SUPPLY, CommandedElectrohydraulic, CommandedElectromechanical, commanded, ehs_maxon, ema_maxon
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +38,6 @@ ACTUATORS = {
     "ema_maxon": (ema_maxon(), 35.0),
     "ehs_maxon": (ehs_maxon(), 27.0),
 }  # with the current allowed, in A
-VOLTAGE = 13.5  # V
 SOFT = 5e-3  # m/s, at which the piston may arrive
 SLOWER = 1.5  # times the time at full voltage, for the least heat
 INTERVALS = 10
@@ -81,7 +80,7 @@ def courses(name: str, rtol: float = 1e-8) -> dict[str, Callable[[], Course[Any]
         rtol=rtol,
         sensitivities=False,
     )
-    bounds = {"command": (f"-{VOLTAGE} V", f"{VOLTAGE} V")}
+    bounds = {"command": (f"-{SUPPLY} V", f"{SUPPLY} V")}
     return {
         SOONEST: ft.partial(control, model, bounds, (0.8 * full, 3.0 * full), **asked),
         COOLEST: ft.partial(control, model, bounds, SLOWER * full, {"heat": (heat, "J")}, **asked),
@@ -162,7 +161,7 @@ def picture(name: str, course: Course[Any]) -> "Figure":
     actuator, allowed = ACTUATORS[name]
     full = opening(actuator, rtol=1e-6)
     figure = course.plot(*SHOWN)
-    others = (np.full(len(full.ts), VOLTAGE), full["motor.p.i"], full["slave.rod.s"], full["piston.v"])
+    others = (np.full(len(full.ts), SUPPLY), full["motor.p.i"], full["slave.rod.s"], full["piston.v"])
     labels = ("voltage [V]", "current [A]", "travel [m]", "speed [m/s]")
     for panel, other, label in zip(figure.axes, others, labels, strict=True):
         panel.plot(full.ts, other, "--", color="0.5", label="at full voltage")

@@ -7,6 +7,8 @@ Each function builds a model from keywords in SI units; every keyword can be tra
 from ._commanded import CommandedElectrohydraulic as CommandedElectrohydraulic
 from ._commanded import CommandedElectromechanical as CommandedElectromechanical
 from ._commanded import commanded as commanded
+from ._designs import DISPLACEMENT as DISPLACEMENT
+from ._designs import SPRING_RATE as SPRING_RATE
 from ._designs import ehs_maxon as ehs_maxon
 from ._designs import ehs_sticking as ehs_sticking
 from ._designs import ema_fise as ema_fise
@@ -26,3 +28,9 @@ from ._models import PumpActuator as PumpActuator
 from ._models import StickingActuator as StickingActuator
 from ._models import WormActuator as WormActuator
 from ._models import pump_parts as pump_parts
+from ._parameters import LARGEST_TORQUE as LARGEST_TORQUE
+from ._parameters import NO_LOAD_FRICTION as NO_LOAD_FRICTION
+from ._parameters import REDUCED_SUPPLY as REDUCED_SUPPLY
+from ._parameters import SUPPLY as SUPPLY
+from ._parameters import Parameter as Parameter
+from ._parameters import parameter_set as parameter_set

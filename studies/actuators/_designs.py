@@ -1,7 +1,6 @@
-"""The four designs, with the parameters of the base cases of Meloni's thesis (Politecnico di Torino, 2012).
+"""The four designs, with the set of parameters that all studies share: `parameter_set` has the source of each value.
 
-Inertias beyond the rotor's, the cam's geometry and the bores are not in the thesis; they are fitted to its operating
-points or assumed. Gear efficiency is not modelled apart from the friction coefficient at the motor shaft.
+Gear efficiency is not modelled apart from the friction coefficient at the motor shaft.
 """
 
 import math
@@ -22,13 +21,15 @@ from components.rotational import (
 from components.translational import ClutchSpring, Mass, ViscousFriction
 
 from ._models import ElectrohydraulicActuator, ElectromechanicalActuator, StickingActuator, WormActuator, pump_parts
+from ._parameters import NO_LOAD_FRICTION, PRESENT_RATIO, SUPPLY
 
 SLAVE_BORE = 17.4625e-3  # m, 11/16 in
 MASTER_BORE = 19.05e-3  # m, 3/4 in
 LINE_STIFFNESS = 149408526513837.7  # Pa/m3, about 10 cm3 of brake fluid at 1.5 GPa
 LINE_DAMPING = 6.8e11  # Pa.s/m3
+SPRING_RATE = 58e3  # N/m
+DISPLACEMENT = 1.25e-6 / (2.0 * math.pi)  # m3/rad
 
-_PRESENT_RATIO = 38.0  # turns of the motor per turn of the cam
 _PRESENT_TRAVEL = 1.0 / 9330.0  # m/rad, travel of the slave per angle of the motor
 _PRESENT_INERTIA = 5370.0 * _PRESENT_TRAVEL**2  # kg.m2, all that turns, from 5370 kg referred to the slave
 _PRESENT_CAM_INERTIA = 4.82e-5  # kg.m2
@@ -37,7 +38,7 @@ _PRESENT_ROTOR_INERTIA = 60e-6  # kg.m2
 
 def ema_fise(
     *,
-    voltage: Scalar = 13.5,
+    voltage: Scalar = SUPPLY,
     resistance: Scalar = 0.133,
     inductance: Scalar | None = None,
     torque_constant: Scalar = 0.0064,
@@ -54,7 +55,7 @@ def ema_fise(
     line_damping: Scalar = LINE_DAMPING,
     mass: Scalar = 0.3,
     piston_damping: Scalar = 2e-3,
-    spring_rate: Scalar = 58e3,
+    spring_rate: Scalar = SPRING_RATE,
 ) -> ElectromechanicalActuator:
     """The electromechanical actuator with a FISE motor and a 12:1 planetary gearbox."""
     return ElectromechanicalActuator(
@@ -73,7 +74,7 @@ def ema_fise(
 
 def ema_maxon(
     *,
-    voltage: Scalar = 13.5,
+    voltage: Scalar = SUPPLY,
     resistance: Scalar = 0.309,
     inductance: Scalar | None = None,
     torque_constant: Scalar = 0.0385,
@@ -90,7 +91,7 @@ def ema_maxon(
     line_damping: Scalar = LINE_DAMPING,
     mass: Scalar = 0.3,
     piston_damping: Scalar = 2e-3,
-    spring_rate: Scalar = 58e3,
+    spring_rate: Scalar = SPRING_RATE,
 ) -> ElectromechanicalActuator:
     """The electromechanical actuator with a Maxon RE50 motor and a 4.3:1 planetary gearbox."""
     return ema_fise(
@@ -117,20 +118,20 @@ def ema_maxon(
 
 def ehs_maxon(
     *,
-    voltage: Scalar = 13.5,
+    voltage: Scalar = SUPPLY,
     resistance: Scalar = 0.4,
     inductance: Scalar | None = None,
     torque_constant: Scalar = 0.0302,
     friction: Scalar = 4e-3,
     rotor_inertia: Scalar = 14e-6,
     pump_inertia: Scalar = 2e-6,
-    displacement: Scalar = 1.25e-6 / (2.0 * math.pi),
+    displacement: Scalar = DISPLACEMENT,
     slave_bore: Scalar = SLAVE_BORE,
     line_stiffness: Scalar = LINE_STIFFNESS,
     line_damping: Scalar = LINE_DAMPING,
     mass: Scalar = 0.3,
     piston_damping: Scalar = 2e-3,
-    spring_rate: Scalar = 58e3,
+    spring_rate: Scalar = SPRING_RATE,
 ) -> ElectrohydraulicActuator:
     """The electrohydraulic actuator with a Maxon RE40 motor and a pump of 1.25 cm3/rev."""
     return ElectrohydraulicActuator(
@@ -147,13 +148,13 @@ def ehs_maxon(
 
 def ehs_sticking(
     *,
-    voltage: Scalar = 13.5,
+    voltage: Scalar = SUPPLY,
     ramp: Scalar | None = 99.973e-3,
     break_away: Scalar = 0.18342,
     coulomb: Scalar = 0.05,
     stribeck_speed: Scalar = 30.0,
     width: Scalar | None = None,
-    friction: Scalar = 8e-4,
+    friction: Scalar = NO_LOAD_FRICTION,
     **others: Scalar,
 ) -> StickingActuator:
     """The electrohydraulic actuator with dry friction, which keeps it from moving for some time.
@@ -179,23 +180,23 @@ def ehs_sticking(
 
 def sila(
     *,
-    voltage: Scalar = 13.5,
+    voltage: Scalar = SUPPLY,
     resistance: Scalar = 0.133,
     inductance: Scalar | None = None,
     torque_constant: Scalar = 0.0064,
     friction: Scalar = 16e-4,
     rotor_inertia: Scalar = _PRESENT_ROTOR_INERTIA,
-    gearbox_inertia: Scalar = _PRESENT_INERTIA - _PRESENT_ROTOR_INERTIA - _PRESENT_CAM_INERTIA / _PRESENT_RATIO**2,
-    ratio: Scalar = _PRESENT_RATIO,
+    gearbox_inertia: Scalar = _PRESENT_INERTIA - _PRESENT_ROTOR_INERTIA - _PRESENT_CAM_INERTIA / PRESENT_RATIO**2,
+    ratio: Scalar = PRESENT_RATIO,
     cam_inertia: Scalar = _PRESENT_CAM_INERTIA,
-    lift_rate: Scalar = _PRESENT_TRAVEL * _PRESENT_RATIO * (SLAVE_BORE / MASTER_BORE) ** 2,
+    lift_rate: Scalar = _PRESENT_TRAVEL * PRESENT_RATIO * (SLAVE_BORE / MASTER_BORE) ** 2,
     master_bore: Scalar = MASTER_BORE,
     slave_bore: Scalar = SLAVE_BORE,
     line_stiffness: Scalar = LINE_STIFFNESS,
     line_damping: Scalar = LINE_DAMPING,
     mass: Scalar = 0.3,
     piston_damping: Scalar = 2e-3,
-    spring_rate: Scalar = 58e3,
+    spring_rate: Scalar = SPRING_RATE,
 ) -> WormActuator:
     """The present actuator: FISE motor, 38:1 worm, and a cam taken as linear, of `lift_rate` in m/rad."""
     return WormActuator(

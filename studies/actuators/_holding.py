@@ -15,8 +15,8 @@ from components.translational import PositionSensor
 
 from ._designs import ehs_maxon
 from ._models import PumpActuator, pump_parts
+from ._parameters import SUPPLY
 
-BATTERY = 13.5  # V
 STROKE = 12e-3  # m
 LEAKAGE = 1.5e14  # Pa.s/m3, past the seals: 0.02 cm3/s at the pressure of the open clutch; assumed
 CLOSING_TIME = 1e-3  # s, time constant of the valve's seat; assumed
@@ -96,7 +96,7 @@ class ValveHeldActuator(HoldingActuator):
 
 def motor_held(
     *,
-    voltage: Scalar = BATTERY,
+    voltage: Scalar = SUPPLY,
     position: Scalar = STROKE,
     leakage_resistance: Scalar = LEAKAGE,
     gain: Scalar = 5e3,
@@ -117,7 +117,7 @@ def motor_held(
 
 def valve_held(
     *,
-    voltage: Scalar = BATTERY,
+    voltage: Scalar = SUPPLY,
     position: Scalar = STROKE,
     band: Scalar = 0.5e-3,
     leakage_resistance: Scalar = LEAKAGE,

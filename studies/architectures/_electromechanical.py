@@ -18,8 +18,8 @@ from components.rotational import (
     PlanetaryGearbox,
 )
 
-from ..actuators import ema_maxon, sila
-from ._parts import VOLTAGE, Controlled, Positioned, load, motor_control, re50
+from ..actuators import SUPPLY, ema_maxon, sila
+from ._parts import Controlled, Positioned, load, motor_control, re50
 
 TOLERANCE = 0.1e-3  # m, within which the motor of a drive that locks itself is off
 
@@ -159,5 +159,5 @@ def _geared() -> dict[str, Any]:
 def _locking() -> dict[str, Any]:
     return dict(
         supply=SignalVoltage(), error=Sum(k2=-1.0), near=DeadZone(u_min=-TOLERANCE, u_max=TOLERANCE), gain=Gain(k=2e4),
-        limiter=Limiter(u_min=-VOLTAGE, u_max=VOLTAGE), **load(),
+        limiter=Limiter(u_min=-SUPPLY, u_max=SUPPLY), **load(),
     )  # fmt: skip

@@ -17,9 +17,9 @@ from components.hydraulic import (
 )
 from components.translational import ClutchSpring, Mass, PositionSensor, ViscousFriction
 
-from ..actuators import ehs_maxon
+from ..actuators import SUPPLY, ehs_maxon
 from ._duty import Demand
-from ._parts import VOLTAGE, liquid, load, motor_control, pump_data, re40, relief, valve_control
+from ._parts import liquid, load, motor_control, pump_data, re40, relief, valve_control
 
 BIAS = 2e5  # Pa, of both sides at rest
 ROD = 8e-3  # m, on both sides of the piston
@@ -101,7 +101,7 @@ def servo_motor() -> ServoMotorActuator:
 def servo_pump() -> ServoPumpActuator:
     """EHA-SP; a battery has no induction motor, so a direct-current motor turns the pump."""
     pump = ServoPump(swash=PilotStage(w=150.0, D=0.8, rate=25.0), pump=VariablePump(**pump_data()))
-    return ServoPumpActuator(supply=ConstantVoltage(V=VOLTAGE), pump=pump, controller=valve_control(), **_closed())
+    return ServoPumpActuator(supply=ConstantVoltage(V=SUPPLY), pump=pump, controller=valve_control(), **_closed())
 
 
 def _closed() -> dict[str, Any]:

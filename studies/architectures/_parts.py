@@ -15,11 +15,9 @@ from components.electrical import DCMotor
 from components.hydraulic import LinearLiquid, ReliefValve, ThreeWayValve, VariableOrifice, Volume, WilsonLosses
 from components.translational import PositionSensor
 
-from ..actuators import ClutchActuator, ehs_maxon, ema_maxon
+from ..actuators import DISPLACEMENT, SUPPLY, ClutchActuator, ehs_maxon, ema_maxon
 from ._duty import Demand, demand
 
-VOLTAGE = 13.5  # V
-DISPLACEMENT = 1.25e-6 / (2.0 * math.pi)  # m3/rad, of all pumps
 HIGHEST = 4.0e6  # Pa, to which relief valves and pressure compensators are set
 
 ASSUMED: Mapping[str, str] = MappingProxyType(
@@ -74,7 +72,7 @@ def load() -> dict[str, Any]:
 
 def motor_control() -> LimPI:
     """Sets the voltage of a motor, through a lossless full bridge."""
-    return LimPI(k=2e4, Ti=0.2, y_min=-VOLTAGE, y_max=VOLTAGE)
+    return LimPI(k=2e4, Ti=0.2, y_min=-SUPPLY, y_max=SUPPLY)
 
 
 def valve_control() -> LimPI:

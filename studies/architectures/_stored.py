@@ -19,9 +19,8 @@ from components.hydraulic import (
     Volume,
 )
 
-from ..actuators import LEAKAGE, valve_held
+from ..actuators import LEAKAGE, SUPPLY, valve_held
 from ._parts import (
-    VOLTAGE,
     Controlled,
     chamber,
     drain,
@@ -217,7 +216,7 @@ def charged(model: AccumulatorActuator) -> AccumulatorActuator:
 def _leaking() -> dict[str, Any]:
     return dict(
         supply=SignalVoltage(), motor=re40(), pump=FixedPump(**pump_data()), leak=LaminarResistance(resistance=LEAKAGE),
-        drive=Gain(k=VOLTAGE), **load(),
+        drive=Gain(k=SUPPLY), **load(),
     )  # fmt: skip
 
 

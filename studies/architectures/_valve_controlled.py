@@ -17,9 +17,9 @@ from components.hydraulic import (
     Volume,
 )
 
+from ..actuators import SUPPLY
 from ._parts import (
     HIGHEST,
-    VOLTAGE,
     Controlled,
     chamber,
     drain,
@@ -155,7 +155,7 @@ def bleed_off() -> BleedOffActuator:
 
 
 def _drive() -> dict[str, Any]:
-    return dict(supply=ConstantVoltage(V=VOLTAGE), motor=re40(), spool=spool(), **load())
+    return dict(supply=ConstantVoltage(V=SUPPLY), motor=re40(), spool=spool(), **load())
 
 
 def _metered(above: float = 0.0) -> dict[str, Any]:

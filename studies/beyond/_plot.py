@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from .._opening import WORN_LOAD, opening
+from ..actuators import SUPPLY
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._prototypes import PROTOTYPES
 from ._row import Row
@@ -103,7 +104,7 @@ def plot_profiles(rows: Sequence[Row]) -> "Figure":
         full = opening(PROTOTYPES[name].build(), rtol=1e-6)
         soft = _profiles.landing(name, _profiles.RTOL)
         times = {row.case.rpartition(", ")[2]: 1e3 * row.value for row in _of(rows, OPENING, within=name)}
-        top.plot(1e3 * full.ts, np.full(len(full.ts), _profiles.VOLTAGE), "--", color="0.5", label="full voltage")
+        top.plot(1e3 * full.ts, np.full(len(full.ts), SUPPLY), "--", color="0.5", label="full voltage")
         top.plot(1e3 * soft.times, soft["command.y.value"], color="tab:blue", label="soft")
         for ax, path, factor in ((middle, "slave.rod.s", 1e3), (bottom, "piston.v", 1e3)):
             ax.plot(1e3 * full.ts, factor * np.asarray(full[path]), "--", color="0.5")

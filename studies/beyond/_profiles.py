@@ -14,13 +14,13 @@ from acausal.design import Course, control
 from components.blocks import Staircase
 
 from .._opening import STROKE, opening
-from ..actuators import commanded
+from ..actuators import SUPPLY, commanded
 from ._prototypes import PROTOTYPES
 from ._row import Row
 
 ITEM = "profiles"
 RTOL = 1e-8
-VOLTAGE, SOFT = 13.5, 5e-3  # V, m/s
+SOFT = 5e-3  # m/s
 
 
 @ft.cache
@@ -30,7 +30,7 @@ def landing(name: str, rtol: float) -> Course[Any]:
     full = float(opening(actuator, save="end", rtol=rtol).t1)
     command: Any = Staircase(times=jnp.array([0.0, 0.9 * full, full]), values=jnp.array([13.0, -8.0]))
     return control(
-        commanded(actuator, command), {"command": (-VOLTAGE, VOLTAGE)}, (0.5 * full, 3.0 * full),
+        commanded(actuator, command), {"command": (-SUPPLY, SUPPLY)}, (0.5 * full, 3.0 * full),
         end={
             "travel": (lambda s: s.slave.rod.s, f"== {STROKE} m"),
             "landing": (lambda s: s.piston.v, f"<= {SOFT} m/s"),

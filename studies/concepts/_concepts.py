@@ -14,13 +14,13 @@ from acausal.design import Design, Front, optimise, pareto
 from components.catalogues import catalogue
 
 from .._opening import STROKE, WORN_LOAD
-from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import SUPPLY, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..catalogue import LEADS
 from . import _targets as targets
 from ._targets import (
     BY_MOTOR,
     CAM,
-    COIL,
+    COIL_POWER,
     HOLD,
     HOLDING_ENERGY,
     OPENING_TIME,
@@ -102,7 +102,7 @@ class Concept:
 
     def holding_energy(self, model: Any) -> float:
         """In J, of a hold."""
-        return HOLD * COIL if self.valve else float(targets.holding_energy(model))
+        return HOLD * COIL_POWER if self.valve else float(targets.holding_energy(model))
 
     def solve(self, motor: Motor) -> Design[Any]:
         """The least opening time; what was asked for before is not computed again."""
@@ -132,7 +132,7 @@ def _fastest(concept: Concept, motor: Motor) -> Design[Any]:
     )  # fmt: skip
 
 
-_SUPPLY = {"supply.V": (6.0, 13.5)}
+_SUPPLY = {"supply.V": (6.0, SUPPLY)}
 _SLAVE = {"slave.bore": ("14 mm", "22 mm")}
 _EMA_FREE = {
     "gearbox.ratio": (1.5, 40.0), "cam.profile.eccentricity": ("3 mm", "12 mm"),

@@ -15,7 +15,7 @@ from ..catalogue import GEARHEADS, PUMPS, RTOL, bores
 from ..catalogue import speed as speed_of_sheet
 from ._concepts import EHS, EHS_VALVE, EMA, MOTORS
 from ._rows import Row
-from ._targets import CAM, COIL, HOLD, POWER, TARGET, VALVE_MASS, opening
+from ._targets import CAM, COIL_POWER, HOLD, POWER, TARGET, VALVE_MASS, opening
 
 HEADS = ("product", "motor", "what", "opening time [ms]", "energy of a hold [J]", "mass [kg]")
 Tables = Mapping[str, Sequence[Mapping[str, object]]]
@@ -62,7 +62,7 @@ def current(s: Solution, parts: Parts) -> Scalar:
 def energy(s: Solution, parts: Parts) -> Scalar:
     """In J, of a hold."""
     model: Any = s.final
-    return HOLD * (model.motor.resistor.R * current(s, parts) ** 2 + COIL * _has_valve(parts))
+    return HOLD * (model.motor.resistor.R * current(s, parts) ** 2 + COIL_POWER * _has_valve(parts))
 
 
 def _of_cam(name: str) -> tuple[Callable[[Solution], Scalar], str]:

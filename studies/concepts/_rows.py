@@ -11,14 +11,20 @@ from acausal.design import Design, Front
 
 from .._opening import STROKE, WORN_LOAD
 from .._statics import WORN, holding_current, lift_share
-from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import (
+    LARGEST_TORQUE,
+    NO_LOAD_FRICTION,
+    REDUCED_SUPPLY,
+    ClutchActuator,
+    ehs_maxon,
+    ema_fise,
+    ema_maxon,
+)
 from ..validate._ratios import best_ratio, least_ratio
 from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor
 from ._targets import POWER, holding_energy, opening
 
 _CURRENTS = ("holding current", "peak current")
-TORQUE = 12.0 / 38.0  # N.m, that the FISE gives: 12 N.m behind its worm, 38:1
-NO_LOAD_FRICTION = 8e-4  # N.m.s/rad, of the thesis' test of motor and pump without load
 HEADS = (
     "design", "motor", "opening time [ms]", "of the thesis [ms]", "holding current [A]", "of the thesis [A]",
     "energy of a hold [J]", "mass [kg]", "KKT residual",
@@ -189,11 +195,11 @@ def statements(rtol: float = 1e-9) -> list[Statement]:
     fise = EMA.solve(MOTORS[0]).values["gearbox.ratio"]
     return [
         Statement(
-            "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), TORQUE, STROKE),
+            "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), LARGEST_TORQUE, STROKE),
             "found, if the motor gives no more than 12 N.m/38; its stall torque at 13.5 V is twice that",
         ),
         Statement(
-            "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), 0.0064 * 13.5 / 0.133, STROKE),
+            "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), _stall_torque(ema_fise()), STROKE),
             "not found with the stall torque at 13.5 V",
         ),
         Statement(
@@ -201,7 +207,7 @@ def statements(rtol: float = 1e-9) -> list[Statement]:
             "not the best one either, with all else free and 20 A to hold: more ratio holds with less current",
         ),
         Statement(
-            "best ratio 1/4, RE50", 4.0, best_ratio(ft.partial(ema_maxon, voltage=9.45), rtol),
+            "best ratio 1/4, RE50", 4.0, best_ratio(ft.partial(ema_maxon, voltage=REDUCED_SUPPLY), rtol),
             "found at 70 % of the voltage, 9.45 V",
         ),
         Statement(
@@ -212,6 +218,10 @@ def statements(rtol: float = 1e-9) -> list[Statement]:
             "found again at 13.5 V with all else free, 800 N and 20 A to hold, which the ratio has to bring about",
         ),
     ]  # fmt: skip
+
+
+def _stall_torque(model: Any) -> float:
+    return float(model.motor.emf.k * model.supply.V / model.motor.resistor.R)
 
 
 def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:

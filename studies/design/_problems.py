@@ -12,7 +12,7 @@ from acausal.design import Design, optimise
 
 from .._opening import STROKE, opening
 from .._statics import WORN, holding_current, lift_share, pressure_angle
-from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import SUPPLY, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 
 HOLD = 60.0  # s
 # Of the RE50, Maxon's data sheet: thermal resistance from the winding to the housing, and the winding's time constant.
@@ -75,7 +75,7 @@ def _by_factor(path: str, value: float) -> list[dict[str, float]]:
 
 
 _DISPLACEMENT = float(ehs_maxon().pump.displacement)
-_FOUR = {"gearbox.ratio": (1.5, 12.0), "cam.profile.eccentricity": ("3 mm", "12 mm"), "supply.V": (6.0, 13.5)}
+_FOUR = {"gearbox.ratio": (1.5, 12.0), "cam.profile.eccentricity": ("3 mm", "12 mm"), "supply.V": (6.0, SUPPLY)}
 _START = [{"gearbox.ratio": 4.4, "master.bore": "13.3 mm", "cam.profile.eccentricity": "11.7 mm", "supply.V": 12.4}]
 _OTHERS = {"peak_current": "<= 38 A", "line_pressure": "<= 32 bar", "pressure_angle": "<= 30 deg", "lift": "<= 1"}
 

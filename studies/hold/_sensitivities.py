@@ -1,22 +1,20 @@
 """How the energy of a hold depends on the design: by derivatives, and over the leakage."""
 
 import dataclasses
-import math
+import inspect
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import jax.numpy as jnp
 import numpy as np
 
-from ..actuators import CLOSING_TIME, COIL, LEAKAGE
+from ..actuators import CLOSING_TIME, COIL, LEAKAGE, ehs_maxon
 from ._runs import Outcome, outcomes
 
+_OF_THE_DESIGN = ("displacement", "resistance", "torque_constant", "spring_rate")
 COMMON: Mapping[str, float] = MappingProxyType(
     {
-        "displacement": 1.25e-6 / (2.0 * math.pi),
-        "resistance": 0.4,
-        "torque_constant": 0.0302,
-        "spring_rate": 58e3,
+        **{name: inspect.signature(ehs_maxon).parameters[name].default for name in _OF_THE_DESIGN},
         "leakage_resistance": LEAKAGE,
     }
 )

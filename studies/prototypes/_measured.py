@@ -8,7 +8,9 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-FULL, REDUCED = 13.5, 9.45  # V
+from ..actuators import NO_LOAD_FRICTION, REDUCED_SUPPLY, SUPPLY
+
+FULL, REDUCED = SUPPLY, REDUCED_SUPPLY  # V
 UNITS: Mapping[str, str] = MappingProxyType(
     {"opening time": "s", "dead time": "s", "moving time": "s", "peak current": "A", "holding current": "A"}
 )
@@ -52,4 +54,4 @@ DEAD_TIME: Mapping[str, Datum] = MappingProxyType(
     {"opening time": Datum(0.130, 2e-3), "dead time": Datum(0.030, 2e-3), "peak current": Datum(41.0, 2.0)}
 )
 MULTIMETER = Datum(0.2, 0.02)  # ohm, winding and leads of the FISE
-NO_LOAD_TEST = Datum(8e-4, 8e-5)  # N.m.s/rad, friction of the EHS pumping from tank to tank
+NO_LOAD_TEST = Datum(NO_LOAD_FRICTION, 8e-5)  # N.m.s/rad, friction of the EHS pumping from tank to tank

@@ -14,7 +14,7 @@ from acausal import Solution
 from .._opening import STROKE, opening
 from .._statics import hold
 from .._vibrations import mode_frequencies
-from ..actuators import ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
+from ..actuators import LARGEST_TORQUE, ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
 from ..prototypes._cases import CASES, fit
 from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia
 from ._ratios import best_ratio, least_ratio
@@ -24,7 +24,6 @@ ACTUATORS: MappingProxyType[str, Callable[..., ClutchActuator]] = MappingProxyTy
     {"sila": sila, "ema_fise": ema_fise, "ema_maxon": ema_maxon, "ehs_maxon": ehs_maxon}
 )
 
-TORQUE_LIMIT = 12.0 / 38.0  # N.m at the motor, of the FISE with its worm
 MOVED = 0.01  # of the stroke: what counts as motion
 IDENTIFIED = 4  # parameters in each of tables 8.1 to 8.3
 
@@ -94,7 +93,7 @@ def _value(statement: Statement, rtol: float) -> float:
             return _identified(name)["motor.bearing.C"]
         case "least_ratio":
             assert isinstance(model, ElectromechanicalActuator)
-            return least_ratio(model, TORQUE_LIMIT, STROKE)
+            return least_ratio(model, LARGEST_TORQUE, STROKE)
         case "best_ratio":
             return best_ratio(ft.partial(ACTUATORS[name], **dict(changes)), rtol)
     return float(_modes(name, changes, statement.loaded)[int(statement.quantity[-1]) - 1])

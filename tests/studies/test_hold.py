@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.actuators import COIL, motor_held, valve_held
-from studies.actuators._holding import BATTERY, STROKE
+from studies.actuators import COIL, SUPPLY, motor_held, valve_held
+from studies.actuators._holding import STROKE
 from studies.hold import DURATION, KEYWORDS, evaluate, run, static_power
 
 pytestmark = pytest.mark.slow
@@ -84,7 +84,7 @@ def test_switching(by_valve: Any) -> None:
     np.testing.assert_allclose(np.diff(on), np.diff(on)[0], rtol=1e-7)
     closed = np.sum(np.append(on, DURATION) - off)
     coil = float(by_valve.integrals["coil"][-1])
-    assert coil == pytest.approx(BATTERY**2 / (COIL + 1e-5) * closed + BATTERY**2 * 1e-5 * (DURATION - closed), 1e-9)
+    assert coil == pytest.approx(SUPPLY**2 / (COIL + 1e-5) * closed + SUPPLY**2 * 1e-5 * (DURATION - closed), 1e-9)
 
 
 def test_rows(held: Tables) -> None:
