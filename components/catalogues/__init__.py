@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ._parts import brushed_motor as brushed_motor
     from ._parts import catalogue as catalogue
     from ._parts import dc_motor as dc_motor
+    from ._parts import gear_train as gear_train
     from ._parts import gearhead as gearhead
     from ._parts import holding_valve as holding_valve
     from ._parts import pump as pump

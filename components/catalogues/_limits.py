@@ -10,7 +10,7 @@ from acausal import ArgumentError, Component, Solution
 
 from ..electrical import BrushedMotor, DCMotor
 from ..hydraulic import HoldingValve, Pump
-from ..rotational import PlanetaryGearbox
+from ..rotational import PlanetaryGearbox, PlanetaryTrain
 
 RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
     DCMotor: {"nominal_current": lambda motor: motor.resistor.i, "max_speed": lambda motor: motor.rotor.w},
@@ -21,7 +21,13 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
     },
     PlanetaryGearbox: {
         "continuous_torque": lambda gear: gear.carrier.tau,
+        "intermittent_torque": lambda gear: gear.carrier.tau,
         "max_input_speed": lambda gear: gear.w_sun,
+    },
+    PlanetaryTrain: {
+        "continuous_torque": lambda train: train.b.tau,
+        "intermittent_torque": lambda train: train.b.tau,
+        "max_input_speed": lambda train: train.stages[0].w_sun,
     },
     HoldingValve: {"nominal_current": lambda valve: valve.coil.i, "max_pressure": lambda valve: valve.poppet.dp},
     Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},

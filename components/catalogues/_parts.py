@@ -11,7 +11,7 @@ from acausal import ParameterError
 from .._data_sheet import DataSheet
 from ..electrical import BrushedMotor, DCMotor
 from ..hydraulic import HoldingValve, Pump
-from ..rotational import EqualMeshLoss, PlanetaryGearbox
+from ..rotational import EqualMeshLoss, PlanetaryGearbox, PlanetaryTrain
 from ._table import Catalogue, Column, load
 
 COLUMNS: Mapping[str, Mapping[str, Column]] = {
@@ -41,7 +41,9 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = {
         "stages": Column("1", 1.0, 6.0, needed=True),
         "efficiency": Column("1", 0.1, 1.0, needed=True),
         "continuous_torque": Column("N.m", 1e-3, 1e4),
+        "intermittent_torque": Column("N.m", 1e-3, 1e4),
         "max_input_speed": Column("rad/s", 1.0, 1e4),
+        "inertia": Column("kg.m2", 1e-10, 1.0),
         "mass": Column("kg", 1e-4, 1e3),
     },
     "pumps": {
@@ -106,13 +108,33 @@ def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
     """The planetary gearhead with an order name, or of a data sheet, as one stage; hold its ring.
 
     The efficiency of the sheet is that from sun to carrier with the ring held, (1 + (N - 1) eta)/N; the loss follows
-    from it. Inertia, play and stiffness are not stated. `others` replace arguments of `PlanetaryGearbox`.
+    from it. The inertia turns with the sun. Play and stiffness are not stated. `others` replace arguments of
+    `PlanetaryGearbox`.
     """
     sheet = _sheet(order, "gearheads")
-    ratio = sheet["ratio"]
-    rolling = (ratio * sheet["efficiency"] - 1.0) / (ratio - 1.0)
-    given: dict[str, Any] = dict(ratio=ratio, loss=EqualMeshLoss(efficiency=rolling))
+    loss = EqualMeshLoss(efficiency=_rolling(sheet["ratio"], sheet["efficiency"]))
+    given: dict[str, Any] = dict(ratio=sheet["ratio"], loss=loss, J_sun=sheet.get("inertia") or 0.0)
     return PlanetaryGearbox(**(given | others), data_sheet=sheet)
+
+
+def gear_train(order: str | DataSheet, **others: Any) -> PlanetaryTrain:
+    """The planetary gearhead with an order name, or of a data sheet, with its number of stages.
+
+    The sheet states ratio and efficiency of the whole: each of n stages has their n-th root. The inertia turns with the
+    first sun. `others` are the other arguments of `PlanetaryTrain`.
+    """
+    sheet = _sheet(order, "gearheads")
+    number = round(sheet["stages"])
+    ratio, efficiency = sheet["ratio"] ** (1.0 / number), sheet["efficiency"] ** (1.0 / number)
+    loss = EqualMeshLoss(efficiency=_rolling(ratio, efficiency))
+    first = PlanetaryGearbox(ratio=ratio, loss=loss, J_sun=sheet.get("inertia") or 0.0)
+    stages = [first, *(PlanetaryGearbox(ratio=ratio, loss=loss) for _ in range(number - 1))]
+    return PlanetaryTrain(stages=stages, data_sheet=sheet, **others)
+
+
+def _rolling(ratio: float, efficiency: float) -> float:
+    """The efficiency of the meshes with the carrier held, from that of sun to carrier with the ring held."""
+    return (ratio * efficiency - 1.0) / (ratio - 1.0)
 
 
 def pump(order: str | DataSheet, **others: Any) -> Pump:

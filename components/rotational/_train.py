@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from acausal import ArgumentError, Component, Connections, Scalar, connect
 
+from .._data_sheet import DataSheet
 from ._backlash import ElastoBacklash
 from ._basic import Fixed
 from ._gears import PlanetaryGearbox
@@ -23,6 +24,7 @@ class PlanetaryTrain(Component):
     stages: tuple[PlanetaryGearbox, ...]  # from a to b
     teeth: tuple[ElastoBacklash, ...]  # behind the carrier of each stage, or none
     housing: Fixed | None
+    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
     a: Flange = Flange()
     b: Flange = Flange()
     support: Flange | None = None
@@ -33,12 +35,14 @@ class PlanetaryTrain(Component):
         stages: Sequence[PlanetaryGearbox],
         teeth: Sequence[ElastoBacklash] = (),
         support: Flange | None = None,
+        data_sheet: DataSheet | None = None,
     ) -> None:
         if not stages:
             raise ArgumentError("PlanetaryTrain needs at least one stage.")
         if len(teeth) not in (0, len(stages)):
             raise ArgumentError(f"PlanetaryTrain takes {len(stages)} teeth, one for each stage, got {len(teeth)}.")
         self.stages, self.teeth, self.support = tuple(stages), tuple(teeth), support
+        self.data_sheet = data_sheet
         self.housing = Fixed() if support is None else None
         self.a, self.b = Flange(), Flange()
 

@@ -9,15 +9,14 @@ import jax.numpy as jnp
 
 from acausal import Scalar, Solution
 from acausal.design import Design, optimise
+from components.catalogues import catalogue
 
 from .._opening import STROKE, opening
 from .._statics import WORN, holding_current, lift_share, pressure_angle
 from ..actuators import SUPPLY, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 
 HOLD = 60.0  # s
-# Of the RE50, Maxon's data sheet: thermal resistance from the winding to the housing, and the winding's time constant.
-WINDING_RESISTANCE = 1.2  # K/W
-WINDING_TIME = 71.7  # s
+RE50 = catalogue("motors")["370354"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,7 +50,7 @@ def largest(s: Any) -> dict[str, Scalar]:
 def winding_rise(model: Any) -> Scalar:
     """By how much the winding in K gets warmer than the housing while the clutch is held open for `HOLD`."""
     power = model.motor.resistor.R * holding_current(model) ** 2
-    return WINDING_RESISTANCE * power * (1.0 - jnp.exp(-HOLD / WINDING_TIME))
+    return RE50["winding_to_housing"] * power * (1.0 - jnp.exp(-HOLD / RE50["winding_time_constant"]))
 
 
 def _limits(**changes: str) -> dict[str, Any]:

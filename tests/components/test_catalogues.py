@@ -57,8 +57,8 @@ def test_a_motor_from_its_order_name() -> None:
     np.testing.assert_allclose(warm.winding.C, 41.6 / 1.93, rtol=1e-12)
     np.testing.assert_allclose(warm.housing.C, 1120.0 / 4.65, rtol=1e-12)
     assert warm.emf.alpha == -1e-3
-    with pytest.raises(ParameterError, match=r"motors.csv, 370354: winding_to_housing is not stated"):
-        catalogues.brushed_motor("370354")
+    with pytest.raises(ParameterError, match=r"motors.csv, FISE: winding_to_housing is not stated"):
+        catalogues.brushed_motor("FISE")
     with pytest.raises(ArgumentError, match=r"motors.csv has no 'RE 41'\. It has 148867 \(RE 40\), "):
         catalogues.dc_motor("RE 41")
 
@@ -71,9 +71,34 @@ def test_a_gearhead_has_the_efficiency_of_its_sheet() -> None:
     np.testing.assert_allclose(4.0 * found["w_carrier"] / (found["sun.tau"] * 100.0), 0.91, rtol=1e-9)
 
 
+def test_the_re_50_warms_as_its_sheet_says() -> None:
+    """Held at a current, its winding ends above ambient by the loss times both thermal resistances."""
+    motor = catalogues.brushed_motor("370354")
+    resistances = 1.0 / np.array([motor.inside.G, motor.outside.G])
+    np.testing.assert_allclose(resistances, [1.24, 3.59], rtol=1e-12)
+    np.testing.assert_allclose(motor.winding.C * resistances[0], 68.5, rtol=1e-12)
+    np.testing.assert_allclose(motor.housing.C * resistances[1], 1510.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("order", ["203115", "223081"])
+def test_a_gear_train_has_ratio_and_efficiency_of_its_sheet(order: str) -> None:
+    """With its number of stages, each of them loaded; the power that it is loaded with is far above the width."""
+    sheet = catalogue("gearheads")[order]
+    train = catalogues.gear_train(order)
+    assert len(train.stages) == sheet["stages"]
+    np.testing.assert_allclose(train.ratio, sheet["ratio"], rtol=1e-12)
+    given = {"a.phi": 0.0, "der(a.phi)": 100.0, "b.tau": -4.0}
+    speeds = {f"der(stages[{i}].{w})": 0.0 for i in range(len(train.stages)) for w in ("w_sun", "w_carrier")}
+    found = solved(train, given | speeds)
+    power = 4.0 * found[f"stages[{len(train.stages) - 1}].w_carrier"]
+    np.testing.assert_allclose(power / (found["a.tau"] * 100.0), sheet["efficiency"], rtol=1e-9)
+
+
 def test_search() -> None:
     found = MOTORS.search(stall_torque=(quantity(1.0, "N.m"), None), nominal_voltage=24.0)
-    assert {sheet.order for sheet in found} == {"148867", "370354", "268214"}
+    twelve = {sheet.order for sheet in MOTORS.search(stall_torque=(quantity(1.0, "N.m"), None), nominal_voltage=12.0)}
+    assert {sheet.family for sheet in found} == {"RE 40", "RE 50", "RE 30", "DCX 32 L", "DCX 35 L"}
+    assert twelve == {"DCX32L01GBKL448", "DCX35L01GBKL434"}
     assert [sheet.order for sheet in MOTORS.search(family="RE 25")] == ["118752"]
     assert len(MOTORS.search(maker="nobody")) == 0
     with pytest.raises(ArgumentError, match=r"motors.csv has no column 'torque'"):
@@ -146,6 +171,7 @@ def test_limits_of_a_run() -> None:
         ("parts[1]", "nominal_current"),
         ("parts[1]", "max_winding_temperature"),
         ("parts[2]", "continuous_torque"),
+        ("parts[2]", "intermittent_torque"),
     }
     current = found["parts[1]", "nominal_current"]
     np.testing.assert_allclose([current.limit, current.largest], [5.77, 24.0 / 0.317], rtol=0.02)
