@@ -9,15 +9,19 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._declare.component import Component
 from .._declare.fields import join
+from .._declare.layout import complete_leaves
+from .._declare.node import leaves_of
 from .._declare.requirements import told
 from .._errors import ParameterError
 from .._indices import joined
 from .._reduce.flat_model import FlatModel
+from .._reduce.flatten import flatten
 from .._reduce.required import required
 from .._tracing import known
 from .groups import UNROLLED
-from .packing import ModelParameters, SlotValues
+from .packing import ModelParameters, SlotValues, discrete_start, slot_values
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -89,6 +93,22 @@ class ModelRequirements:
                 return told(sentence, values)
             index -= holder.total * len(needed.texts)
         raise IndexError(index)
+
+
+def in_range(model: Component) -> Array:
+    """Whether the parameters and start values of a model, traced or not, lie in their declared ranges."""
+    given = [leaf for leaf in leaves_of(model) if leaf.value is not None]
+    return jnp.all(joined([jnp.asarray(leaf.declaration.admits(leaf.value)) for leaf in given]))
+
+
+def are_met(model: Component) -> Array:
+    """Whether a model, traced or not, meets the requirements of its components and the ranges of its start values."""
+    flat = flatten(model)
+    numbered = enumerate(zip(flat.leaves, complete_leaves(model)[0], strict=True))
+    leaves = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
+    requirements = ModelRequirements(flat)
+    slots = {key: slot_values(flat, leaves, *key) for key in requirements.keys}
+    return in_range(model) & ~jnp.any(joined(requirements.broken(ModelParameters(slots))))
 
 
 @ft.partial(jax.jit, static_argnums=0)

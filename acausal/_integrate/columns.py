@@ -97,6 +97,8 @@ def to_xarray(solution: "Solution", items: Sequence[Item], units: Sequence[str])
     xr = needed("xarray", "tables", "to_xarray()")
     found = {}
     for label, unit, values in columns(solution, items, units):
+        if label == "t":
+            raise ModelError("A column 't' has the name of the time axis: label it, as in {'time': 't'}.")
         dims = ["t", *(f"{label}_{i}" for i in range(values.ndim - 1))]
         found[label] = xr.Variable(dims, values, {"units": unit})
     return xr.Dataset(found, coords={"t": xr.Variable("t", np.asarray(solution.ts), {"units": "s"})})

@@ -139,10 +139,10 @@ def _label(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def run_of_pair(run: Function | None, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
-    """What functions of the run take: the run of a model, or the model itself, with its figures."""
+def run_of_pair(run: Function, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
+    """What functions of the run take: the run of a model, with its figures."""
     model, figures = pair
-    return (model if run is None else run(model)), figures
+    return run(model), figures
 
 
 def on_pair(function: Callable[..., Any]) -> Callable[[tuple[Any, Figures]], Any]:

@@ -69,7 +69,8 @@ def choose(
     structures = _structures(model, tables)
     functions = {o.name: on_pair(o.function) for o in objectives}
     functions |= {name: on_pair(function) for name, (function, _) in limits.items()}
-    tasks = [Task(one.model, one.part, functions, ft.partial(run_of_pair, run)) for one in structures]
+    of_pair = None if run is None else ft.partial(run_of_pair, run)
+    tasks = [Task(one.model, one.part, functions, of_pair) for one in structures]
     columns = [task.columns() for task in tasks]
     owners = columns[0][1]
     for structure, (_, own) in zip(structures, columns, strict=True):

@@ -11,8 +11,10 @@ from jaxtyping import PyTree
 from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ParameterError
+from .._integrate.result import is_success
 from ._batches import LOCKSTEP
 from ._distributions import Distribution
+from ._program import Program
 from ._scores import member_count, sobol_scores
 from ._tolerance import Tolerance
 from ._types import ByPath, Function
@@ -47,7 +49,7 @@ def percentile_of(
     is_share = np.array([distribution.is_relative for distribution in distributions.values()])
     factors = np.where(is_share, members / np.where(is_share & (x0 != 0.0), x0, 1.0), 1.0)
     offsets = np.where(is_share, 0.0, members - x0)
-    function = run if run is not None else lambda model: model
+    program = Program(model, free, {"result": result}, run)
 
     def percentile(design: PyTree) -> Array:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(design)}
@@ -55,7 +57,9 @@ def percentile_of(
         base = jnp.stack([leaves[path] if at is None else leaves[path][at] for path, at in places])
 
         def one(pair: PyTree) -> Array:
-            return result(function(free.with_values(design, base * pair[0] + pair[1])))
+            values, outcomes = program.results(free.with_values(design, base * pair[0] + pair[1]))
+            is_good = jnp.all(jnp.stack([jnp.ones((), bool), *map(is_success, outcomes)]))
+            return jnp.where(is_good, values, jnp.nan)
 
         values = jax.lax.map(one, (jnp.asarray(factors), jnp.asarray(offsets)), batch_size=LOCKSTEP)
         return jnp.percentile(values, p)

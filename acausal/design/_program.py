@@ -3,7 +3,7 @@
 import dataclasses
 import time
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -16,14 +16,17 @@ from .._declare.by_name import replace
 from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError
+from .._evaluate.requirements import are_met, in_range
 from .._integrate.derivative import FEW
 from .._integrate.failure import trials
-from .._integrate.result import is_success, sentence
+from .._integrate.result import Result, is_success, sentence
 from .._integrate.solution import Solution
 from .._numbers import Numbers
 from .._progress import compiling
 from ._free import Free
 from ._types import Function
+
+T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,7 +60,7 @@ class Program:
         scenarios: Mapping[str, Mapping[str, object]] | None = None,
     ) -> None:
         self.model, self.free, self.functions = model, free, dict(functions)
-        self._run = _runs(run, scenarios)
+        self._run, self._is_run = _runs(run, scenarios), run is not None
         self.names: tuple[str, ...] = ()  # of the values, known from the first evaluation on
         self.owners: tuple[str, ...] = ()  # which function each of them is from
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
@@ -105,12 +108,18 @@ class Program:
     def results(self, model: Component) -> tuple[Array, list[PyTree]]:
         """All numbers that the functions return, and the outcomes of the runs."""
         runs = self._run(model)
-        is_solution = _is_solution
-        solutions = [leaf for leaf in jax.tree_util.tree_leaves(runs, is_leaf=is_solution) if is_solution(leaf)]
+        solutions = _those(Solution, runs)
         named = [(name, *pair) for name, function in self.functions.items() for pair in _returned(name, function, runs)]
         self.owners = tuple(owner for owner, _, _ in named)
         self.names = tuple(name for _, name, _ in named)
-        return jnp.stack([value for _, _, value in named]), [_outcome(solution) for solution in solutions]
+        if twice := [name for name in self.names if self.names.count(name) > 1]:
+            raise ModelError(f"{twice[0]} is the name of two results. Rename one of the functions.")
+        # A run checks the requirements of the model that it is made of, which need not be this one.
+        are_valid = (
+            [in_range(m) for m in _those(Component, model)] if self._is_run else map(are_met, _those(Component, runs))
+        )
+        ranges = [Result.where(is_good, Result.reached_end, Result.bad_parameter) for is_good in are_valid]
+        return jnp.stack([value for _, _, value in named]), ranges + [_outcome(solution) for solution in solutions]
 
     def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Component:
         """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
@@ -157,8 +166,10 @@ def _outcome(solution: Solution) -> PyTree:
     return jax.tree_util.tree_map(lambda x: x[jnp.argmin(is_success(result))], result)
 
 
-def _is_solution(value: object) -> bool:
-    return isinstance(value, Solution)
+def _those(kind: type[T], tree: PyTree) -> list[T]:
+    """What a tree holds of a kind."""
+    leaves = jax.tree_util.tree_leaves(tree, is_leaf=lambda value: isinstance(value, kind))
+    return [leaf for leaf in leaves if isinstance(leaf, kind)]
 
 
 def _returned(name: str, function: Function, runs: PyTree) -> list[tuple[str, Array]]:

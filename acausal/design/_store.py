@@ -3,6 +3,7 @@
 import functools
 import hashlib
 import importlib.metadata
+import re
 import types
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,6 +25,7 @@ PARTS = {
     "model": "its model has another structure or other numbers",
     "functions": "its run or its results are computed by other code",
 }
+_NAME = re.compile(r"(?!zarr\.json$|__|\.)[^/]+")  # what zarr takes for the name of an array
 
 
 class Memory:
@@ -54,6 +56,8 @@ class Store:
 
     def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
         zarr = needed("zarr", "stores", "A store on disk")
+        if bad := [name for name in names if not _NAME.fullmatch(name)]:
+            raise ModelError(f"{bad[0]!r} cannot be the name of an array in a store. Rename the result.")
         self.names = tuple(names)
         self.where = f"in {path}: the same call goes on from there"
         if path.exists():

@@ -95,12 +95,28 @@ def sweep(
     members = _members(model, over)
     task = Task(model, members.free, {objective.name: objective.function for objective in objectives}, run)
     names, owners = task.columns()
+    _check_names(members, names)
     size = chunk_of(len(members.x)) if chunk is None else count(chunk, "chunk")
     kept = store_of(store, task, names, members.x, size)
     tell = bar("sweep", progress)
     outcomes = evaluated(task, members.x, executor=executor, chunk=size, store=kept, progress=tell)
     shown = [scales[owner] for owner in owners]
     return _dataset(members, names, shown, outcomes.values, outcomes.codes)
+
+
+def _check_names(members: Members, results: Sequence[str]) -> None:
+    """Raise where a result would have the name of something else in the dataset."""
+    taken = {"code": "the codes", **({} if members.axes else {"member": "the members"})}
+    taken |= dict.fromkeys(members.free.names, "a parameter")
+    for name in results:
+        if name in taken:
+            raise ModelError(f"{name!r} is the name of a result and of {taken[name]} of the sweep. Rename the result.")
+    for name in members.free.names:
+        if name in ("code", "member"):
+            raise ModelError(
+                f"The parameter {name!r} has the name of a column of the dataset. Rename it, or sweep a model that "
+                "holds this one as a part."
+            )
 
 
 def chunk_of(n: int) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._declare.component import Component
+from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ._batches import Outcomes, Task
 from ._distributions import Distribution
@@ -173,10 +174,13 @@ class Tolerance(Generic[M]):
         The box goes to the limits of bounded distributions and to so many standard deviations of `Normal` ones; that
         parameters are correlated is not considered. Found by scipy's L-BFGS-B with exact gradients, from the corner
         that the gradient at the mean points to and from further starts.
+
+        Raises `ParameterError` where the box leaves the range of a parameter.
         """
         _, gradient = self._derivatives
         row = self._row(result)
         box = np.array([distribution.box(sigmas) for distribution in self.distributions])
+        _check_box(self.free, self.model, box)
         owner = self._columns[1][row]
         return worst(self._program, row, box, gradient[row], self._scales[owner], starts, seed)
 
@@ -236,6 +240,18 @@ def _resolved(free: Free, distributions: ByPath[Distribution], model: Component)
             )
         found.append(distribution.resolved(variable.unit, variable.name, nominal))
     return tuple(found)
+
+
+def _check_box(free: Free, model: Component, box: Float[np.ndarray, "k 2"]) -> None:
+    """Raise where a box leaves the declared ranges of parameters."""
+    declarations = {leaf.path: leaf.declaration for leaf in leaves_of(model)}
+    for variable, ends in zip(free.variables, box, strict=True):
+        for declaration in (declarations[place.path] for place in variable.places):
+            if not np.all(declaration.admits(ends)):
+                raise ParameterError(
+                    f"{variable.name} must be {declaration.range}, but the worst case goes from {ends[0]:.6g} to "
+                    f"{ends[1]:.6g} {variable.unit}. Remedy: fewer `sigmas`, or a distribution within the range."
+                )
 
 
 def _root(names: tuple[str, ...], correlation: Mapping[tuple[str, str], float]) -> np.ndarray:

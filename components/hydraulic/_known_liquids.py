@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from acausal import ArgumentError, Scalar
 
-from ._liquids import AnyLiquid, Liquid, Source
+from ._liquids import AnyLiquid, Liquid
 
 # Tangent modulus of mineral oil, about 1.8 GPa at 15 C, its decrease with the temperature and increase with the
 # pressure (Murrenhoff, `Grundlagen der Fluidtechnik`; Merritt, ch. 1).
@@ -36,7 +36,7 @@ def transformer_oil(temperature: Scalar = 313.15, air: Scalar = 0.005) -> Liquid
     """Mineral insulating oil at a temperature in K, within the limits of IEC 60296: 12 mm2/s at 40 C, 0.895 kg/l."""
     source = "density and viscosity within the limits of IEC 60296; bulk modulus of mineral oil"
     return Liquid(
-        density=875.0, nu_1=9.5e-6, nu_2=2.4e-6, temperature=temperature, air=air, source=Source(source), **_MINERAL_OIL
+        density=875.0, nu_1=9.5e-6, nu_2=2.4e-6, temperature=temperature, air=air, source=source, **_MINERAL_OIL
     )
 
 
@@ -45,7 +45,7 @@ def dot_4(temperature: Scalar = 293.15, air: Scalar = 0.001) -> Liquid:
     source = "density, viscosity: Shell Donax UB (typical values); bulk modulus about that of glycols"
     return Liquid(
         density=1070.0, bulk_modulus=2.0e9, T_ref=293.15, softening=5e-3, expansion=8e-4, vapour_pressure=10.0,
-        nu_1=1200e-6, T_1=233.15, nu_2=2.5e-6, T_2=373.15, temperature=temperature, air=air, source=Source(source),
+        nu_1=1200e-6, T_1=233.15, nu_2=2.5e-6, T_2=373.15, temperature=temperature, air=air, source=source,
     )  # fmt: skip
 
 
@@ -55,13 +55,13 @@ def water(temperature: Scalar = 293.15, air: Scalar = 0.001) -> Liquid:
     return Liquid(
         density=998.2, bulk_modulus=2.18e9, T_ref=293.15, stiffening=6.0, expansion=2.1e-4,
         vapour_pressure=2339.0, vaporisation=5220.0, shift=0.88e-6,
-        nu_1=1.0034e-6, T_1=293.15, nu_2=0.3645e-6, T_2=353.15, temperature=temperature, air=air, source=Source(source),
+        nu_1=1.0034e-6, T_1=293.15, nu_2=0.3645e-6, T_2=353.15, temperature=temperature, air=air, source=source,
     )  # fmt: skip
 
 
 def _oil(**data: Any) -> Liquid:
     source = "density at 15 C, viscosity: typical values of HLP oils; bulk modulus: mineral oil"
-    return Liquid(source=Source(source), **data, **_MINERAL_OIL)
+    return Liquid(source=source, **data, **_MINERAL_OIL)
 
 
 def fill(model: M, liquid: AnyLiquid) -> M:

@@ -8,7 +8,6 @@ by `relative_density`. In what follows, r(p) = rho(p) / reference_density, and p
 import abc
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from acausal import Energy, Param, Record, Requirements, Scalar, positive, require
@@ -19,18 +18,6 @@ from .._series import expm1_over, log1p_over
 _TAIL = 40.0  # k, by which bubbles hold ever less pressure: less of it sinks deeper, more of it ends in an underflow
 
 _FROZEN = 1e3  # m2/s, ten million times as thick as an oil in winter
-
-
-class Source(str):
-    """Where data come from: a remark, by which programs compiled for one liquid serve another one."""
-
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Source)
-
-    def __hash__(self) -> int:
-        return 0
 
 
 class AnyLiquid(Record, partial=True):
@@ -150,7 +137,7 @@ class Liquid(AnyLiquid):
     transition_pressure: Param[Scalar, "Pa", positive] = 1.0  # p_t
     shift: Param[Scalar, "m2/s", nonneg] = 0.7e-6  # of Walther's law
     unit: Param[Scalar, "m2/s", positive] = 1e-6  # in which Walther's law counts, mm2/s
-    source: Source = eqx.field(static=True, kw_only=True, default=Source(), converter=Source)  # of the data
+    source: str = ""  # of the data
 
     def requirements(self) -> Requirements:
         return (

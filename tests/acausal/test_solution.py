@@ -139,6 +139,12 @@ def test_to_xarray(charge: Solution) -> None:
     np.testing.assert_allclose(data["c.v"], exact(data["t"]), rtol=1e-6, atol=1e-7)
 
 
+def test_a_column_with_the_name_of_the_time_is_labelled(charge: Solution) -> None:
+    column = {"t": lambda s: 2.0 * s.c.v}
+    with pytest.raises(ModelError, match=r"A column 't' has the name of the time axis: label it"):
+        charge.to_xarray(column)
+
+
 def test_a_batch_is_exported_run_by_run() -> None:
     sols = jax.vmap(lambda V: simulate(rc(V=V), 0.1, save="end"))(jnp.array([1.0, 5.0]))
     with pytest.raises(ModelError, match="batch"):

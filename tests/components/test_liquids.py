@@ -16,6 +16,7 @@ from acausal import (
     ParameterError,
     Result,
     connect,
+    initialise,
     parameters,
     repeat,
     replace,
@@ -158,9 +159,16 @@ def test_nothing_to_fill() -> None:
         fill(Tank(), dot_4())
 
 
-def test_a_remark_on_the_source_does_not_change_the_structure() -> None:
-    structures = {jax.tree_util.tree_structure(liquid()) for liquid in KNOWN}
-    assert len(structures) == 1
+def test_each_liquid_names_its_own_source() -> None:
+    """Of the model and of results, whichever liquid was compiled for first."""
+    assert len({str(liquid().source) for liquid in (water, iso_vg_46, dot_4)}) == 3
+    for liquid in KNOWN:
+        chamber = Chamber(volume=1e-3, liquid=liquid(), p=1e5)
+        found = simulate(chamber, 1e-3, save="end")
+        for named in (found.values, found.final, initialise(chamber)):
+            assert isinstance(named.liquid, Liquid)
+            assert named.liquid.source == liquid().source
+    assert jax.tree.structure(iso_vg_32()) == jax.tree.structure(iso_vg_68())  # these share programs
 
 
 BAD = (

@@ -9,14 +9,27 @@ import threading
 import time
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rigs import Rig, rig
 
-from acausal import ArgumentError, ModelError, ParameterError, SimulationError, quantity, simulate
+from acausal import (
+    ArgumentError,
+    Component,
+    Equations,
+    ModelError,
+    Param,
+    ParameterError,
+    Scalar,
+    SimulationError,
+    Var,
+    eq,
+    quantity,
+    simulate,
+)
 from acausal.design import Normal, Sample, sweep
 
 xr = pytest.importorskip("xarray")
@@ -154,6 +167,43 @@ def test_a_folder_that_is_no_store_is_refused(tmp_path: Path) -> None:
     zarr.open_group(tmp_path / "other.zarr", mode="w")
     with pytest.raises(ModelError, match="is not the store of a sweep"):
         sweep(rig(), GRID, frequency, store=tmp_path / "other.zarr")
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "..", ".hidden", "__reserved", "zarr.json"])
+def test_names_that_a_store_cannot_keep(name: str, tmp_path: Path) -> None:
+    pytest.importorskip("zarr")
+    with pytest.raises(ModelError, match=r"cannot be the name of an array in a store\. Rename the result"):
+        sweep(rig(), {C: [10.0]}, {name: frequency}, store=tmp_path / "kept.zarr")
+    assert not (tmp_path / "kept.zarr").exists()
+
+
+class Coded(Component):
+    """A model whose own parameter has the name of a column."""
+
+    code: Param[Scalar, "1"]
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(self.x, self.code))
+
+
+NAMES: dict[str, tuple[Any, Any, Any, str]] = {
+    "a parameter": (rig(), {C: [1.0]}, {C: frequency}, f"'{C}' is the name of a result and of a parameter"),
+    "the codes": (rig(), {C: [1.0]}, {"code": frequency}, "'code' is the name of a result and of the codes"),
+    "the members": (rig(), [{C: 1.0}], {"member": frequency}, "'member' is the name of a result and of the members"),
+    "two results": (
+        *(rig(), {C: [1.0]}, {"f": lambda m: [m.link.c], "f[0]": frequency}),
+        r"f\[0\] is the name of two results",
+    ),
+    "a column": (Coded(code=1.0), {"code": [1.0]}, {"f": lambda m: m.code}, "The parameter 'code' has the name of a"),
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_names_are_different(case: str) -> None:
+    model, over, results, text = NAMES[case]
+    with pytest.raises(ModelError, match=text):
+        sweep(model, over, results)
 
 
 KILLED = """
