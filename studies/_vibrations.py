@@ -8,8 +8,7 @@ from acausal import Scalar, linearise, replace
 from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
-from ._statics import Hold, angle_at, hold
-from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
+from .actuators import ClutchActuator, ElectromechanicalActuator, Hold, PumpActuator, WormActuator, angle_at, hold
 
 
 def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = False) -> Float[np.ndarray, " modes"]:

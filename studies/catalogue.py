@@ -18,10 +18,9 @@ from acausal import Scalar, Solution, quantity
 from acausal.design import Choice, Design, choose
 from components.catalogues import DataSheet, catalogue
 
-from ._opening import opening as run_until_open
 from ._output import print_table, require_matplotlib, write_json
-from ._statics import WORN, holding_current, lift_share, pressure_angle
-from .actuators import ClutchActuator, ehs_maxon, ema_maxon
+from .actuators import WORN, ClutchActuator, ehs_maxon, ema_maxon, holding_current, lift_share, pressure_angle
+from .actuators import opening as run_until_open
 
 LEADS = 0.1  # ohm, assumed, of what is between battery and motor
 RTOL = 1e-7  # of the runs of products, whose figures are known to three digits

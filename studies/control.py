@@ -18,7 +18,6 @@ from acausal import Scalar, simulate
 from acausal.design import Course, control
 from components.blocks import TimeSeries
 
-from ._opening import STROKE, opening
 from ._output import (
     ACTUATOR_NAMES,
     finished,
@@ -29,7 +28,16 @@ from ._output import (
     resumed,
     write_json,
 )
-from .actuators import SUPPLY, CommandedElectrohydraulic, CommandedElectromechanical, commanded, ehs_maxon, ema_maxon
+from .actuators import (
+    STROKE,
+    SUPPLY,
+    CommandedElectrohydraulic,
+    CommandedElectromechanical,
+    commanded,
+    ehs_maxon,
+    ema_maxon,
+    opening,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

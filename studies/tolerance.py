@@ -11,9 +11,8 @@ from typing import Any
 
 from acausal.design import Normal, SensitivityTable, Spread, Tolerance, sensitivities
 
-from ._opening import opening
 from ._output import finished, print_table, progress, require_matplotlib, resumed, write_json
-from .actuators import ElectromechanicalActuator, ema_maxon
+from .actuators import ElectromechanicalActuator, ema_maxon, opening
 
 SHARES = {
     "motor.resistor.R": 5.0, "motor.bearing.C": 10.0, "motor.emf.k": 3.0, "clutch.rate": 4.0, "supply.V": 2.0,

@@ -15,9 +15,9 @@ from components.translational import PositionSensor
 
 from ._designs import ehs_maxon
 from ._models import PumpActuator, pump_parts
+from ._opening import STROKE
 from ._parameters import SUPPLY
 
-STROKE = 12e-3  # m
 LEAKAGE = 1.5e14  # Pa.s/m3, past the seals: 0.02 cm3/s at the pressure of the open clutch; assumed
 CLOSING_TIME = 1e-3  # s, time constant of the valve's seat; assumed
 CHAMBER = 1e-6  # m3, between pump and valve; assumed

@@ -12,8 +12,7 @@ from typing import Any
 from acausal import Scalar, parameters, replace
 from components.hydraulic import dot_4
 
-from .._opening import STROKE, WORN_LOAD
-from .._warm import magnets, winding
+from ..actuators import STROKE, WORN_LOAD, magnets, winding
 from ._architecture import M
 
 ZERO = 273.15  # K

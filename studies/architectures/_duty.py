@@ -13,7 +13,7 @@ from acausal import Component, Connections, Scalar, Solution, connect, replace, 
 from components.blocks import Output, Step, Sum, TimeSeries
 from components.rotational import Polynomial345
 
-from .._opening import LONGEST, STROKE
+from ..actuators import LONGEST, STROKE
 
 HOLD = 10.0  # s
 CLOSING = 1.0  # s, by the 3-4-5 polynomial, so that it starts and ends at rest

@@ -11,7 +11,7 @@ from jax import Array
 
 from acausal import Component, Scalar, Solution, parameters, replace
 
-from .._opening import STROKE
+from ..actuators import STROKE
 from ._architecture import Architecture
 from ._conditions import CONDITIONS
 from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty

@@ -13,8 +13,7 @@ import jax.numpy as jnp
 from acausal import Component, Connections, Scalar, connect
 from components.hydraulic import FluidPort, LaminarFriction, LaminarResistance, Line, Pipe, dot_4
 
-from .._opening import opening
-from ..actuators import ClutchActuator
+from ..actuators import ClutchActuator, opening
 from ._prototypes import PROTOTYPES, RE40, RE50, Build
 from ._row import Row
 

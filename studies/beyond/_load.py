@@ -24,8 +24,7 @@ from components.translational import (
     SmoothStribeckFriction,
 )
 
-from .._opening import STROKE, WORN_LOAD, opening
-from ..actuators import ClutchActuator
+from ..actuators import STROKE, WORN_LOAD, ClutchActuator, opening
 from ._prototypes import PROTOTYPES, RE50, Prototype
 from ._row import Row
 

@@ -13,9 +13,7 @@ from acausal import Component, Connections, Scalar, connect, simulate
 from acausal.design import Design, optimise
 from components.hydraulic import AnyLiquid, ConstantFlow, DrilledPassage, Tank, dot_4, transformer_oil
 
-from .._opening import opening
-from .._statics import line_pressure
-from ..actuators import ehs_maxon
+from ..actuators import ehs_maxon, line_pressure, opening
 from ._row import Row
 
 ITEM = "passages"

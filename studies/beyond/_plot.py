@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .._opening import WORN_LOAD, opening
-from ..actuators import SUPPLY
+from ..actuators import SUPPLY, WORN_LOAD, opening
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._prototypes import PROTOTYPES
 from ._row import Row

@@ -13,8 +13,7 @@ import jax.numpy as jnp
 from acausal.design import Course, control
 from components.blocks import Staircase
 
-from .._opening import STROKE, opening
-from ..actuators import SUPPLY, commanded
+from ..actuators import STROKE, SUPPLY, commanded, opening
 from ._prototypes import PROTOTYPES
 from ._row import Row
 

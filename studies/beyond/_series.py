@@ -9,7 +9,7 @@ from typing import Any
 
 from acausal.design import Spread, Tolerance, Uniform
 
-from .._opening import opening
+from ..actuators import opening
 from ._prototypes import FISE, PROTOTYPES, RE40, RE50
 from ._row import Row
 

@@ -16,10 +16,7 @@ from acausal import Scalar, replace
 from components.catalogues import DataSheet, brushed_motor, catalogue
 from components.hydraulic import LaminarResistance, Line, dot_4
 
-from .._opening import opening
-from .._statics import holding_current
-from .._warm import SHEETS, magnets, winding
-from ..actuators import ClutchActuator, ehs_maxon
+from ..actuators import SHEETS, ClutchActuator, ehs_maxon, holding_current, magnets, opening, winding
 from ._cycles import COLD, Cycle
 from ._line import DIAMETER, LongLine
 from ._prototypes import PROTOTYPES, RE40, RE50, Build

@@ -13,8 +13,7 @@ from acausal import replace
 from acausal.design import Design, Front, optimise, pareto
 from components.catalogues import catalogue
 
-from .._opening import STROKE, WORN_LOAD
-from ..actuators import SUPPLY, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import STROKE, SUPPLY, WORN_LOAD, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
 from ..catalogue import LEADS
 from . import _targets as targets
 from ._targets import (

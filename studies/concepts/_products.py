@@ -9,8 +9,7 @@ import jax.numpy as jnp
 from acausal import Scalar, Solution, replace
 from acausal.design import Choice, choose
 
-from .._opening import STROKE, WORN_LOAD
-from .._statics import holding_current
+from ..actuators import STROKE, WORN_LOAD, holding_current
 from ..catalogue import GEARHEADS, PUMPS, RTOL, bores
 from ..catalogue import speed as speed_of_sheet
 from ._concepts import EHS, EHS_VALVE, EMA, MOTORS

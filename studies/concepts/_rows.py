@@ -9,16 +9,19 @@ from typing import Any
 from acausal import replace
 from acausal.design import Design, Front
 
-from .._opening import STROKE, WORN_LOAD
-from .._statics import WORN, holding_current, lift_share
 from ..actuators import (
     LARGEST_TORQUE,
     NO_LOAD_FRICTION,
     REDUCED_SUPPLY,
+    STROKE,
+    WORN,
+    WORN_LOAD,
     ClutchActuator,
     ehs_maxon,
     ema_fise,
     ema_maxon,
+    holding_current,
+    lift_share,
 )
 from ..validate._ratios import best_ratio, least_ratio
 from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor

@@ -5,10 +5,19 @@ from typing import Any
 
 from acausal import Scalar, Solution, replace
 
-from .._opening import STROKE
-from .._opening import opening as run_until_open
-from .._statics import WORN, holding_current, lift_share, line_pressure, pressure_angle
-from ..actuators import COIL, SUPPLY, ClutchActuator, ema_fise
+from ..actuators import (
+    COIL,
+    STROKE,
+    SUPPLY,
+    WORN,
+    ClutchActuator,
+    ema_fise,
+    holding_current,
+    lift_share,
+    line_pressure,
+    pressure_angle,
+)
+from ..actuators import opening as run_until_open
 
 OVERALL, HYDRAULIC = 0.2, 0.1  # s, within which any actuator has to open, and the electrohydraulic one
 POWER = 250.0  # W, rated, above which no motor is taken

@@ -11,9 +11,19 @@ from acausal import Scalar, Solution
 from acausal.design import Design, optimise
 from components.catalogues import catalogue
 
-from .._opening import STROKE, opening
-from .._statics import WORN, holding_current, lift_share, pressure_angle
-from ..actuators import SUPPLY, ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import (
+    STROKE,
+    SUPPLY,
+    WORN,
+    ClutchActuator,
+    ehs_maxon,
+    ema_fise,
+    ema_maxon,
+    holding_current,
+    lift_share,
+    opening,
+    pressure_angle,
+)
 
 HOLD = 60.0  # s
 RE50 = catalogue("motors")["370354"]

@@ -8,8 +8,8 @@ import numpy as np
 
 from acausal import Solution
 
-from .._opening import STROKE
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
+from ..actuators import STROKE
 from ._runs import DESIGNS, DURATION, run, static_power, top_up_times
 from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
 

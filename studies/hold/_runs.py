@@ -12,9 +12,7 @@ from jax import Array
 
 from acausal import Scalar, Solution, simulate
 
-from .._opening import STROKE
-from .._statics import hold
-from ..actuators import MotorHeldActuator, ValveHeldActuator, motor_held, valve_held
+from ..actuators import STROKE, MotorHeldActuator, ValveHeldActuator, hold, motor_held, valve_held
 
 DURATION = 60.0  # s, at a traffic light
 DESIGNS: Mapping[str, Callable[..., Any]] = MappingProxyType({"motor_held": motor_held, "valve_held": valve_held})

@@ -13,8 +13,7 @@ from jaxtyping import Float
 
 from acausal import Scalar
 
-from .._opening import opening_time
-from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon
+from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon, opening_time
 from ._minimise import Point, minimise
 
 CM3_PER_REV = 1e-6 / (2.0 * math.pi)  # m3/rad

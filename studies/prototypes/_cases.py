@@ -11,8 +11,6 @@ from acausal import Scalar
 from acausal.design import Experiment, Fit, Normal, identify
 from components.rotational import EqualMeshLoss, SmoothStribeckFriction
 
-from .._opening import opening
-from .._statics import hold
 from ..actuators import (
     ClutchActuator,
     ElectrohydraulicActuator,
@@ -20,6 +18,8 @@ from ..actuators import (
     ehs_maxon,
     ema_fise,
     ema_maxon,
+    hold,
+    opening,
 )
 from ._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 

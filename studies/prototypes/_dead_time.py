@@ -21,8 +21,7 @@ from components.electrical import SignalVoltage
 from components.hydraulic import SpringAccumulator
 from components.rotational import SmoothStribeckFriction
 
-from .._opening import STROKE, opening
-from ..actuators import StickingActuator, ehs_maxon, pump_parts
+from ..actuators import STROKE, StickingActuator, ehs_maxon, opening, pump_parts
 from ._measured import DEAD_TIME, FULL, NO_LOAD_TEST, UNITS
 
 MOVED = 0.01  # of the stroke: what counts as motion

@@ -10,8 +10,7 @@ from jaxtyping import Float
 
 from acausal import Scalar
 
-from .._opening import opening_time
-from ..actuators import ema_maxon
+from ..actuators import ema_maxon, opening_time
 from ._measured import FULL, REDUCED
 
 RESISTANCES = np.linspace(0.08, 0.34, 27)  # ohm

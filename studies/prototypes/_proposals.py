@@ -15,8 +15,7 @@ from jaxtyping import Float
 from acausal import Scalar, replace
 from acausal.design import Fit
 
-from .._opening import opening
-from ..actuators import ClutchActuator, StickingActuator
+from ..actuators import ClutchActuator, StickingActuator, opening
 from ._cases import held
 from ._dead_time import at_voltage, record, times
 from ._measured import FULL

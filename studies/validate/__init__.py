@@ -1,8 +1,8 @@
 """The actuators of Meloni's thesis: what it states beside what the model gives, mismatches included."""
 
-from .._statics import Hold as Hold
-from .._statics import hold as hold
 from .._vibrations import mode_frequencies as mode_frequencies
+from ..actuators import Hold as Hold
+from ..actuators import hold as hold
 from ._linear import linear_actuator as linear_actuator
 from ._linear import matrices as matrices
 from ._linear import modes as modes

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from acausal import Solution
 
-from .._opening import STROKE
 from .._output import ACTUATOR_NAMES, COLORS, legend
+from ..actuators import STROKE
 from ._linear import linear_actuator, linear_system
 from ._rows import Row
 from ._thesis import LINEAR, TOLERANCE, readable, spoken

@@ -10,9 +10,7 @@ import scipy
 
 from acausal import Scalar
 
-from .._opening import LONGEST, opening_time
-from .._statics import delivered
-from ..actuators import ClutchActuator, ElectromechanicalActuator
+from ..actuators import LONGEST, ClutchActuator, ElectromechanicalActuator, delivered, opening_time
 
 RANGE = (1.5, 8.0)  # of the ratios among which the best is sought
 

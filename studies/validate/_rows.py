@@ -11,10 +11,19 @@ from jaxtyping import Float
 
 from acausal import Solution
 
-from .._opening import STROKE, opening
-from .._statics import hold
 from .._vibrations import mode_frequencies
-from ..actuators import LARGEST_TORQUE, ClutchActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon, sila
+from ..actuators import (
+    LARGEST_TORQUE,
+    STROKE,
+    ClutchActuator,
+    ElectromechanicalActuator,
+    ehs_maxon,
+    ema_fise,
+    ema_maxon,
+    hold,
+    opening,
+    sila,
+)
 from ..prototypes._cases import CASES, fit
 from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia
 from ._ratios import best_ratio, least_ratio

@@ -8,8 +8,7 @@ import pytest
 
 from acausal import replace, simulate
 from studies.__main__ import main
-from studies._opening import STROKE
-from studies.actuators import ema_maxon
+from studies.actuators import STROKE, ema_maxon
 from studies.catalogue import LEADS, LONGEST, TABLES, study
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from acausal import replace
 from studies.__main__ import main
-from studies._opening import STROKE, WORN_LOAD
+from studies.actuators import STROKE, WORN_LOAD
 from studies.concepts import CONCEPTS, MOTORS
 from studies.concepts._rows import optimum, statements
 from studies.concepts._targets import OVERALL, opening

@@ -2,7 +2,7 @@
 
 import pytest
 
-from studies._warm import COPPER, NEODYMIUM, SHEETS, T20, magnets, winding
+from studies.actuators._warm import COPPER, NEODYMIUM, SHEETS, T20, magnets, winding
 
 
 def test_winding_and_magnets() -> None:

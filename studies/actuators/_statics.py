@@ -10,8 +10,9 @@ import jax.numpy as jnp
 from acausal import Scalar
 from components.rotational import EccentricDisc, LinearLift
 
+from ._models import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 from ._opening import STROKE
-from .actuators import SUPPLY, ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
+from ._parameters import SUPPLY
 
 WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
 RESERVE = 1.01  # of the cam's lift

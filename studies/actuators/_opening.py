@@ -4,7 +4,7 @@ from typing import Any
 
 from acausal import Scalar, Solution, simulate
 
-from .actuators import ClutchActuator
+from ._models import ClutchActuator
 
 STROKE = 12e-3  # m, travel of the slave at which the clutch is open
 WORN_LOAD = 800.0  # N at the slave with the clutch open, with limited wear, as the thesis states it
