@@ -1,10 +1,11 @@
 """Small operations on jaxprs: slicing out what an output needs, interpreting, recursing into calls."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from .._errors import ModelError
@@ -133,6 +134,22 @@ def _bind_call(eqn: JaxprEqn, values: Sequence[Numbers]) -> list[Array]:
     given = {var: value for var, value in zip(eqn.invars, values, strict=True) if not isinstance(var, Literal)}
     whole = assembled(list(given), eqn.outvars, [eqn])
     return list(jaxpr_as_fun(ClosedJaxpr(whole, []))(*given.values()))
+
+
+def arrays_in(closed: ClosedJaxpr) -> Iterator[Any]:
+    """The arrays that a jaxpr and those within it hold."""
+    yield from closed.consts
+    yield from _literals(closed.jaxpr)
+
+
+def _literals(jaxpr: Jaxpr) -> Iterator[Any]:
+    kinds = (Jaxpr, ClosedJaxpr)
+    for eqn in jaxpr.eqns:
+        yield from (atom.val for atom in eqn.invars if isinstance(atom, Literal) and np.ndim(atom.val))
+        for inner in jax.tree_util.tree_leaves(eqn.params, is_leaf=lambda value: isinstance(value, kinds)):
+            if isinstance(inner, kinds):
+                yield from arrays_in(inner) if isinstance(inner, ClosedJaxpr) else _literals(inner)
+    yield from (atom.val for atom in jaxpr.outvars if isinstance(atom, Literal) and np.ndim(atom.val))
 
 
 def shape_of(atom: Any) -> tuple[int, ...]:

@@ -19,6 +19,7 @@ from .._equinox_private import members_of
 from .._integrate.failure import trials
 from .._integrate.result import Result, is_success, sentence
 from .._progress import compiling
+from .._reduce.jaxpr import arrays_in
 from ._free import Free
 from ._program import Function, Program
 
@@ -92,6 +93,22 @@ class Task:
         with trials():
             jax.eval_shape(lambda x: program.results(self.free.with_values(self.model, x)), row)
         return program.names, program.owners
+
+    def lowered(self) -> tuple[str, list[np.ndarray]]:
+        """The program for a batch of one member, as XLA is given it (StableHLO), and the arrays that it holds.
+
+        The numbers of the model are arguments of it.
+        """
+        program, row = Program(self.model, self.free, self.functions, self.run), self.free.values(self.model)
+        arrays, rest = eqx.partition(self.model, eqx.is_array)
+
+        @jax.jit
+        def batch(arrays: PyTree, rows: Array) -> tuple[Array, Array]:
+            return jax.vmap(lambda row: _one(program, eqx.combine(arrays, rest), row))(rows)
+
+        with trials():
+            traced = batch.trace(arrays, row[None])
+            return traced.lower().as_text(), [np.asarray(array) for array in arrays_in(traced.jaxpr)]
 
     def _piece(self, x: np.ndarray, size: int) -> Piece:
         """At most `CHUNK` members; those that fill the last batch up are copies."""

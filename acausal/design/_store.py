@@ -1,19 +1,16 @@
 """What takes the results of many members piece by piece: memory, or a store on disk that outlives an interruption."""
 
-import functools
 import hashlib
 import importlib.metadata
 import re
-import types
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
-from .._declare.component import Component
+from .._declare.node import leaves_of
 from .._errors import ModelError
 from .._extras import needed
 from ._batches import Piece, Task
@@ -22,10 +19,12 @@ OPEN = -1  # code of a member that is not computed yet
 PARTS = {
     "members": "its parameters or their values are others",
     "results": "its results have other names",
-    "model": "its model has another structure or other numbers",
-    "functions": "its run or its results are computed by other code",
+    "model": "its model has other numbers",
+    "program": "its model, run or results state something else",
 }
 _NAME = re.compile(r"(?!zarr\.json$|__|\.)[^/]+")  # what zarr takes for the name of an array
+
+_CALLBACK = re.compile(r"custom_call @\w*callback")
 
 
 class Memory:
@@ -111,67 +110,29 @@ def store_of(
 
 
 def study_of(task: Task, results: Sequence[str], x: Float[np.ndarray, "n k"]) -> dict[str, str]:
-    """What tells one study from another: digests of its members, results, model and functions."""
-    leaves, structure = jax.tree_util.tree_flatten(task.model)
-    numbers = b"".join(np.asarray(leaf, float).tobytes() for leaf in leaves)
+    """What tells one study from another: digests of its members, its results, the numbers of its model and the program.
+
+    The program is what is compiled, so that it tells all that the results depend on, wherever it is written. Raises
+    `ModelError` where it calls Python, of which it does not tell what it computes.
+    """
+    program, arrays = task.lowered()
+    if _CALLBACK.search(program):
+        raise ModelError(
+            "A store must tell whether its results are still right, but the run or a result calls Python, as "
+            "jax.pure_callback, jax.debug.print and eqx.error_if do. Leave out these calls, or the store."
+        )
+    given = [leaf for leaf in leaves_of(task.model) if leaf.value is not None]
+    numbers = [(leaf.path, np.asarray(leaf.value, float).tobytes()) for leaf in given]
     return {
         "members": _digest(repr(tuple(task.free.names)).encode() + np.ascontiguousarray(x).tobytes()),
         "results": _digest(repr(tuple(results)).encode()),
-        "model": _digest(repr(structure).encode() + numbers),
-        "functions": _digest(b"".join(_code(function) for function in (*task.functions.values(), task.run))),
+        "model": _digest(repr(numbers).encode()),
+        "program": _digest(program.encode() + b"".join(array.tobytes() for array in arrays)),
     }
 
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
-
-
-def _code(function: object) -> bytes:
-    """What a function computes: its code with that of functions within it, and what it closes over."""
-    return repr(_content(function, set())).encode()
-
-
-def _content(value: object, seen: set[int]) -> object:
-    """What a value is, as text that is the same in each process; `seen` are functions that are described already."""
-    if isinstance(value, functools.partial):
-        return [_content(part, seen) for part in (value.func, value.args, value.keywords)]
-    if isinstance(value, types.MethodType):
-        return [_content(part, seen) for part in (value.__func__, value.__self__)]
-    if isinstance(value, types.FunctionType):
-        if id(value) in seen:
-            return value.__qualname__
-        seen.add(id(value))
-        cells = [cell.cell_contents for cell in value.__closure__ or ()]
-        return [_of_code(value.__code__), *(_content(part, seen) for part in (cells, value.__defaults__, _own(value)))]
-    if isinstance(value, Mapping):
-        return [(repr(key), _content(part, seen)) for key, part in value.items()]
-    if isinstance(value, list | tuple):
-        return [_content(part, seen) for part in value]
-    if isinstance(value, Component | np.ndarray | jax.Array):
-        leaves, structure = jax.tree_util.tree_flatten(value)
-        return [repr(structure), *((np.shape(leaf), np.asarray(leaf).tobytes()) for leaf in leaves)]
-    return repr(value) if isinstance(value, bool | int | float | str | None) else repr(type(value))
-
-
-def _own(function: types.FunctionType) -> dict[str, object]:
-    """The globals that a function names, numbers or functions; not the functions that its module has imported."""
-    known = {name: function.__globals__.get(name) for name in sorted(_names(function.__code__))}
-    return {
-        name: value
-        for name, value in known.items()
-        if isinstance(value, bool | int | float | str | list | tuple | dict | np.ndarray | jax.Array)
-        or (isinstance(value, types.FunctionType) and value.__module__ == function.__module__)
-    }
-
-
-def _names(code: types.CodeType) -> set[str]:
-    inner = (item for item in code.co_consts if isinstance(item, types.CodeType))
-    return set(code.co_names).union(*map(_names, inner))
-
-
-def _of_code(code: types.CodeType) -> bytes:
-    constants = [_of_code(item) if isinstance(item, types.CodeType) else repr(item).encode() for item in code.co_consts]
-    return code.co_code + repr(code.co_names).encode() + b"".join(constants)
 
 
 def _versions() -> dict[str, str]:
