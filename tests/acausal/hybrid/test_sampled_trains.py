@@ -83,9 +83,7 @@ def test_what_is_saved_at_an_instant_is_what_held_before_it() -> None:
 def stopped(instants: Instants, h: Any, begin: Any) -> Any:
     """When the second sampler is first met by a jump, counted from the begin in intervals, and the outputs then."""
     until = lambda s: s.second.y.value - LEVEL  # noqa: E731
-    sol = simulate(
-        train(instants, h), h * (begin + N), t0=h * begin, until=until, save="end", rtol=1e-9, throw=False
-    )
+    sol = simulate(train(instants, h), h * (begin + N), t0=h * begin, until=until, save="end", rtol=1e-9, throw=False)
     return sol.t1 / h - begin, outputs(sol.final)
 
 

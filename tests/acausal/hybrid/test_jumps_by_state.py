@@ -1,0 +1,62 @@
+"""Derivatives past a jump of the equations at which a state passes a limit."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import Component, Equations, Param, Scalar, Var, eq, simulate
+
+END = 1.0
+
+
+class Rising(Component):
+    """x' = a up to x = c and b beyond, by a plain where; y' = x y."""
+
+    a: Param[Scalar, "1/s"]
+    b: Param[Scalar, "1/s"]
+    c: Param[Scalar, "1"]
+    x: Var[Scalar, "1"] = 0.0
+    y: Var[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        rate = jnp.where(self.x > self.c, self.b, self.a)
+        return dict(x=eq(d.x, rate), y=eq(d.y, self.x * self.y, check_units=False))
+
+
+def end(numbers: Any) -> Any:
+    a, b, c = numbers
+    final = simulate(Rising(a=a, b=b, c=c), END, save="end", rtol=1e-9, throw=False).final
+    return jnp.stack([final.x, final.y])
+
+
+def exactly(numbers: Any) -> Any:
+    """For c within the run."""
+    a, b, c = numbers
+    after = END - c / a
+    x = c + b * after
+    return jnp.stack([x, jnp.exp(0.5 * c**2 / a + 0.5 * (c + x) * after)])
+
+
+# The limit is passed half-way or earlier; nothing jumps where a = b.
+POINTS = jnp.array([[1.0, 3.0, 0.3], [2.0, 0.5, 0.5], [1.0, 0.0, 0.5], [1.5, 1.5, 0.5]])
+
+
+@pytest.fixture(scope="module")
+def found() -> Any:
+    """Values, and derivatives in both modes."""
+    return jax.jit(jax.vmap(lambda numbers: (end(numbers), jax.jacfwd(end)(numbers), jax.jacrev(end)(numbers))))(POINTS)
+
+
+def test_values(found: Any) -> None:
+    np.testing.assert_allclose(found[0], jax.vmap(exactly)(POINTS), rtol=1e-6)
+
+
+@pytest.mark.xfail(
+    strict=True, raises=AssertionError, reason="The instant of a jump by a plain where has no derivative."
+)
+@pytest.mark.parametrize("mode", [1, 2], ids=["forward", "reverse"])
+def test_derivatives(found: Any, mode: int) -> None:
+    np.testing.assert_allclose(found[mode], jax.vmap(jax.jacfwd(exactly))(POINTS), rtol=1e-5, atol=1e-5)

@@ -1,0 +1,61 @@
+"""The length of the event log costs nothing in a step."""
+
+import math
+from collections.abc import Iterator
+from typing import Any, Self
+
+import jax
+import pytest
+
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate, when
+
+IN_PLACE = ("dynamic_update_slice", "scatter")
+
+
+class Counted(Component):
+    """A state that is set back to zero whenever it reaches 1, beside a clock."""
+
+    rate: Param[Scalar, "1/s"]
+    x: Var[Scalar, "1"] = 0.0
+    ticks: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, self.rate))
+
+    def events(self) -> Events:
+        return dict(full=when(self.x > 1.0, x=0.0), tick=at(0.0, every=0.1, ticks=self.ticks + 1.0))
+
+
+def operations(jaxpr: Any, in_loop: bool = False) -> Iterator[Any]:
+    """Operations in the bodies of loops that are no calls themselves."""
+    for equation in jaxpr.eqns:
+        items = [item for value in equation.params.values() for item in (value if type(value) is tuple else (value,))]
+        inner = [getattr(item, "jaxpr", item) for item in items]
+        inner = [item for item in inner if hasattr(item, "eqns")]
+        if in_loop and not inner:
+            yield equation
+        for item in inner:
+            yield from operations(item, in_loop or equation.primitive.name in ("while", "scan"))
+
+
+def numbers_in_a_step(max_events: int) -> int:
+    """How many numbers the loops of a run compute each time, but for what is written into an array in place."""
+
+    def run(rate: Any) -> Any:
+        sol = simulate(Counted(rate=rate), 1.0, save="end", max_events=max_events, throw=False)
+        return sol.final.x, sol.events.times
+
+    found = operations(jax.make_jaxpr(run)(3.0).jaxpr)
+    outputs = [output.aval for item in found if item.primitive.name not in IN_PLACE for output in item.outvars]
+    return sum(math.prod(output.shape) for output in outputs)
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="The event log is copied and selected from in each step, so that a long one makes all steps slow.",
+)
+def test_a_longer_log_makes_no_step_dearer() -> None:
+    few = numbers_in_a_step(33)
+    assert few > 100
+    assert numbers_in_a_step(4099) == few

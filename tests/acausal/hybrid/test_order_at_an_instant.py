@@ -1,0 +1,100 @@
+"""Jumps, conditions and clocks at one instant: clocks read what holds after all others, and each other's old values."""
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate, when
+
+READ = ("state", "steps", "counted", "algebraic")
+
+
+class Cascade(Component):
+    """At `jump`, x and a step are set, which makes a condition true that counts; a clock samples all of it."""
+
+    jump: Param[Scalar, "s"]
+    start: Param[Scalar, "s"]
+    period: Param[Scalar, "s"]
+    x: Var[Scalar, "1"] = 0.0
+    twice: Var[Scalar, "1"] = 0.0
+    step: Discrete[Scalar, "1"] = 0.0
+    count: Discrete[Scalar, "1"] = 0.0
+    state: Discrete[Scalar, "1"] = -1.0
+    steps: Discrete[Scalar, "1"] = -1.0
+    counted: Discrete[Scalar, "1"] = -1.0
+    algebraic: Discrete[Scalar, "1"] = -1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x), twice=eq(self.twice, 2.0 * self.x + self.step))
+
+    def events(self) -> Events:
+        return dict(
+            sample=at(
+                self.start,
+                every=self.period,
+                state=self.x,
+                steps=self.step,
+                counted=self.count,
+                algebraic=self.twice,
+            ),
+            more=when(self.twice > 7.0, count=self.count + 1.0),
+            jump=at(self.jump, x=3.0, step=2.0),
+        )
+
+
+@jax.jit
+@jax.vmap
+def sampled(jump: Any, start: Any, period: Any, t1: Any) -> Any:
+    model = Cascade(jump=jump, start=start, period=period)
+    final = simulate(model, t1, save="end", throw=False).final
+    return jnp.stack([getattr(final, name) for name in READ])
+
+
+def test_a_clock_reads_what_held_before_a_later_jump_and_after_an_earlier_one() -> None:
+    jump, start = np.array([0.75, 0.25, 0.0, 1.0]), np.array([0.5, 0.5, 0.5, 0.0])
+    found = sampled(jump, start, np.full(4, 10.0), np.full(4, 1.5))
+    before, after = [0.0, 0.0, 0.0, 0.0], [3.0, 2.0, 1.0, 8.0]
+    np.testing.assert_allclose(found, [before, after, after, before], atol=1e-9)
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="A clock reads the values from before the other events of its instant.",
+)
+def test_a_clock_reads_what_holds_after_all_jumps_of_its_instant() -> None:
+    """At the start, and at instants that are equal but for rounding."""
+    jump = np.array([0.0, 0.3, 0.7, 0.1 + 0.2])
+    start, period = np.array([0.0, 0.0, 0.7, 0.0]), np.array([10.0, 0.1, 10.0, 0.3])
+    found = sampled(jump, start, period, jump + 0.05)
+    np.testing.assert_allclose(found, np.tile([3.0, 2.0, 1.0, 8.0], (4, 1)), atol=1e-9)
+
+
+class Exchange(Component):
+    """Two controllers that set what they hold from each other's, one slower than the other."""
+
+    h: Param[Scalar, "s"]
+    a: Discrete[Scalar, "1"] = 1.0
+    b: Discrete[Scalar, "1"] = 0.0
+    x: Var[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, self.a, check_units=False))
+
+    def events(self) -> Events:
+        return dict(
+            first=at(0.0, every=self.h, a=self.a + self.b),
+            second=at(0.0, every=2.0 * self.h, b=self.a),
+        )
+
+
+def test_clocks_read_each_others_old_values() -> None:
+    a, b, x, h = 1.0, 0.0, 0.0, 0.1
+    for i in range(11):
+        a, b = a + b, a if i % 2 == 0 else b
+        x += a * (h if i < 10 else 0.5 * h)
+    final = simulate(Exchange(h=h), 10.5 * h, save="end", rtol=1e-9).final
+    np.testing.assert_allclose(np.array([final.a, final.b, final.x]), [a, b, x], rtol=1e-9)
