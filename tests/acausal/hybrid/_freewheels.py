@@ -47,13 +47,14 @@ def driven(w1: Any, w2: Any, phase: Any, pressed: Any, start: Any) -> Driven:
     )
 
 
-def by_hand(w1: float, w2: float, phase: float, pressed: float, start: float, times: np.ndarray) -> np.ndarray:
-    """Both speeds at the times, shape [2, n].
+def by_hand(numbers: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Both speeds at the times, shape [2, n]; `numbers` are the arguments of `driven`.
 
     Sliding, w2 > w1, the friction mu fn drives the first and brakes the second inertia. Locked, both have half of the
     torque each; the clutch holds any positive one, and a negative one up to the static level, which is zero where it is
     not pressed.
     """
+    w1, w2, phase, pressed, start = numbers.tolist()
     turns = start + PERIOD * (np.arange(10)[:, None] + np.array([0.0, WIDTH])).ravel()
     ends = [0.0, *turns[(turns > 0.0) & (turns < times[-1])], times[-1]]
     found, state, is_locked = np.empty((2, len(times))), np.array([w1, w2]), w1 == w2

@@ -36,7 +36,7 @@ def drawn(n: int) -> np.ndarray:
     w1 = draw.uniform(-2.0, 1.0, n)
     ahead = draw.uniform(0.0, 2.0, n) * (np.arange(n) % 2)
     # Far enough from the level at which the largest torque breaks a clutch away
-    pressed = np.choose(draw.integers(0, 3, n), [0.0, 1.0, draw.uniform(0.0, 0.1, n)])
+    pressed = np.choose(draw.integers(0, 3, n), np.array([np.zeros(n), np.ones(n), draw.uniform(0.0, 0.1, n)]))
     return np.column_stack([w1, w1 + ahead, draw.uniform(0.0, 2.0 * np.pi, n), pressed, draw.uniform(0.0, 0.5, n)])
 
 
@@ -60,4 +60,4 @@ EXAMPLES = np.array(
 )
 def test_a_clutch_that_overruns() -> None:
     cases = np.concatenate([EXAMPLES, drawn(10)])
-    compared(of_two, cases, np.array([by_hand(*case, TIMES) for case in cases]))
+    compared(of_two, cases, np.array([by_hand(case, TIMES) for case in cases]))
