@@ -43,6 +43,10 @@ COLORS: Mapping[str, str] = MappingProxyType(
     }
 )
 
+DOMAIN_COLORS: Mapping[str, str] = MappingProxyType(
+    {"electrical": "#cc79a7", "rotational": "#009e73", "translational": "#d55e00", "hydraulic": "#0072b2"}
+)  # of bond graphs
+
 
 def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
     """Go through the items, showing on the terminal how far one is."""

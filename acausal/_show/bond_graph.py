@@ -1,7 +1,7 @@
 """`bond_graph`: a model as junctions, elements and bonds, with causality, poles and the energy of its modes."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -150,11 +150,15 @@ class BondGraph:
         found = self.places[place]
         return f"{found.kind}:{found.name or place}"
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it with half arrows and causal strokes, coloured by domain; returns the matplotlib axes."""
+    def plot(self, ax: Axes | None = None, *, colours: Mapping[str, str] | None = None) -> Axes:
+        """Draw it with half arrows and causal strokes, power from left to right; returns the matplotlib axes.
+
+        Bonds have the colour of their domain in `colours`, so that pictures side by side can share theirs; any other
+        domain has one of its own.
+        """
         from .bond_plot import plot_bond_graph
 
-        return plot_bond_graph(self, ax)
+        return plot_bond_graph(self, ax, colours or {})
 
 
 def _finite(A: np.ndarray, E: np.ndarray, stores: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,7 @@
 """The picture of a bond graph, laid out as that of a diagram; needs matplotlib."""
 
+import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,15 +18,16 @@ TIED = "#b00020"  # colour of the name of a store whose energy variable is not f
 STROKE, HALF = 0.09, 0.12  # inches: half a causal stroke, and a half arrow
 
 
-def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Axes:
+def plot_bond_graph(graph: BondGraph, ax: Axes | None, chosen: Mapping[str, str]) -> Axes:
     """See `BondGraph.plot`."""
     sizes = np.array([_size(graph, i) for i in range(len(graph.places))]).reshape(-1, 2)
     edges = np.array([(bond.tail, bond.head) for bond in graph.bonds], dtype=int).reshape(-1, 2)
-    points = apart(placed(edges, len(sizes)) * SPREAD, sizes + 0.12)
+    points = apart(_left_to_right(placed(edges, len(sizes)), edges) * SPREAD, sizes + 0.12)
     extent = np.ptp(points, axis=0) + sizes.max(axis=0, initial=1.0) + 0.4
     ax = given_or_new(ax, *np.maximum(extent, 2.0))
     domains = dict.fromkeys(bond.domain for bond in graph.bonds)
-    colours = {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
+    free = itertools.cycle([colour for colour in COLOURS if colour not in chosen.values()] or COLOURS)
+    colours = {domain: chosen[domain] if domain in chosen else next(free) for domain in domains}
     for bond, stroke in zip(graph.bonds, graph.strokes, strict=True):
         _draw_bond(ax, points, sizes, bond, stroke, colours[bond.domain])
     for i, (x, y) in enumerate(points):
@@ -40,6 +43,12 @@ def plot_bond_graph(graph: BondGraph, ax: Axes | None) -> Axes:
     ax.axis("off")
     ax.set_title(f"{graph.name}, bond graph; values in SI units", fontsize="medium")
     return ax
+
+
+def _left_to_right(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """The points, mirrored if most of the way from tails to heads is to the left."""
+    way = points[edges[:, 1], 0] - points[edges[:, 0], 0]
+    return points * [-1.0, 1.0] if np.sum(way) < 0.0 else points
 
 
 def _size(graph: BondGraph, i: int) -> tuple[float, float]:

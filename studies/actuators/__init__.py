@@ -35,6 +35,7 @@ from ._opening import opening as opening
 from ._opening import opening_time as opening_time
 from ._parameters import LARGEST_TORQUE as LARGEST_TORQUE
 from ._parameters import NO_LOAD_FRICTION as NO_LOAD_FRICTION
+from ._parameters import PRESENT_RATIO as PRESENT_RATIO
 from ._parameters import REDUCED_SUPPLY as REDUCED_SUPPLY
 from ._parameters import SUPPLY as SUPPLY
 from ._parameters import Parameter as Parameter

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from .._measured import DEAD_TIME, FULL, MEASURED, Datum
 from .._output import legend
-from ..prototypes._measured import DEAD_TIME, FULL, MEASURED, Datum
 from ._rows import Row
 
 AREAS: Mapping[str, str] = MappingProxyType(

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
+from .._measured import DEAD_TIME, FULL, MEASURED
 from ..actuators import ElectrohydraulicActuator, ElectromechanicalActuator, ehs_maxon, ema_fise, ema_maxon
-from ..prototypes._measured import DEAD_TIME, FULL, MEASURED
 
 Build: TypeAlias = Callable[[], ElectromechanicalActuator | ElectrohydraulicActuator]
 

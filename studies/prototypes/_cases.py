@@ -11,6 +11,7 @@ from acausal import Scalar
 from acausal.design import Experiment, Fit, Normal, identify
 from components.rotational import EqualMeshLoss, SmoothStribeckFriction
 
+from .._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 from ..actuators import (
     ClutchActuator,
     ElectrohydraulicActuator,
@@ -21,7 +22,6 @@ from ..actuators import (
     hold,
     opening,
 )
-from ._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 
 RESISTANCE, FRICTION = "motor.resistor.R", "motor.bearing.C"
 HOLDING = "holding current"
@@ -56,7 +56,7 @@ CASES = (
     Case("all data", "ema_fise", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
     Case(
         "multimeter in place of the peak", "ema_fise", (RESISTANCE, FRICTION),
-        {RESISTANCE: Normal(*MULTIMETER)}, ("peak current",),
+        {RESISTANCE: Normal(*MULTIMETER[:2])}, ("peak current",),
     ),
     Case("times and peaks", "ema_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE, ("holding current",)),
     Case("all data, viscous friction alone", "ema_maxon", (RESISTANCE, FRICTION)),
@@ -64,7 +64,7 @@ CASES = (
     Case("all data, dry friction", "ema_maxon", (RESISTANCE, FRICTION, DRY)),
     Case("all data, losses in the gear", "ema_maxon", (RESISTANCE, FRICTION, MESH)),
     Case("all data", "ehs_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
-    Case("all data and the no-load test", "ehs_maxon", (RESISTANCE, FRICTION), {FRICTION: Normal(*NO_LOAD_TEST)}),
+    Case("all data and the no-load test", "ehs_maxon", (RESISTANCE, FRICTION), {FRICTION: Normal(*NO_LOAD_TEST[:2])}),
 )  # fmt: skip
 
 

@@ -21,8 +21,8 @@ from components.electrical import SignalVoltage
 from components.hydraulic import SpringAccumulator
 from components.rotational import SmoothStribeckFriction
 
+from .._measured import DEAD_TIME, FULL, NO_LOAD_TEST, UNITS
 from ..actuators import STROKE, StickingActuator, ehs_maxon, opening, pump_parts
-from ._measured import DEAD_TIME, FULL, NO_LOAD_TEST, UNITS
 
 MOVED = 0.01  # of the stroke: what counts as motion
 SHEET = Normal(0.317, "10 %")  # ohm, winding of the RE40 by its data sheet, and leads
@@ -110,7 +110,8 @@ EXPLANATIONS: Mapping[str, Explanation] = MappingProxyType(
 REFUTED: Mapping[str, Explanation] = MappingProxyType(
     {
         "rising voltage, friction of the no-load test": Explanation(
-            rising_slowly, EXPLANATIONS["rising voltage"].free, {RESISTANCE: SHEET, FRICTION: Normal(*NO_LOAD_TEST)},
+            rising_slowly, EXPLANATIONS["rising voltage"].free,
+            {RESISTANCE: SHEET, FRICTION: Normal(*NO_LOAD_TEST[:2])},
         ),
     }
 )  # fmt: skip

@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from acausal import Scalar
 
+from .._measured import FULL, REDUCED
 from ..actuators import ema_maxon, opening_time
-from ._measured import FULL, REDUCED
 
 RESISTANCES = np.linspace(0.08, 0.34, 27)  # ohm
 FRICTIONS = np.linspace(1e-3, 14e-3, 27)  # N.m.s/rad

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from .._measured import DEAD_TIME, MEASURED
 from .._output import legend
 from ..actuators import STROKE
-from ._measured import DEAD_TIME, MEASURED
 from ._plane import FRICTIONS, RESISTANCES, opening_times
 from ._proposals import GRID, Proposal
 

@@ -15,10 +15,10 @@ from jaxtyping import Float
 from acausal import Scalar, replace
 from acausal.design import Fit
 
+from .._measured import FULL
 from ..actuators import ClutchActuator, StickingActuator, opening
 from ._cases import held
 from ._dead_time import at_voltage, record, times
-from ._measured import FULL
 
 LOW = 8.0  # V, at which the RE50 still opens the clutch
 BATTERY = 12.0  # V, of a car that does not run

@@ -1,68 +1,50 @@
 """`python -m studies validate`."""
 
 import dataclasses
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from acausal import BondGraph, bond_graph
-
-from .._output import (
-    ACTUATOR_NAMES,
-    plain_table,
-    print_table,
-    progress,
-    read_json,
-    require_matplotlib,
-    save,
-    write_json,
-)
-from ..actuators import sila
-from ._linear import CLUTCH_STIFFNESS, linear_actuator
-from ._rows import ACTUATORS, Row, compare, run
-from ._thesis import CHOSEN, DECIDED, GIVEN, NOT_COMPARED, NOTE, TOLERANCE, readable, spoken, statements
+from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, read_json, require_matplotlib, write_json
+from .._trade import trade
+from ..actuators import parameter_set
+from ._conflicts import CONFLICTS, NOT_COMPARED
+from ._rows import ACTUATORS, TOLERANCE, Row, compare
+from ._statements import GIVEN, KINDS, NOT_COMPARABLE, PREDICTED, REFITTED, statements
+from ._words import NOTE, readable, spoken
 
 STORED = Path(__file__).parent / "rows.json"
-HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "why")
-ABOUT = """Meloni's thesis (Torino, 2012) states opening times, currents, frequencies and ratios of actuators that
-open the clutch of a car: one in use, with a worm, and three new ones. Two of these push by motor, gearbox, cam and
-master cylinder (EMA), one by motor and pump (EHS).
-
-Each figure is set beside that of the model, all from one set of parameters, and where they differ it is told why.
-"""
-SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
+HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "part", "note")
+NO_LOAD_HEAD = "no-load set"
+COUNT_HEADS = ("part of the figures", "figures", f"within {100.0 * TOLERANCE:g} %", "what it means")
+SET_HEADS = ("parameter", "unit", *(ACTUATOR_NAMES[name] for name in ACTUATORS), "source")
+CONFLICT_HEADS = ("figure", "what is printed", "used")
+NOT_COMPARED_HEADS = ("in the thesis", "why not compared")
+MEANING: Mapping[str, str] = MappingProxyType(
     {
-        "validate_deviations": (
-            "How far the model is from each figure",
-            "Figures within the grey band count as reproduced; the summary has the reasons of the others.",
-        ),
-        "validate": (
-            "Times, currents and frequencies",
-            "Diamonds are the model's, circles were measured, squares are computed or in a table of the thesis.",
-        ),
-        "validate_openings": (
-            "The openings in time",
-            "Stroke, current and pressure at full voltage, with the opening times that the thesis states.",
-        ),
-        "validate_bond_graph_whole": (
-            "Its bond graph with supply and losses",
-            "As in chapter 3: the liquid's damping takes the flow that compresses it, at a 1-junction of their own.",
-        ),
-        "validate_linear": (
-            "The present actuator as a linear system",
-            "Its gain over the frequency, and which store has which share of the energy of its two modes.",
-        ),
+        GIVEN: "they went into the set of parameters, so that they test nothing",
+        PREDICTED: "the set gives them",
+        REFITTED: "parameters of the set, identified anew from the measurements",
+        NOT_COMPARABLE: "the thesis and the set speak of two things; see the note",
     }
 )
 
 
 @dataclasses.dataclass(frozen=True)
 class Missing:
-    """What the thesis has and no figure of the model can be set beside."""
+    """A figure of the thesis that no figure of the model can be set beside."""
 
     source: str
     reason: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Count:
+    """The figures of the thesis of one kind, and how many of them the model gives within `TOLERANCE`."""
+
+    kind: str
+    figures: int
+    reproduced: int
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
@@ -71,53 +53,76 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         require_matplotlib()
     wanted = [statement for actuator in ACTUATORS for statement in statements(actuator)]
     rows = [compare(statement, rtol) for statement in progress(wanted, "simulating")]
-    for name, cells in _by_actuator(rows):
-        print_table(f"{name}: thesis and model", HEADS, cells)
-    print(summary(rows))
+    for name, heads, cells in tables(rows):
+        print_table(f"{name}: thesis and model", heads, cells)
+    print(notes(rows))
+    print_table("Four counts", COUNT_HEADS, count_cells(rows))
     if json is not None:
-        write_json(json, rows, not_compared=[Missing(*item) for item in NOT_COMPARED])
+        write_json(json, rows, counts=counts(rows), not_compared=[Missing(*item) for item in NOT_COMPARED])
     if out is not None:
-        _draw(rows, out, rtol)
+        from ._report import report
+
+        report(rows, out, rtol)
     return rows
 
 
-def _by_actuator(rows: list[Row]) -> Iterable[tuple[str, list[tuple[str, ...]]]]:
-    """The names of the actuators, and the lines of each."""
+def tables(rows: Sequence[Row]) -> Iterable[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    """The name of each actuator, with heads and lines of its table; the no-load set is a column where one has it."""
     reasons = _reasons(rows)
     for name in dict.fromkeys(row.actuator for row in rows):
-        yield ACTUATOR_NAMES[name], list(_cells([row for row in rows if row.actuator == name], reasons))
+        own = [row for row in rows if row.actuator == name]
+        two = any(row.no_load is not None for row in own)
+        heads = (*HEADS[:5], NO_LOAD_HEAD, *HEADS[5:]) if two else HEADS
+        yield ACTUATOR_NAMES[name], heads, [_cells(row, reasons, two) for row in own]
 
 
-def _cells(rows: list[Row], reasons: list[str]) -> Iterable[tuple[str, ...]]:
-    for row in rows:
-        thesis = "-" if row.thesis is None else f"{row.thesis:.6g}"
-        deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
-        quantity = spoken(row.quantity) + ("" if row.unit == "1" else f" [{row.unit}]")
-        why = f"({reasons.index(row.reason) + 1})" if row.reason else ""
-        yield quantity, readable(row.condition), row.source, thesis, f"{row.model:.6g}", deviation, why
+def _cells(row: Row, reasons: list[str], two: bool) -> tuple[str, ...]:
+    _, unit = trade(1.0, row.unit)
+    quantity = spoken(row.quantity) + ("" if unit == "1" else f" [{unit}]")
+    thesis, model, no_load = (_number(value, row.unit) for value in (row.thesis, row.model, row.no_load))
+    deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
+    note = f"({reasons.index(row.reason) + 1})" if row.reason else ""
+    part = "" if row.thesis is None else row.kind
+    second = (no_load,) if two else ()
+    return quantity, readable(row.condition), row.source, thesis, model, *second, deviation, part, note
 
 
-def _reasons(rows: list[Row]) -> list[str]:
+def _number(value: float | None, unit: str) -> str:
+    return "-" if value is None else f"{trade(value, unit)[0]:.5g}"
+
+
+def _reasons(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(row.reason for row in rows if row.reason))
 
 
-def summary(rows: list[Row]) -> str:
-    """How many figures are reproduced, why others are not, and what is not compared."""
-    stated = [row for row in rows if row.reproduced is not None]
-    within = [row for row in stated if row.reproduced]
-    used = sum(row.reason in (GIVEN, CHOSEN) for row in within)
-    lines = [
-        f"{len(within)} of {len(stated)} figures of the thesis are reproduced within {TOLERANCE:.0%}, by one set; "
-        f"{used} of these {len(within)} went into the set."
+def notes(rows: Sequence[Row]) -> str:
+    """The notes of the tables by their numbers."""
+    return "\n".join([*(f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)), NOTE])
+
+
+def counts(rows: Sequence[Row]) -> list[Count]:
+    """The figures of the thesis by the part that they play: given, predicted, refitted, not comparable."""
+    return [
+        Count(kind, len(own), sum(bool(row.reproduced) for row in own))
+        for kind in KINDS
+        for own in [[row for row in rows if row.thesis is not None and row.kind == kind]]
     ]
-    lines += [f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)]
-    lines += [f"Not compared: {source}: {reason}." for source, reason in NOT_COMPARED]
-    return "\n".join([*lines, NOTE])
 
 
-def decided() -> str:
-    """What the thesis leaves open of the set of parameters, and what decided it."""
-    return "\n".join(f"- {what}: {by}" for what, by in DECIDED)
+def count_cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """The counts as texts."""
+    return [(one.kind, str(one.figures), str(one.reproduced), MEANING[one.kind]) for one in counts(rows)]
+
+
+def set_cells() -> list[tuple[str, ...]]:
+    """The set of parameters as texts, in units of the trade, with the source of each value."""
+    return [
+        (
+            one.name, one.unit, *(f"{one.values[name]:.5g}" if name in one.values else "-" for name in ACTUATORS),
+            one.source,
+        )
+        for one in parameter_set(ACTUATORS)
+    ]  # fmt: skip
 
 
 def stored() -> list[Row]:
@@ -125,42 +130,21 @@ def stored() -> list[Row]:
     return read_json(STORED, rows=Row)["rows"]
 
 
-def as_text(rows: list[Row]) -> str:
-    """A table for each actuator, with a line for each row; numbers in brackets are the reasons of `summary`."""
-    return "\n\n".join(f"{name}\n{plain_table(HEADS, cells)}" for name, cells in _by_actuator(rows))
+def as_text(rows: Sequence[Row]) -> str:
+    """A table for each actuator, with a line for each row, and the notes that their last column points to."""
+    return "\n\n".join([*(f"{name}\n{plain_table(heads, cells)}" for name, heads, cells in tables(rows)), notes(rows)])
 
 
-def _draw(rows: list[Row], out: Path, rtol: float) -> None:
-    from .._report import Table, write_report
-    from ._plot import plot_comparison, plot_deviations, plot_linear, plot_openings
-
-    runs = {actuator: run(actuator, rtol=rtol) for actuator in ACTUATORS}
-    graph = bond_graph(linear_actuator())
-    whole = bond_graph(sila(spring_rate=CLUTCH_STIFFNESS))
-    pictures = {
-        "validate_deviations": plot_deviations(rows),
-        "validate": plot_comparison(rows),
-        "validate_openings": plot_openings(runs, rows),
-        "validate_linear": plot_linear(rows),
-        "validate_bond_graph": graph.plot().figure,
-        "validate_bond_graph_whole": whole.plot().figure,
-    }
-    for name, figure in pictures.items():
-        save(figure, out, name)
-    texts = {**SHOWN, "validate_bond_graph": ("The present actuator, read off its bond graph", _of_graph(graph))}
-    parts = [(*texts[name], [figure]) for name, figure in pictures.items()]
-    summed = ("Summary", summary(rows), [])
-    tables = [
-        ("All figures", [Table(HEADS, cells, name) for name, cells in _by_actuator(rows)], []),
-        ("What the thesis leaves open of the set", Table(("parameter", "decided by"), DECIDED), []),
-    ]
-    title = "Clutch actuators: Meloni's thesis (2012) and the model"
-    write_report(out, "validate", title, [summed, *parts, *tables], ABOUT)
+def counts_as_text(rows: Sequence[Row]) -> str:
+    """The four counts: a line for each kind of figure."""
+    return plain_table(COUNT_HEADS, count_cells(rows))
 
 
-def _of_graph(graph: BondGraph) -> str:
-    """Bonds, frequencies and shares of energy."""
-    frequencies = abs(graph.poles[::2]) / (2.0 * math.pi)
-    heads = ("store", *(f"{frequency:.6g} Hz" for frequency in frequencies))
-    shares = ((name, *(f"{share:.6g}" for share in values[::2])) for name, values in graph.energy.items())
-    return f"{graph}\n\n{plain_table(heads, shares)}"
+def set_as_text() -> str:
+    """The set of parameters that all studies share, with the source of each value."""
+    return plain_table(SET_HEADS, set_cells())
+
+
+def conflicts_as_text() -> str:
+    """The figures that the thesis prints in two ways, and those that nothing here can be set beside."""
+    return f"{plain_table(CONFLICT_HEADS, CONFLICTS)}\n\n{plain_table(NOT_COMPARED_HEADS, NOT_COMPARED)}"

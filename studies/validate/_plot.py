@@ -1,6 +1,7 @@
 """Pictures of the comparison."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,15 +12,21 @@ from acausal import Solution
 from .._output import ACTUATOR_NAMES, COLORS, legend
 from ..actuators import STROKE
 from ._linear import linear_actuator, linear_system
-from ._rows import Row
-from ._thesis import LINEAR, TOLERANCE, readable, spoken
+from ._rows import TOLERANCE, Row
+from ._statements import GIVEN, LINEAR, NOT_COMPARABLE, PREDICTED, REFITTED
+from ._words import readable, spoken
 
 PANELS = (
     ("opening_time", "opening time [ms]", 1e3),
     ("peak_current", "peak current [A]", 1.0),
-    ("holding_current", "holding current at 12 mm [A]", 1.0),
+    ("holding_current", "motor current, held at 12 mm [A]", 1.0),
     ("mode_frequency", "undamped modes at 6 mm [Hz]", 1.0),
 )
+PARTS: Mapping[str, str] = MappingProxyType(
+    {GIVEN: "0.6", PREDICTED: "#0072b2", REFITTED: "#e69f00", NOT_COMPARABLE: "#56b4e9"}
+)  # colours of the parts that figures play
+TICKS = (-100.0, -50.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)  # %
+WIDEST = 400.0  # %
 SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3),
     ("motor.p.i", "motor current [A]", 1.0),
@@ -27,7 +34,7 @@ SIGNALS = (
 )
 
 
-def plot_comparison(rows: list[Row]) -> Figure:
+def plot_comparison(rows: Sequence[Row]) -> Figure:
     """Thesis against model: a panel for each quantity, a line in it for each actuator and condition."""
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(2, 2)))
@@ -35,16 +42,21 @@ def plot_comparison(rows: list[Row]) -> Figure:
         _compare(panel, [row for row in rows if row.quantity.startswith(quantity)], label, scale)
     panels[-1].set_xscale("log")
     panels[-1].set_xlim(0.3, 3e3)
-    legend(figure, 3)
+    legend(figure, 4)
     figure.suptitle("Clutch actuators: Meloni's thesis (2012) and the model")
     return figure
 
 
-def _compare(panel: Axes, rows: list[Row], label: str, scale: float) -> None:
+def _compare(panel: Axes, rows: Sequence[Row], label: str, scale: float) -> None:
     lines = list(dict.fromkeys((row.actuator, row.condition) for row in rows))
     for row in rows:
         height, color, model = lines.index((row.actuator, row.condition)), COLORS[row.actuator], scale * row.model
         panel.plot(model, height, "D", color="black", markersize=6, label="model", zorder=3)
+        if row.no_load is not None:
+            panel.plot(
+                scale * row.no_load, height, "D", color="black", markerfacecolor="none", markersize=6,
+                label="model, no-load set", zorder=3,
+            )  # fmt: skip
         if row.thesis is not None:
             measured = "measured" in row.source
             panel.plot([model, scale * row.thesis], [height, height], color=color, alpha=0.4, linewidth=3)
@@ -64,33 +76,48 @@ def _name(actuator: str, condition: str) -> str:
     return ACTUATOR_NAMES[actuator] + ("" if condition == "base" else f"\n{readable(condition)}")
 
 
-def plot_deviations(rows: list[Row], figure: Figure | None = None) -> Figure:
-    """The deviation of each figure from the thesis, with the band within which it counts as reproduced."""
-    stated = [row for row in rows if row.deviation is not None]
-    figure = figure or Figure(figsize=(11.0, 0.24 * len(stated) + 1.5), layout="constrained")
-    panel = figure.subplots()
+def plot_deviations(rows: Sequence[Row], figure: Figure | None = None) -> Figure:
+    """The deviation of each figure from the thesis, by actuator and coloured by the part that it plays.
+
+    The scale is linear within the band of what counts as reproduced, and logarithmic beyond it.
+    """
+    own = {name: [row for row in rows if row.actuator == name and row.thesis is not None] for name in COLORS}
+    own = {name: chosen for name, chosen in own.items() if chosen}
+    counts = [len(chosen) for chosen in own.values()]
+    figure = figure or Figure(figsize=(11.0, 0.22 * sum(counts) + 0.5 * len(own) + 1.2), layout="constrained")
+    panels = np.ravel(np.asarray(figure.subplots(len(own), 1, sharex=True, height_ratios=counts, squeeze=False)))
+    for panel, (name, chosen) in zip(panels, own.items(), strict=True):
+        _deviations(panel, chosen)
+        panel.set_title(ACTUATOR_NAMES[name], loc="left", fontsize="medium", fontweight="bold")
+    panels[0].set_xscale("symlog", linthresh=100.0 * TOLERANCE, linscale=0.6)
+    panels[0].set_xlim(-WIDEST, WIDEST)
+    panels[0].set_xticks(TICKS, [f"{tick:+g}" if tick else "0" for tick in TICKS])
+    panels[-1].set_xlabel("model against thesis [%]; beyond the band the scale is logarithmic")
+    legend(figure, 3)
+    figure.suptitle("Deviation of the model from each figure of Meloni's thesis (2012)")
+    return figure
+
+
+def _deviations(panel: Axes, rows: Sequence[Row]) -> None:
     width = 100.0 * TOLERANCE
-    panel.axvspan(-width, width, color="0.88", label=f"within {width:g} %: reproduced")
-    for height, row in enumerate(stated):
-        deviation = 100.0 * (row.deviation or 0.0)
-        colour = COLORS[row.actuator]
-        panel.barh(height, deviation, color=colour, alpha=0.85, label=ACTUATOR_NAMES[row.actuator])
+    panel.axvspan(-width, width, color="0.92", label=f"within {width:g} %: reproduced")
+    for height, row in enumerate(rows):
+        assert row.deviation is not None
+        assert row.thesis is not None
+        deviation = 100.0 * row.deviation
+        panel.barh(height, deviation, color=PARTS[row.kind], label=row.kind)
+        if row.no_load is not None:
+            other = 100.0 * (row.no_load / row.thesis - 1.0)
+            panel.plot(other, height, "D", color="black", markerfacecolor="none", markersize=5, label="no-load set")
         place, align = (4, "left") if deviation >= 0.0 else (-4, "right")
         panel.annotate(
             f"{deviation:+z.1f} %", (deviation, height), xytext=(place, 0), textcoords="offset points", va="center",
             ha=align, fontsize=7,
         )  # fmt: skip
-    names = [_row_name(row) for row in stated]
-    panel.set_yticks(range(len(stated)), names, fontsize=7)
-    panel.set_ylim(len(stated) - 0.5, -0.5)
+    panel.set_yticks(range(len(rows)), [_row_name(row) for row in rows], fontsize=7)
+    panel.set_ylim(len(rows) - 0.5, -0.5)
     panel.axvline(0.0, color="black", linewidth=1.0)
-    widest = 1.25 * max(100.0, *(100.0 * abs(row.deviation or 0.0) for row in stated))
-    panel.set_xlim(-widest, widest)
-    panel.set_xlabel("model against thesis [%]")
     panel.grid(axis="x", alpha=0.3)
-    legend(figure, 3)
-    figure.suptitle("Deviation of the model from each figure of Meloni's thesis (2012)")
-    return figure
 
 
 def _row_name(row: Row) -> str:
@@ -98,7 +125,7 @@ def _row_name(row: Row) -> str:
     return f"{spoken(row.quantity)} ({row.source}{condition})"
 
 
-def plot_linear(rows: list[Row]) -> Figure:
+def plot_linear(rows: Sequence[Row]) -> Figure:
     """The present actuator as a linear system: its gain over the frequency, and where the energy of its modes is."""
     figure = Figure(figsize=(12.0, 5.2), layout="constrained")
     gain, shares = np.ravel(np.asarray(figure.subplots(1, 2)))
@@ -113,7 +140,7 @@ def plot_linear(rows: list[Row]) -> Figure:
 _LINEAR = {(statement.quantity, statement.source) for statement in LINEAR}
 
 
-def _gain(panel: Axes, rows: list[Row]) -> None:
+def _gain(panel: Axes, rows: Sequence[Row]) -> None:
     model = linear_actuator()
     frequencies = np.geomspace(0.05, 3e3, 4000)
     response = np.abs(np.asarray(linear_system(model).frequency_response(2.0 * np.pi * frequencies)))[:, 0]
@@ -130,7 +157,7 @@ def _gain(panel: Axes, rows: list[Row]) -> None:
     panel.grid(alpha=0.3)
 
 
-def _shares(panel: Axes, rows: list[Row]) -> None:
+def _shares(panel: Axes, rows: Sequence[Row]) -> None:
     chosen = [row for row in rows if row.quantity.startswith(("kinetic", "potential"))]
     for height, row in enumerate(chosen):
         panel.barh(height, row.model, color=COLORS["sila"], alpha=0.6, label="model")
@@ -147,7 +174,7 @@ def _shares(panel: Axes, rows: list[Row]) -> None:
     panel.grid(axis="x", alpha=0.3)
 
 
-def plot_openings(runs: Mapping[str, Solution], rows: list[Row]) -> Figure:
+def plot_openings(runs: Mapping[str, Solution], rows: Sequence[Row]) -> Figure:
     """Stroke, current and pressure over time, with the opening times that the thesis states."""
     figure = Figure(figsize=(9.0, 9.0), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(3, 1, sharex=True)))

@@ -1,9 +1,12 @@
 """Bond graphs against textbook causality (Karnopp, Margolis, Rosenberg, `System Dynamics`), closed forms and poles."""
 
+import dataclasses
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from _models import rc
+from matplotlib.axes import Axes
 from test_diagram import Chain
 
 from acausal import BondGraph, Component, Connections, ModelError, bond_graph, connect, linearise, repeat, replace
@@ -127,4 +130,38 @@ def test_picture() -> None:
     ax = graph.plot()
     assert {text.get_text() for text in ax.texts} >= {"1", "R", "C"}
     assert len([line for line in str(graph).splitlines() if "|" in line]) == len(graph.bonds)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_power_is_drawn_from_left_to_right(swapped: bool) -> None:
+    """From a source, however the parts are declared."""
+    graph = bond_graph(rc())
+    order = list(range(len(graph.places)))[:: -1 if swapped else 1]
+    place = {old: new for new, old in enumerate(order)}
+    mirrored = dataclasses.replace(
+        graph,
+        places=tuple(graph.places[old] for old in order),
+        bonds=tuple(bond._replace(tail=place[bond.tail], head=place[bond.head]) for bond in graph.bonds),
+        strokes=tuple(place[stroke] for stroke in graph.strokes),
+    )
+    ax = mirrored.plot()
+    at = {text.get_text(): text.get_position()[0] for text in ax.texts}
+    assert at["Se"] < max(at["R"], at["C"])
+    plt.close("all")
+
+
+def _colours(ax: Axes) -> dict[str, str]:
+    return {str(line.get_label()): str(line.get_color()) for line in ax.get_lines()}
+
+
+def test_pictures_share_colours() -> None:
+    """A domain has the colour that is asked for, and no other domain has it."""
+    chosen = {"electrical": "#0072b2"}
+    found = _colours(bond_graph(rc()).plot(colours=chosen))
+    assert found["electrical"] == "#0072b2"
+    disc = EccentricDisc(eccentricity=5e-3, radius=20e-3)
+    model = Valve(inertia=Inertia(J=1e-4), cam=Cam(profile=disc), mass=Mass(m=0.2), spring=Spring(c=1e3))
+    found = _colours(bond_graph(model).plot(colours={"translational": "#0072b2"}))
+    assert found["translational"] == "#0072b2" != found["rotational"]
     plt.close("all")

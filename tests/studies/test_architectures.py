@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from acausal import Result, parameters, replace, simulate
+from studies.actuators import DISPLACEMENT, SUPPLY
 from studies.architectures import (
     ARCHITECTURES,
     Architecture,
@@ -26,7 +27,7 @@ from studies.architectures import (
     study,
 )
 from studies.architectures._conditions import at_temperature, worn
-from studies.architectures._parts import DISPLACEMENT, HIGHEST, VOLTAGE, pump_data, re40, relief
+from studies.architectures._parts import HIGHEST, pump_data, re40, relief
 from studies.architectures._plot import kind_of, plot_areas, plot_energies, plot_figures
 from studies.architectures._rows import gradients_of, opening_time_of, sizes_of
 from studies.architectures._stored import charged
@@ -106,7 +107,7 @@ def at_rest(p: float) -> tuple[float, float]:
     assert motor.bearing is not None
     r, k, c = (float(x) for x in (motor.resistor.R, motor.emf.k, motor.bearing.C))
     slip, torque = losses_of_the_pump(p)
-    w = (VOLTAGE - r * torque / k) / (k + r * c / k)
+    w = (SUPPLY - r * torque / k) / (k + r * c / k)
     return (torque + c * w) / k, DISPLACEMENT * w - slip
 
 
@@ -147,12 +148,12 @@ def test_variable_pump_idles() -> None:
     drag = float(pump_data()["losses"].C_f) * DISPLACEMENT * p
 
     def missing(w: float) -> float:
-        return VOLTAGE - r * (drag + slip / w * p + c * w) / k - k * w
+        return SUPPLY - r * (drag + slip / w * p + c * w) / k - k * w
 
     w = scipy.optimize.root_scalar(missing, bracket=(100.0, 1000.0), xtol=1e-10).root
-    idle = (VOLTAGE - k * w) / r
+    idle = (SUPPLY - k * w) / r
     assert row.resting_current == pytest.approx(idle, rel=1e-6)
-    assert 0.0 < 10.0 * (row.holding_current - idle) < 5.0 * float(model.pump.tau) * (VOLTAGE / r - idle)
+    assert 0.0 < 10.0 * (row.holding_current - idle) < 5.0 * float(model.pump.tau) * (SUPPLY / r - idle)
 
 
 def test_conditions() -> None:
