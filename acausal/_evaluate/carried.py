@@ -85,10 +85,16 @@ class Carried:
         if not values:
             return inputs
         params = inputs.params
-        slots = {key: slot_values(self.flat, values, *key) for key in params.slots if self._is_discrete(key)}
+        slots = {key: slot_values(self.flat, values, *key) for key in params.slots if self.is_discrete(key)}
         leaves = {i: value for i, value in values.items() if i in params.leaves}
         return dataclasses.replace(inputs, params=ModelParameters(params.slots | slots, params.leaves | leaves))
 
-    def _is_discrete(self, key: tuple[int, int]) -> bool:
+    def is_discrete(self, key: tuple[int, int]) -> bool:
+        """Whether a slot of a component kind holds a discrete variable."""
         kind, slot = key
         return self.flat.holders[kind].kind.declarations[slot].role == "discrete"
+
+    def leaves_of(self, key: tuple[int, int]) -> list[int]:
+        """The leaves, by number, behind a slot of a component kind."""
+        kind, slot = key
+        return [first + slot for first in self.flat.holders[kind].first_leaf]

@@ -6,6 +6,7 @@ import numpy as np
 from jax import Array
 
 from .._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
+from .._evaluate.invariants import discrete_in_invariants
 from .._evaluate.observe import constrained_places
 from .._numbers import Numbers
 from .field import Given
@@ -17,12 +18,17 @@ def changed(
 ) -> tuple[Numbers, Numbers]:
     """The vector after the events that `fired`, and whether its constraints forbid it. Of several values that events
     give to one variable the last one counts. The events that `remains` marks set discrete variables no more.
+
+    A new value of a discrete variable in an invariant moves the states to the nearest point that satisfies it.
     """
     if events.system.events is None:
         return y, jnp.asarray(False)
     wanted = _wanted(events, values, fired)
-    y = with_discrete(events, y, values, fired & ~remains)
-    return _reset(events, t, y, wanted, given) if wanted else (y, jnp.asarray(False))
+    new = with_discrete(events, y, values, fired & ~remains)
+    bound = discrete_in_invariants(events.system)
+    if not wanted and not bound.size:
+        return new, jnp.asarray(False)
+    return _reset(events, t, new, wanted, jnp.any(new[bound] != y[bound]), given)
 
 
 def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
@@ -51,9 +57,11 @@ def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, t
 
 
 def _reset(
-    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], given: Given
+    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], is_moved: Array, given: Given
 ) -> tuple[Array, Array]:
-    """The vector with new values of variables: those of states directly, others by way of the constraints."""
+    """The vector with new values of variables: those of states directly, others by way of the constraints. `is_moved`
+    tells whether invariants have changed. Where constraints forbid the values, the vector stays as it is.
+    """
     system, constraints = events.system, events.system.constraints
     places = {leaf: constrained_places(system, leaf) for leaf in wanted}
     x, touched = jnp.zeros(len(constraints.sizes)), jnp.zeros(len(constraints.sizes), bool)
@@ -64,7 +72,7 @@ def _reset(
     is_bad = jnp.asarray(False)
     if system.ordered.invariants or not all(constraints.is_state[where].all() for where, _ in places.values()):
         x, is_bad = _followed(events, t, y, x, touched, given)
-        touched = jnp.broadcast_to(jnp.any(touched), touched.shape)
+        touched = jnp.broadcast_to((jnp.any(touched) | is_moved) & ~is_bad, touched.shape)
     new = jnp.where(touched[constraints.states], x[constraints.states], y[constraints.in_state_vector])
     return placed(y, constraints.in_state_vector, new), is_bad
 

@@ -40,9 +40,9 @@ class SolverState(eqx.Module):
 class Stepper(Wrapper):
     """Steps of `solver`, up to the first event.
 
-    `project(t, states, given)` brings the states back onto the invariants, `remember(t, point, given, anew)` renews
-    the unknowns from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may
-    be missing. Steps of a run that `is_reversible` may fail and be differentiated in reverse mode.
+    `project(t, y, given)` returns the states on the invariants, `remember(t, point, given, anew)` renews the unknowns
+    from which iterations start, `peaks` are those that are wanted, and `events` those of the run; each may be missing.
+    Steps of a run that `is_reversible` may fail and be differentiated in reverse mode.
 
     A step is taken as if there were no events. Where one begins in it, the step ends there: the vector is that of the
     dense output, changed by what happens, and `moment` in its status says when. With times to save at beyond the event,
@@ -130,8 +130,7 @@ class Stepper(Wrapper):
         """The vector on the invariants."""
         if self.project is None:
             return y
-        states = self.layout.states
-        return self.layout.with_part(y, states, self.project(given.direction * t, y[states], given))
+        return self.layout.with_part(y, self.layout.states, self.project(given.direction * t, y, given))
 
     def _remembered(self, t: Array, y: Vector, given: Given, *, anew: Truth = False) -> Vector:
         """The vector with the unknowns that belong to it."""

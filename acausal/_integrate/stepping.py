@@ -56,8 +56,8 @@ def solver_of(
     if is_plain and not settings.follows_course:
         return Rejectable(solver, settings) if is_reversible else solver
 
-    def project(t: Numbers, states: Array, given: Given) -> Array:
-        return onto_invariants(system, t, states, given.inputs)
+    def project(t: Numbers, y: Array, given: Given) -> Array:
+        return onto_invariants(system, t, y[settings.layout.point], given.inputs)
 
     def remember(t: Numbers, y: Array, given: Given, anew: Truth) -> Array:
         return system.with_memory(t, y[settings.layout.point], given.inputs, anew=anew)[settings.layout.memory]

@@ -12,17 +12,23 @@ from scipy.special import ellipj, ellipk
 
 from acausal import (
     Component,
+    Discrete,
     Equations,
+    Events,
+    Nominal,
     Param,
     Scalar,
+    SimulationError,
     StructureError,
     Var,
+    at,
     choose_states,
     eq,
     initialise,
     never,
     simulate,
     structure,
+    when,
 )
 from acausal._integrate.solvers import Rodas3P
 
@@ -178,3 +184,104 @@ def test_compiled_once() -> None:
         return simulate(Pendulum(x=x0, y=0.0, L=x0), 0.1, save="end").final.y
 
     np.testing.assert_allclose(run(jnp.asarray(1.0)), run(jnp.asarray(2.0)), rtol=0.02)
+
+
+class Reeled(Component, partial=True):
+    """A pendulum whose rod is as long as events say."""
+
+    share: Param[Scalar, "1"] = 0.8
+    g: Param[Scalar, "m/s2"] = G
+    L: Discrete[Scalar, "m"] = 1.0
+    x: Var[Scalar, "m"] = 1.0
+    y: Var[Scalar, "m"] = 0.0
+    u: Var[Scalar, "m/s"] = 0.0
+    v: Var[Scalar, "m/s"] = 0.0
+    force: Var[Scalar, "1/s2", Nominal(100.0)] = 0.0
+
+    def falls(self) -> Any:
+        """Whether it has fallen by 0.5 m on its first rod."""
+        return (self.y < -0.5) & (self.L > 0.9)
+
+    def equations(self, d: Any) -> Equations:
+        return dict(
+            speed_x=eq(self.u, d.x),
+            speed_y=eq(self.v, d.y),
+            newton_x=eq(d.u, -self.force * self.x),
+            newton_y=eq(d.v, -self.force * self.y - self.g),
+            rod=eq(self.x**2 + self.y**2, self.L**2),
+        )
+
+
+class Shortened(Reeled):
+    """Straight in on the way down, so that only the place jumps. At the lowest point an event sets one speed."""
+
+    def events(self) -> Events:
+        return dict(
+            reel=when(self.falls(), L=self.share * self.L),
+            slow=when(self.x < 0.0, u=0.5 * self.u),
+        )
+
+
+class Drawn(Reeled):
+    """In at constant angular momentum: the event sets all that it changes."""
+
+    def events(self) -> Events:
+        k = self.share
+        return dict(
+            reel=when(self.falls(), L=k * self.L, x=k * self.x, y=k * self.y, u=self.u / k, v=self.v / k),
+        )
+
+
+class ReeledAtTheStart(Reeled):
+    """Short from the start on, where it is given on the longer circle."""
+
+    def events(self) -> Events:
+        return dict(reel=at(0.0, L=self.share * self.L))
+
+
+class Torn(Reeled):
+    """An event sets a place that the rod, which it shortens, does not reach."""
+
+    def events(self) -> Events:
+        return dict(tear=when(self.falls(), L=self.share * self.L, x=0.9))
+
+
+@pytest.mark.parametrize(
+    ("model", "after"),
+    [
+        (Shortened(), 0.5 * G - 0.4 * G),
+        pytest.param(Drawn(), 0.5 * G / 0.64 - 0.4 * G, marks=pytest.mark.slow),
+        pytest.param(ReeledAtTheStart(), 0.0, marks=pytest.mark.slow),
+    ],
+)
+def test_the_rod_is_as_long_as_the_last_event_says(model: Any, after: float) -> None:
+    """From the event on the mass is on the new circle, with an energy per mass that follows from its place and speed.
+
+    It has fallen by 0.5 m then, so that the square of its speed is g times 1 m.
+    """
+    times = np.linspace(0.0, 1.0, 21)
+    sol = simulate(model, 1.0, save=times, rtol=1e-9)
+    length = np.asarray(sol.L)
+    assert length[-1] == 0.8
+    np.testing.assert_allclose(np.hypot(sol.x, sol.y), length, rtol=1e-8)
+    np.testing.assert_allclose(sol.x * sol.u + sol.y * sol.v, 0.0, atol=1e-7)
+    energy = 0.5 * (np.asarray(sol.u) ** 2 + np.asarray(sol.v) ** 2) + G * np.asarray(sol.y)
+    falls = np.asarray(sol.x) > 0.0
+    expected = np.where(length < 1.0, after, 0.0)
+    np.testing.assert_allclose(energy[falls], expected[falls], atol=1e-6)
+
+
+def test_derivatives_with_a_rod_that_changes() -> None:
+    """By the share that is left of the rod, in both modes."""
+
+    def end(share: Scalar) -> Scalar:
+        return simulate(Shortened(share=share), 0.6, save="end", rtol=1e-10).final.x
+
+    slope, h = jax.jacfwd(end)(0.8), 1e-4
+    np.testing.assert_allclose(slope, (end(0.8 + h) - end(0.8 - h)) / (2.0 * h), rtol=1e-6)
+    np.testing.assert_allclose(jax.grad(end)(0.8), slope, rtol=1e-8)
+
+
+def test_values_that_a_rod_forbids() -> None:
+    with pytest.raises(SimulationError, match="An event sets variables to values that contradict the constraints"):
+        simulate(Torn(), 1.0)
