@@ -54,7 +54,7 @@ def stored(view: Node) -> dict[str, Scalar]:
 class EnergyAccount:
     """What became of the energy in a run, in J: supplied = change of stored + dissipated + lost at events.
 
-    The first three are by component, `events` by event.
+    The first three are by component, `events` by event. The account begins after the events at the start.
 
     `print` it for a table. `imbalance` is what is missing; it measures the error of the integration.
     """

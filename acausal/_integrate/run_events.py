@@ -22,8 +22,8 @@ from .schedule import farthest, last_before, next_after
 
 class Here(NamedTuple):
     """What is at a point: which conditions hold at the start of a run, where numbers may be equal, or the margins of
-    relations later on; the new values that events would set, the energy stored, and whether the stop condition is
-    exactly zero.
+    relations later on; the new values that events would set, the energy stored (after the start), and whether the stop
+    condition is exactly zero.
     """
 
     truths: Array
@@ -103,7 +103,8 @@ class RunEvents(EventNumbers):
 
     def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
         """What holds at a point, and what events would change there."""
-        system, (events, stop, stored) = self.system, (self.system.events, self.settings.stop, self.settings.stored)
+        system, events, stop = self.system, self.system.events, self.settings.stop
+        stored = None if is_start else self.settings.stored
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
         decides = events and (events.truths if is_start else events.margins)
         wanted |= {*decides.leaves, *events.actions.leaves} if events and decides else set()

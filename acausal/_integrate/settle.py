@@ -96,7 +96,8 @@ def settle(
     do not jump, a margin that has changed is that of another limit.
 
     At the start of a run, `order` has the times of the past events. They have no moments of their own there, and each
-    tells anew what is due between its time and the start, as it would have done then.
+    tells anew what is due between its time and the start, as it would have done then. The energy account begins after
+    what happens at the start, which is no loss.
     """
     is_start = order is not None
     if events.only_stops:
@@ -201,7 +202,8 @@ def settle(
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     fresh = end.happened & ~end.undone & (end.holds | ~events.continuous)
-    return Settled(end.t, _accounted(events, end), end.holds, fresh, end.zero, end.change, end.history, outcome)
+    y = end.ys[1] if is_start else _accounted(events, end)
+    return Settled(end.t, y, end.holds, fresh, end.zero, end.change, end.history, outcome)
 
 
 def _stopped(t: Array, y: Array, holds: Array, begins: Array, zero: Array, history: EventHistory) -> Settled:
