@@ -28,6 +28,14 @@ def sampled(owner: Component | Record, values: str, *knots: str) -> Requirements
     )
 
 
+def ends_at(stop: Any, stroke: Any, name: str) -> Requirements:
+    """That a stop ends where the parts do that share its stroke."""
+    return (
+        require(stop.s_min == 0.0, "stop.s_min must be 0"),
+        require(stop.s_max == stroke, f"stop.s_max must equal {name}"),
+    )
+
+
 def numbers(owner: Component | Record, name: str, value: Any) -> Array:
     """An array of floats; raises `ParameterError` for what is none."""
     try:

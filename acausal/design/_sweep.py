@@ -77,7 +77,8 @@ def sweep(
       the dataset are in the unit to show.
     - `run`: a function of the model that returns what the other functions take; without it, they take the model.
     - `store`: a folder that takes results as they come (zarr). A sweep that was interrupted goes on from there, and one
-      that is finished is read.
+      that is finished is read. A store is refused where anything has changed that its
+      results depend on.
     - `executor`: an object with `submit`, as those of `concurrent.futures`, or `Client.get_executor()` of Dask; by
       default threads on all cores. One of processes needs functions that can be pickled.
     - `chunk`: members of a piece of work, which is what is lost by an interruption; by default 256, or fewer where the

@@ -57,7 +57,12 @@ class TransferFunction(SISO):
             check_shape(self, "x", (self.order,))
 
     def requirements(self) -> Requirements:
-        return (require(self.a[0] != 0.0, "a must be led by a coefficient that is not zero"),)
+        n = self.order + 1
+        return (
+            require(jnp.shape(self.a) == (n,), f"a must have shape {(n,)}"),
+            require(jnp.ndim(self.b) == 1 and 1 <= len(self.b) <= n, f"b must have 1 to {n} coefficients"),
+            require(self.a[0] != 0.0, "a must be led by a coefficient that is not zero"),
+        )
 
     def equations(self, d: Self) -> Equations:
         a, u = self.a, self.u.value
@@ -98,6 +103,11 @@ class StateSpace(Component):
         shapes = {"A": (n, n), "B": (n, inputs), "C": (outputs, n), "D": (outputs, inputs)}
         for name, wanted in shapes.items() if x is None else {**shapes, "x": (n,)}.items():
             check_shape(self, name, wanted)
+
+    def requirements(self) -> Requirements:
+        n, inputs, outputs = self.order, len(self.u), len(self.y)
+        shapes = {"A": (n, n), "B": (n, inputs), "C": (outputs, n), "D": (outputs, inputs)}
+        return tuple(require(jnp.shape(getattr(self, k)) == v, f"{k} must have shape {v}") for k, v in shapes.items())
 
     def equations(self, d: Self) -> Equations:
         inputs = [(j, u.value) for j, u in enumerate(self.u)]

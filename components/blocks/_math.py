@@ -5,7 +5,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Vector, eq
+from acausal import Component, Discrete, Equations, Events, Param, Requirements, Scalar, Vector, eq, require
 
 from .. import _pieces as pieces
 from .._checks import numbers
@@ -45,6 +45,9 @@ class WeightedSum(Component):
         self.k = numbers(self, "k", k)
         self.u = tuple(Input() for _ in range(len(self.k)))
         self.y = Output()
+
+    def requirements(self) -> Requirements:
+        return (require(jnp.shape(self.k) == (len(self.u),), f"k must have shape {(len(self.u),)}"),)
 
     def equations(self, d: Self) -> Equations:
         return dict(sum=eq(self.y.value, sum(self.k[i] * u.value for i, u in enumerate(self.u))))

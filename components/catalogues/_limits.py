@@ -1,12 +1,12 @@
 """Which ratings a run exceeded."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from acausal import ArgumentError, Component, Solution
+from acausal import ArgumentError, Array, Component, Solution
 
 from ..electrical import BrushedMotor, DCMotor
 from ..hydraulic import HoldingValve, Pump
@@ -56,10 +56,30 @@ class Exceeded(NamedTuple):
 
 
 class Limits(tuple[Exceeded, ...]):
-    """What a run exceeded, one line for each rating when printed."""
+    """What a run exceeded, one line for each rating when printed.
+
+    `checked` are the ratings that the run was held against: path of the part, order name, rating.
+    """
+
+    checked: tuple[tuple[str, str, str], ...]
+
+    def __new__(cls, exceeded: Iterable[Exceeded], checked: Iterable[tuple[str, str, str]]) -> "Limits":
+        made = super().__new__(cls, exceeded)
+        made.checked = tuple(checked)
+        return made
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return tuple(self), self.checked
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self)) or "No rating is exceeded."
+        if self:
+            return "\n".join(map(str, self))
+        if not self.checked:
+            return "No rating was checked: no part of the model has a data sheet that states one."
+        parts = dict.fromkeys(f"{path} ({order})" for path, order, _ in self.checked)
+        told = {part: [name for path, order, name in self.checked if part == f"{path} ({order})"] for part in parts}
+        lines = [f"{part}: {', '.join(names)}" for part, names in told.items()]
+        return "\n".join(["No rating is exceeded of those that were checked:", *lines])
 
 
 def limits(solution: Solution[Any]) -> Limits:
@@ -67,11 +87,14 @@ def limits(solution: Solution[Any]) -> Limits:
 
     For the parts that were made from a data sheet, at the saved times: save enough of them, with `save="steps"` or
     times. Ratings for continuous operation, of currents and torques, may be exceeded for a while; the largest one and
-    the share of the time tell how far. Raises `ArgumentError` for a batch of solutions.
+    the share of the time tell how far. `limits(solution).checked` tells what the run was held against: parts without a
+    data sheet and ratings that a sheet does not state are not in it.
+
+    Raises `ArgumentError` for a batch of solutions, and for a run that failed where a rated size is not a number.
     """
     if solution.is_batched:
         raise ArgumentError("limits takes a single solution, not a batch: use vmap's results one by one.")
-    times, found = np.asarray(solution.ts), []
+    times, found, checked = np.asarray(solution.ts), [], []
     for path, part in _rated(solution.values, ""):
         sheet = part.data_sheet
         for rating, read in RATINGS[type(part)].items():
@@ -79,9 +102,12 @@ def limits(solution: Solution[Any]) -> Limits:
             if limit is None:
                 continue
             size = np.abs(np.broadcast_to(np.asarray(read(part)), times.shape))
+            if np.any(np.isnan(size)):
+                raise ArgumentError(f"{path}: the size that {rating} limits is not a number, since the run failed.")
+            checked.append((path, sheet.order, rating))
             if np.max(size) > limit:
                 found.append(_exceeded(path, sheet, rating, limit, times, size))
-    return Limits(found)
+    return Limits(found, checked)
 
 
 def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarray, size: np.ndarray) -> Exceeded:
@@ -99,9 +125,10 @@ def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarra
 
 def _rated(node: Any, path: str) -> Iterator[tuple[str, Any]]:
     """The parts with a data sheet, with their paths."""
-    if isinstance(node, tuple):
+    if isinstance(node, tuple | Array):
         for i, part in enumerate(node):
             yield from _rated(part, f"{path}[{i}]")
+        return
     if not isinstance(node, Component):
         return
     if type(node) in RATINGS and getattr(node, "data_sheet", None) is not None:

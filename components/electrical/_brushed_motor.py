@@ -11,12 +11,14 @@ from acausal import (
     Energy,
     Equations,
     Param,
+    Requirements,
     Scalar,
     Var,
     connect,
     eq,
     nonnegative,
     positive,
+    require,
 )
 
 from .._data_sheet import DataSheet
@@ -137,6 +139,9 @@ class BrushedMotor(Component):
         self.winding, self.housing = HeatCapacitor(C=winding, T=T), HeatCapacitor(C=housing, T=T)
         self.inside, self.outside = ThermalConductor(G=G_wh), ThermalConductor(G=G_ha)
         self.p, self.n, self.shaft, self.ambient = Pin(), Pin(), Flange(), HeatPort()
+
+    def requirements(self) -> Requirements:
+        return (require(self.emf.T_ref == self.resistor.T_ref, "emf.T_ref must equal resistor.T_ref"),)
 
     def connections(self) -> Connections:
         parts = [part for part in (self.resistor, self.inductor, self.brushes, self.emf) if part is not None]

@@ -2,8 +2,9 @@
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Param, Scalar, connect
+from acausal import Component, Connections, Param, Requirements, Scalar, connect, require
 
+from .._checks import ends_at
 from .._data_sheet import DataSheet
 from ..electrical import Pin, Solenoid
 from ..translational import Damper, Fixed, HardStop, Mass, Spring
@@ -65,6 +66,14 @@ class HoldingValve(Component):
         )  # fmt: skip
         self.wall, self.data_sheet = Fixed(), data_sheet
         self.p, self.n, self.a, self.b = Pin(), Pin(), FluidPort(), FluidPort()
+
+    def requirements(self) -> Requirements:
+        return (
+            *ends_at(self.stop, self.poppet.stroke, "poppet.stroke"),
+            require(self.poppet.seated == self.poppet.stroke, "poppet.seated must equal poppet.stroke"),
+            require(self.poppet.sense == -1.0, "poppet.sense must be -1"),
+            require(self.coil.closed >= self.poppet.stroke, "coil.closed must be at least poppet.stroke"),
+        )
 
     @classmethod
     def rated(

@@ -54,7 +54,7 @@ class Segments(Component, partial=True):
     friction: PipeFriction
     wall: Param[Scalar, "1/Pa", nonnegative]  # relative growth of the volume with the pressure
     q: Var[Vector, "m3/s", prefer, shape("n")]  # flow from node to node, by volume
-    p: Var[Vector, "Pa", prefer, shape("inner")]  # pressure at the inner nodes
+    p_inner: Var[Vector, "Pa", prefer, shape("inner")]  # pressure at the inner nodes
     p_a: Var[Scalar, "Pa", prefer]  # pressure at the node of a
     p_b: Var[Scalar, "Pa", prefer]  # and at that of b
     a: FluidPort
@@ -80,7 +80,7 @@ class Segments(Component, partial=True):
         self.q = self._start("q", "m3/s", n, q)
         start = self._start("p", "Pa", n + 1, p)
         ends: Any = (None, None, None) if start is None else (start[0], start[1:-1], start[-1])
-        self.p_a, self.p, self.p_b = ends
+        self.p_a, self.p_inner, self.p_b = ends
         self.a, self.b = FluidPort(), FluidPort()
 
     def _start(self, name: str, unit: str, size: int, value: Any) -> Any:
@@ -91,6 +91,12 @@ class Segments(Component, partial=True):
         if start.shape not in ((), (size,)):
             raise ParameterError(f"{where} must be one number or {size} of them, got an array of shape {start.shape}.")
         return jnp.broadcast_to(start, (size,))
+
+    @property
+    def p(self) -> Vector:
+        """Pressures in Pa at all nodes, from a to b."""
+        first, last = (jnp.asarray(end)[..., None] for end in (self.p_a, self.p_b))
+        return jnp.concatenate([first, jnp.asarray(self.p_inner), last], axis=-1)
 
     @property
     def area(self) -> Scalar:
@@ -104,19 +110,19 @@ class Segments(Component, partial=True):
 
     def equations(self, d: Any) -> Equations:
         (first, inner, last), (net_a, net, net_b) = self._capacities(), self._inflows()
-        nodes = self._pressures()
+        nodes = self.p
         return dict(
             pressure_a=eq(self.a.p, self.p_a),
             pressure_b=eq(self.b.p, self.p_b),
             momentum=eq(self._inertia() * d.q, nodes[:-1] - nodes[1:] - self._resistance()),
             content_a=eq(first * d.p_a, net_a),
-            content=eq(d.p, net / inner),
+            content=eq(d.p_inner, net / inner),
             content_b=eq(last * d.p_b, net_b),
         )
 
     def energy(self) -> Energy:
         liquid, inflows = self.liquid, jnp.concatenate([jnp.atleast_1d(flow) for flow in self._inflows()])
-        nodes = self._pressures()
+        nodes = self.p
         account = content.account(liquid, self._volumes(), nodes, self.wall, inflows)
         return account._replace(
             stored=account.stored + jnp.sum(0.5 * self._inertia() * self.q**2),
@@ -133,7 +139,7 @@ class Segments(Component, partial=True):
         return jnp.asarray(self._laminar() * self.q * self.friction.ratio(self._reynolds(), self.diameter))
 
     def _viscosity(self) -> Vector:
-        nodes = self._pressures()
+        nodes = self.p
         return jnp.asarray(self.liquid.kinematic_viscosity(0.5 * (nodes[:-1] + nodes[1:])))
 
     def _reynolds(self) -> Vector:
@@ -143,16 +149,13 @@ class Segments(Component, partial=True):
         """Pressure drops per flow in laminar flow."""
         return 32.0 * self._viscosity() * self.inertance / self.diameter**2
 
-    def _pressures(self) -> Vector:
-        return jnp.concatenate([jnp.atleast_1d(self.p_a), self.p, jnp.atleast_1d(self.p_b)])
-
     def _inflows(self) -> tuple[Any, Any, Any]:
         carried = self._carried()
         return self.a.q - carried[0], carried[:-1] - carried[1:], carried[-1] + self.b.q
 
     def _carried(self) -> Vector:
         """Flows as those of ports, with the density of where they come from."""
-        density = jnp.asarray(self.liquid.relative_density(self._pressures()))
+        density = jnp.asarray(self.liquid.relative_density(self.p))
         direction = jnp.tanh(self.q * self.diameter / (self.area * self._viscosity()))
         return 0.5 * (density[:-1] + density[1:] + direction * (density[:-1] - density[1:])) * self.q
 
@@ -162,7 +165,7 @@ class Segments(Component, partial=True):
 
     def _capacities(self) -> tuple[Any, Any, Any]:
         whole = self.area * self.length / self.n
-        shares = ((0.5 * whole, self.p_a), (whole, self.p), (0.5 * whole, self.p_b))
+        shares = ((0.5 * whole, self.p_a), (whole, self.p_inner), (0.5 * whole, self.p_b))
         first, inner, last = (content.capacity(self.liquid, volume, p, self.wall) for volume, p in shares)
         return first, inner, last
 

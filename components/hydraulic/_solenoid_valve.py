@@ -11,14 +11,17 @@ from acausal import (
     Equations,
     Events,
     Param,
+    Requirements,
     Scalar,
     connect,
     eq,
     nonnegative,
     positive,
+    require,
 )
 
 from .. import _pieces as pieces
+from .._checks import ends_at
 from ..electrical import Pin, Solenoid
 from ..translational import Damper, Fixed, Flange, HardStop, Mass, Spring
 from ._interfaces import FluidPort
@@ -97,6 +100,12 @@ class SolenoidValve(Component):
         self.valve = LiftValve(area=area, stroke=stroke, density=density, discharge_coefficient=discharge_coefficient)
         self.wall = Fixed()
         self.p, self.n, self.a, self.b = Pin(), Pin(), FluidPort(), FluidPort()
+
+    def requirements(self) -> Requirements:
+        return (
+            *ends_at(self.stop, self.valve.stroke, "valve.stroke"),
+            require(self.coil.closed >= self.valve.stroke, "coil.closed must be at least valve.stroke"),
+        )
 
     def connections(self) -> Connections:
         return (

@@ -1,6 +1,6 @@
 """Cylinder and pump with what limits and holds them: rigid end stops, dry friction."""
 
-from acausal import Component, Connections, Param, Scalar, connect
+from acausal import Component, Connections, Param, Requirements, Scalar, connect, require
 
 from ..rotational import Flange, StribeckFriction
 from ..translational import Flange as Rod
@@ -32,6 +32,9 @@ class StoppedCylinder(Component):
         self.cylinder = SlaveCylinder(bore=bore)
         self.stop = HardStop(s_min=0.0, s_max=stroke, restitution=restitution)
         self.rod, self.port = Rod(), FluidPort()
+
+    def requirements(self) -> Requirements:
+        return (require(self.stop.s_min == 0.0, "stop.s_min must be 0"),)
 
     def connections(self) -> Connections:
         return (

@@ -22,6 +22,7 @@ from acausal import (
     require,
 )
 
+from .._checks import ends_at
 from ..translational import Flange, HardStop, Mass, StribeckFriction
 from ._interfaces import FluidPort
 from ._two_chambers import TwoChambers
@@ -111,6 +112,9 @@ class HydraulicCylinder(Component):
         self.seal = StribeckFriction(Fc=Fc, Fs=Fs, vs=vs, C=C)
         self.stop = HardStop(s_min=0.0, s_max=chambers.stroke, restitution=restitution)
         self.flange, self.a, self.b = Flange(), FluidPort(), FluidPort()
+
+    def requirements(self) -> Requirements:
+        return ends_at(self.stop, self.chambers.stroke, "chambers.stroke")
 
     def connections(self) -> Connections:
         return (

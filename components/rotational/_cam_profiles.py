@@ -1,6 +1,7 @@
 """Lift of a cam's follower over the cam angle."""
 
 import abc
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -69,6 +70,11 @@ class FlatEccentricDisc(CamProfile):
         return self.eccentricity * (1.0 - jnp.cos(angle))
 
 
+def _continue(ends: Vector, starts: Vector) -> Any:
+    """Whether the intervals of a periodic function begin where those before them end."""
+    return jnp.max(jnp.abs(ends - jnp.roll(starts, -1))) <= 1e-6 * jnp.max(jnp.abs(starts))
+
+
 class TabulatedLift(CamProfile):
     """A periodic cubic spline through given lifts: `TabulatedLift(angles=..., lifts=...)`; l'' is continuous.
 
@@ -90,11 +96,16 @@ class TabulatedLift(CamProfile):
         self.coefficients = periodic_spline(self.angles, lifts)
 
     def requirements(self) -> Requirements:
-        angles, coefficients = self.angles, self.coefficients
-        end = cubic(coefficients[:, -1], angles[-1] - angles[-2])
+        angles, (c0, c1, c2, c3) = self.angles, self.coefficients
+        h = jnp.diff(angles)
+        end, slope = jnp.asarray(cubic(self.coefficients, h)), c1 + h * (2.0 * c2 + h * 3.0 * c3)
         return (
             require(increasing(angles), "angles must be increasing"),
-            require(abs(end - coefficients[0, 0]) < 1e-9, "lifts must be equal at both ends"),
+            require(abs(end[-1] - c0[0]) < 1e-9, "lifts must be equal at both ends"),
+            require(
+                _continue(end, c0) & _continue(slope, c1),
+                "coefficients must be those of the spline over angles: build the profile anew from lifts",
+            ),
         )
 
     def lift(self, angle: Scalar) -> Scalar:

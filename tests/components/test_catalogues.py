@@ -1,5 +1,6 @@
 """Data sheets: what the tables hold, what loading refuses, components from order names, ratings that a run exceeds."""
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,19 @@ import numpy as np
 import pytest
 from _rig import Rig
 
-from acausal import ArgumentError, Connections, ParameterError, connect, quantity, simulate
+from acausal import (
+    ArgumentError,
+    Array,
+    Component,
+    Connections,
+    ParameterError,
+    connect,
+    quantity,
+    repeat,
+    replace,
+    simulate,
+    stack,
+)
 from acausal.testing import solved
 from components import catalogues, electrical, rotational, thermal
 from components.catalogues import COLUMNS, DataSheet, catalogue, load
@@ -183,3 +196,38 @@ def test_limits_of_a_run() -> None:
     # The temperature rises, so that the share is the time left after it crosses its limit.
     crossed = np.interp(428.15, temperatures, np.asarray(solution.ts))
     np.testing.assert_allclose(hot.share, 1.0 - crossed / solution.t1, rtol=1e-9)
+
+
+class Side(Component):
+    """Motors side by side on one supply."""
+
+    motors: Array[electrical.DCMotor]
+    supply: electrical.ConstantVoltage
+    ground: electrical.Ground = electrical.Ground()
+
+    def connections(self) -> Connections:
+        ends = (self.motors[:].n, self.supply.n, self.ground.p)
+        return connect(self.supply.p, self.motors[:].p), connect(*ends)
+
+
+def test_what_was_checked_is_said() -> None:
+    """Of a model without data sheets nothing; of an array of motors each."""
+    model = Side(
+        motors=stack([catalogues.dc_motor("148867", R=20.0), catalogues.dc_motor("148867")]),
+        supply=electrical.ConstantVoltage(V=12.0),
+    )
+    found = catalogues.limits(simulate(model, 0.1, save="steps"))
+    assert found.checked == (("motors[0]", "148867", "nominal_current"), ("motors[1]", "148867", "nominal_current"))
+    assert [one.path for one in found] == ["motors[1]"]
+    idle = catalogues.limits(simulate(replace(model, {"supply.V": 0.5}), 0.1, save="end"))
+    assert str(idle).splitlines() == [
+        "No rating is exceeded of those that were checked:",
+        "motors[0] (148867): nominal_current",
+        "motors[1] (148867): nominal_current",
+    ]
+    copy = pickle.loads(pickle.dumps(idle))
+    assert (copy, copy.checked) == (idle, idle.checked)
+    plain = Side(motors=repeat(electrical.DCMotor(R=0.3, k=0.03, J=1e-5), 2), supply=model.supply)
+    assert str(catalogues.limits(simulate(plain, 0.1, save="end"))) == (
+        "No rating was checked: no part of the model has a data sheet that states one."
+    )

@@ -155,7 +155,7 @@ def test_natural_frequencies() -> None:
     """Of n segments with half a capacity at each end, open at one end: 2/sqrt(l c) sin((2 k - 1) pi/(4 n))."""
     n = 5
     rig = replace(hammer(n, LaminarFriction(), LAMINAR), {"closing.height": 0.0, "closing.offset": 0.0})
-    rig = replace(rig, {"pipe.p": jnp.full(n - 1, RESERVOIR), "pipe.p_b": RESERVOIR, "pipe.q": jnp.zeros(n)})
+    rig = replace(rig, {"pipe.p_inner": jnp.full(n - 1, RESERVOIR), "pipe.p_b": RESERVOIR, "pipe.q": jnp.zeros(n)})
     found = linearise(rig).poles
     waves, decays = np.imag(found), np.real(found)
     k = np.arange(1, n + 1)
@@ -169,7 +169,7 @@ def test_steady_laminar_flow() -> None:
     """The law of Hagen and Poiseuille."""
     rig = hammer(8, ChurchillFriction(), LAMINAR)
     rest = initialise(
-        replace(rig, {"closing.height": 0.0, "pipe.p": None, "pipe.p_b": None, "pipe.q": None}), steady=True
+        replace(rig, {"closing.height": 0.0, "pipe.p_inner": None, "pipe.p_b": None, "pipe.q": None}), steady=True
     )
     v, nu = LAMINAR
     lost = 32.0 * nu * DENSITY * LENGTH * v / DIAMETER**2
@@ -207,7 +207,7 @@ def test_a_gradient_does_not_grow_with_the_segments() -> None:
 
     def equations(n: int) -> int:
         rig = hammer(n, ChurchillFriction(), TURBULENT)
-        rig = replace(rig, {"pipe.p": None, "pipe.p_a": None, "pipe.p_b": None, "pipe.q": None})
+        rig = replace(rig, {"pipe.p_inner": None, "pipe.p_a": None, "pipe.p_b": None, "pipe.q": None})
         slope = jax.grad(lambda rig: jnp.asarray(simulate(rig, 0.1, save="end").final.pipe.p_b))
         return str(jax.make_jaxpr(slope)(rig)).count(" = ")
 
