@@ -57,17 +57,22 @@ def report_failure(solution: Solution) -> Solution:
 
 
 def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
-    """The solution, whose computation raises. A bad parameter or option is named; other culprits are told by eager runs
-    only.
+    """The solution, whose computation raises, and so does that of its derivatives. A bad parameter or option is named;
+    other culprits are told by eager runs only.
+
+    A check is carried out only if its output is used. Derivatives do not use the values of the solution, so each real
+    number of it is multiplied by a checked 1, which is a factor of all its derivatives too, in both modes.
     """
     system, result = solution.system, solution.result
-    bad = result == Result.bad_parameter
-    leaves, structure = jax.tree_util.tree_flatten(solution)
+    real, others = eqx.partition(solution, eqx.is_inexact_array)
+    checked = jnp.asarray(1.0), jax.tree.leaves(others)
+    bad, bad_option = result == Result.bad_parameter, result == Result.bad_option
     if texts := [f"{sentence}." for sentence in system.intake.needed(solution._inputs.given)]:
-        leaves = eqx.branched_error_if(leaves, bad, solution._culprit, texts)
-    bad_option = result == Result.bad_option
-    leaves = eqx.branched_error_if(leaves, bad_option, solution._culprit, list(solution._demands))
-    return structure.unflatten(result.error_if(leaves, failed & ~bad & ~bad_option))
+        checked = eqx.branched_error_if(checked, bad, solution._culprit, texts)
+    checked = eqx.branched_error_if(checked, bad_option, solution._culprit, list(solution._demands))
+    one, leaves = result.error_if(checked, failed & ~bad & ~bad_option)
+    real = jax.tree.map(lambda x: x * one.astype(x.dtype), real)
+    return eqx.combine(real, jax.tree.unflatten(jax.tree.structure(others), leaves))
 
 
 def _error(solution: Solution) -> Exception:

@@ -86,5 +86,8 @@ def initialise(
         outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants, past_of(model))
     if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
+    else:  # a factor, of which the derivatives are not a number either
+        factor = jnp.where(outcome.is_bad, jnp.nan, 1.0)
+        new = {i: factor * value for i, value in new.items()}
     started = with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
     return with_past(started, outcome.past)

@@ -118,9 +118,9 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Number
     system, constraints = problem.system, problem.system.constraints
     table, count = system.ordered.table, len(constraints.sizes)
     pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
-    if not pairs or not np.all(np.isfinite(found.end)) or not np.all(np.isfinite(found.slopes)):
+    if not pairs or not np.all(np.isfinite(found.x)) or not np.all(np.isfinite(found.slopes)):
         return ""
-    inputs, end = system.intake.inputs_of(leaves), np.asarray(found.end)[:count]
+    inputs, end = system.intake.inputs_of(leaves), np.asarray(found.x)[:count]
     scale = constraints.sizes * np.sqrt(constraints.weights(problem.held, 0.0))
     step = -scale * (np.linalg.pinv(found.slopes, rtol=RANK) @ np.asarray(found.residual))[:count]
     here, next_ = (

@@ -23,15 +23,13 @@ RANK = 1e-9
 
 
 class NearestPoint(eqx.Module):
-    """The point, and the largest `violation` of a condition there; the rest explains a failure. `end` is the point also
-    where it is none that was searched for.
+    """The point at which a search ended, and the largest `violation` of a condition there; the rest explains a failure.
 
     `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
     `freedom` says of each unknown how far it can move with all conditions kept, between 0 and 1.
     """
 
     x: Array
-    end: Array
     violation: Array
     residual: Array
     slopes: Array
@@ -93,7 +91,7 @@ class Search:
         violation = jnp.max(jnp.abs(final), initial=0.0)
         x = self._nearest(z, x0, numbers, held[2])
         freedom = jnp.where(moves, 1.0 - jnp.sum(_inverse(slopes).T * slopes, axis=0), 0.0)
-        return NearestPoint(jnp.where(violation <= CLOSE, x, jnp.nan), x, violation, final, slopes, freedom)
+        return NearestPoint(x, violation, final, slopes, freedom)
 
     def followed(self, best: Array, x0: Array, numbers: PyTree) -> Array:
         """The end of `best`, made differentiable by x0 and numbers, also where conditions are not met."""

@@ -106,8 +106,8 @@ class _Searches:
     def _origin(self, best: Ends, x0: Array, values: Values) -> Array:
         if self._own is None:
             return x0
-        x = self._own.found(best.own, x0, values).x
-        return jnp.where(jnp.all(jnp.isfinite(x)), x, x0)
+        found = self._own.found(best.own, x0, values)
+        return jnp.where(found.violation <= CLOSE, found.x, x0)
 
 
 @ft.partial(jax.jit, static_argnums=0)
@@ -120,7 +120,10 @@ def search_start(
     constants: list[Numbers],
     past: Past | None,
 ) -> tuple[Outcome, dict[int, Numbers]]:
-    """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps."""
+    """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps.
+
+    Where there is no start, the values are those at which the search ended.
+    """
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
     inputs = Inputs(system.intake.packed(params), jnp.asarray(starts), problem.given)
@@ -153,13 +156,12 @@ def search_start(
     values = values.at(trim, found.x)
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
     unmet = joined(system.intake.requirements.broken(values.inputs.params) if trim.leaves else [])
-    is_bad = jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
+    is_bad = ~(found.violation <= CLOSE)
+    is_bad |= jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
     if past is not None:
         is_bad |= ~begun_late(system, past, t0).holds
-    y = jnp.where(is_bad, jnp.nan, found.x[states])
+    y = found.x[states]
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
     trimmed = trim.values(found.x, sizes)
-    new |= {leaf: jnp.where(is_bad, jnp.nan, value) for leaf, value in trimmed.items()}
-    is_bad |= ~(found.violation <= CLOSE)
     outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad, new_past)
-    return outcome, new | system.carried.discrete_values(y, values.inputs)
+    return outcome, new | trimmed | system.carried.discrete_values(y, values.inputs)
