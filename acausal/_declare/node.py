@@ -217,6 +217,10 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
 
 
 def _check_static(where: str, value: object) -> None:
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            _check_static(f"{where}[{name!r}]", item)
+        return
     for path, item in parts_of(value, where):
         if isinstance(item, jax.Array | np.ndarray | Node):
             raise ModelError(

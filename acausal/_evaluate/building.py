@@ -25,6 +25,7 @@ from .._reduce.sort import Sorted, sort
 from .._reduce.stated import templates
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
+from .._reduce.traced import is_reversible
 from .._unit_check.check import check_units
 from .plan import Plan
 from .program import program_of
@@ -41,6 +42,7 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
     ordered = sort(chosen)
     ordered.states.sort(key=_layout(ordered))
     torn = [tear(ordered, block) for block in ordered.blocks]
+    _check_loops(ordered, torn)
     kinds = {id(instances): index for index, instances in enumerate(flat.instances)}
     plan = _plan(ordered, torn, kinds, [])
     return System(flat, merged, reduced, chosen, ordered, torn, plan, kinds, [], (_again, (_shapes(model), pivots)))
@@ -129,6 +131,18 @@ def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> 
             f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port that the "
             "variable belongs to, or remove the variable."
         )
+
+
+def _check_loops(ordered: Sorted, torn: list[Torn]) -> None:
+    table = ordered.table
+    for row in [row for block in torn if block.method == "nonlinear" for row in block.rows]:
+        if not is_reversible(table.place(row)[0].template.jaxpr):
+            raise ModelError(
+                f"{table.row_name(row)} computes by a loop whose length only the run tells (jax.lax.while_loop), and "
+                "is one of several equations that are solved together, for which it needs derivatives in reverse mode. "
+                "Remedy: a loop of fixed length (jax.lax.scan, or fori_loop between two plain numbers), or a variable "
+                "of its own for the result, with its derivative stated by jax.custom_jvp."
+            )
 
 
 def mass_matrix_form(system: System) -> System:

@@ -16,11 +16,14 @@ from .._numbers import Numbers, Truth
 from .._reduce.aliases import TIME, Merged
 from .._reduce.bounds import check_bounds
 from .._reduce.connections import children
+from .._reduce.equalities import are_equalities
 from .._reduce.flat_model import FlatModel
 from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.logic import Expression
 from .._reduce.margins import relations
+from .._reduce.traced import check_derivatives, tracing
+from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
 _KINDS: dict[type, EventKind] = {When: "when", Passing: "passing", At: "at", Kink: "kink", Refuse: "refuse"}
@@ -46,9 +49,11 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
     check_effects(closed, "A method `events`")
     check_bounds(closed, "A method `events`")
+    check_derivatives(closed, "A method `events`")
     if not entries:
         return None
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])
+    _check_equalities(flat, closed, [entry for entry in entries if entry.kind != "at"])
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
@@ -71,6 +76,22 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         found,
         read,
     )
+
+
+def _check_equalities(flat: FlatModel, closed: ClosedJaxpr, entries: Sequence[EventEntry]) -> None:
+    """Raise `ModelError` for a condition that asks whether real numbers are equal that move."""
+    moving = [leaf.declaration.role not in ("param", "discrete") for leaf in flat.leaves]
+    for entry, is_equality in zip(entries, are_equalities(closed, moving), strict=False):
+        if is_equality:
+            raise ModelError(
+                f"{_where(entry.path, entry.name)} waits for real numbers to be equal (== or !=), which holds at no "
+                "moment that a run can tell from its neighbours. Remedy: an inequality, which becomes true where the "
+                "numbers cross, such as self.x > 0.5; for a time, at(...)."
+            )
+
+
+def _where(path: str, name: str) -> str:
+    return f"{path}.events: {name}" if path else f"events: {name}"
 
 
 def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
@@ -128,7 +149,8 @@ def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, 
     arrays around it.
     """
     if isinstance(view, Component) and type(view).events is not Component.events:
-        stated = view.events()
+        with tracing(f"{path}.events" if path else f"{type(view).__name__}.events"):
+            stated = view.events()
         if not isinstance(stated, dict) or not all(isinstance(event, Event) for event in stated.values()):
             raise ModelError(
                 f"{type(view).__name__}.events must return a dictionary of events, such as "
@@ -140,6 +162,30 @@ def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, 
             yield from _stacked(part, part_path, depth)
         elif isinstance(part, Component):
             yield from _events(part, part_path, depth)
+
+
+def _checked_times(event: At, where: str) -> tuple[int, ...]:
+    """The shape of the times of an event; raises `ModelError` where there is none, or where they repeat backwards."""
+    shape = jnp.shape(jnp.asarray(event.time, float))
+    if 0 in shape:
+        raise ModelError(f"{where} has no time: at(...) needs one time in s, or an array of at least one.")
+    if event.every is not None and not is_traced(event.every) and not np.all(np.asarray(event.every) > 0.0):
+        raise ModelError(f"{where} repeats every {event.every} s: `every` must be positive, or None for an event once.")
+    return shape
+
+
+def _checked_condition(event: When | Kink | Refuse, where: str, depth: int) -> tuple[int, ...]:
+    """The shape of a condition in `depth` arrays; raises `ModelError` where it is not one that may change."""
+    condition = _condition(event)
+    if not is_traced(condition):
+        raise ModelError(
+            f"{where} has a {type(condition).__name__} as its condition, which is no function of the component's "
+            "variables: state a relation between them, such as self.x > 0.5; for what happens at a known time, at(...)."
+        )
+    shape = np.shape(condition)
+    if isinstance(event, When | Refuse) and len(shape) != depth:
+        raise ModelError(f"{where} has a condition of shape {shape[depth:]}: it has to be one truth value.")
+    return shape
 
 
 def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
@@ -157,10 +203,8 @@ def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str,
 
 
 def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> EventEntry:
-    stack = np.shape(event.time)[:depth] if isinstance(event, At) else np.shape(_condition(event))
-    where = f"{path}.events: {name}" if path else f"events: {name}"
-    if isinstance(event, When | Refuse) and len(stack) != depth:
-        raise ModelError(f"{where} has a condition of shape {stack[depth:]}: it has to be one truth value.")
+    where = _where(path, name)
+    stack = _checked_times(event, where)[:depth] if isinstance(event, At) else _checked_condition(event, where, depth)
     places = {leaf.path: index for index, leaf in enumerate(flat.leaves)}
     targets = []
     for target in _changes(event):

@@ -19,6 +19,7 @@ from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .jaxpr import check_effects, structs
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
+from .traced import check_derivatives, tracing
 
 _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 
@@ -58,18 +59,15 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
         for slot, value in zip(variables, values[len(roles) :], strict=True):
             d_leaves[slot] = value
         d = kind.component(d_leaves)
-        try:
+        with tracing(where):
             stated = _checked(getattr(self, method)(d), where)
-        except ModelError:
-            raise
-        except (TypeError, ValueError, IndexError) as error:
-            raise ModelError(f"{where}: {error}") from error
         checks.update((name, equation.check_units) for name, equation in stated.items())
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 
     closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
     check_effects(closed, where)
     check_bounds(closed, where)
+    check_derivatives(closed, where)
     signs = []
     for item in inputs:
         sign = kind.declarations[item.slot].sign

@@ -1,0 +1,72 @@
+"""What methods of components may not do while they are traced, told with the method and the remedy."""
+
+import contextlib
+from collections.abc import Iterator
+
+import jax
+
+from .._errors import ModelError
+from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
+from .jaxpr import structs
+
+
+@contextlib.contextmanager
+def tracing(where: str) -> Iterator[None]:
+    """Raise `ModelError` for an error of Python or jax in a method of a component, naming the method and the remedy."""
+    try:
+        yield
+    except ModelError:
+        raise
+    except jax.errors.TracerBoolConversionError as error:
+        raise ModelError(
+            f"{where} asks a relation between variables for its truth value, which no number tells before a run. "
+            "Remedy: join relations by &, | and ~ instead of `and`, `or` and `not`, and choose between values by "
+            "jnp.where instead of `if`."
+        ) from error
+    except (
+        jax.errors.ConcretizationTypeError,
+        jax.errors.TracerArrayConversionError,
+        jax.errors.TracerIntegerConversionError,
+    ) as error:
+        raise ModelError(
+            f"{where} asks a variable for its number, which is not known before a run. Remedy: functions of jax.numpy "
+            "instead of those of numpy and math, without float(...) and int(...)."
+        ) from error
+    except (TypeError, ValueError, IndexError) as error:
+        raise ModelError(f"{where}: {error}") from error
+
+
+def check_derivatives(closed: ClosedJaxpr, where: str) -> None:
+    """Raise `ModelError` for a function that has derivatives in reverse mode only."""
+    if any(eqn.primitive.name.startswith("custom_vjp_call") for eqn in every_operation(closed)):
+        raise ModelError(
+            f"{where} calls a function with its own derivative in reverse mode (jax.custom_vjp). A run needs forward "
+            "mode too. Remedy: state the derivative by jax.custom_jvp, from which jax derives both modes."
+        )
+
+
+def is_reversible(closed: ClosedJaxpr) -> bool:
+    """Whether a program has derivatives in reverse mode, which a loop whose length only the run tells has not."""
+    if all(eqn.primitive.name != "while" for eqn in every_operation(closed)):
+        return True
+    function = jaxpr_as_fun(closed)
+    try:
+        jax.eval_shape(
+            lambda *values: jax.vjp(function, *values)[1](function(*values)),
+            *structs([aval.shape for aval in closed.in_avals]),
+        )
+    except ValueError:
+        return False
+    return True
+
+
+def every_operation(closed: ClosedJaxpr) -> Iterator[JaxprEqn]:
+    """The operations of a program and of the programs that it calls, except those with derivatives of their own."""
+    for eqn in closed.jaxpr.eqns:
+        yield eqn
+        if eqn.primitive.name == "custom_jvp_call":
+            continue
+        for value in eqn.params.values():
+            for inner in value if isinstance(value, tuple | list) else (value,):
+                if isinstance(inner, ClosedJaxpr):
+                    yield from every_operation(inner)
