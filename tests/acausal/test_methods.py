@@ -43,6 +43,12 @@ class Holder(Component):
     part: Component
 
 
+# What the types of `when` and `at` do not admit.
+RELATIONS: Any = lambda s: [s.x > 0.2, s.x > 0.3]  # noqa: E731
+TIMES: Any = lambda s: [0.25, s.mode + 0.5]  # noqa: E731
+TEXT: Any = "x > 1"
+EMPTY: Any = []
+
 BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "and": (lambda s: dict(e=when(s.x > 0.2 and s.x < 0.5, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
     "or": (lambda s: dict(e=when(s.x > 0.2 or s.x < 0.5, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
@@ -52,10 +58,10 @@ BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "True": (lambda s: dict(e=when(True, mode=1.0)), "part.events: e has a bool as its condition"),
     "False": (lambda s: dict(e=refuse(False, "no")), "part.events: e has a bool as its condition"),
     "number": (lambda s: dict(e=kink(1.0)), "part.events: e has a float as its condition"),
-    "list": (lambda s: dict(e=when([s.x > 0.2, s.x > 0.3], mode=1.0)), "part.events: e has a list as its condition"),
-    "text": (lambda s: dict(e=when("x > 1", mode=1.0)), "part.events: e has a str as its condition"),
+    "list": (lambda s: dict(e=when(RELATIONS(s), mode=1.0)), "part.events: e has a list as its condition"),
+    "text": (lambda s: dict(e=when(TEXT, mode=1.0)), "part.events: e has a str as its condition"),
     "array": (lambda s: dict(e=when(s.x > jnp.arange(2.0), mode=1.0)), r"condition of shape \(2,\)"),
-    "no time": (lambda s: dict(e=at([], mode=1.0)), "part.events: e has no time"),
+    "no time": (lambda s: dict(e=at(EMPTY, mode=1.0)), "part.events: e has no time"),
     "no times": (lambda s: dict(e=at(s.mode + jnp.zeros(0), mode=1.0)), "part.events: e has no time"),
     "every below zero": (
         lambda s: dict(e=at(0.1, every=-0.1, mode=1.0)),
@@ -77,7 +83,7 @@ def test_events_that_are_refused(name: str) -> None:
 
 
 def test_times_may_be_a_list_with_variables() -> None:
-    model = Rising(stated=lambda s: dict(e=at([0.25, s.mode + 0.5], mode=s.mode + 0.125)))
+    model = Rising(stated=lambda s: dict(e=at(TIMES(s), mode=s.mode + 0.125)))
     assert simulate(model, 0.7, save="end").final.mode == 0.25
 
 
