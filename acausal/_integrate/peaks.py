@@ -17,6 +17,8 @@ from .span import Span
 from .turns import Turn, highest_turns
 from .user_function import UserFunction
 
+DERIVATIVES = 2  # orders of differentiation that are right, each of which takes a step of Newton's method
+
 
 class Peak(NamedTuple):
     """The largest value over a run, and the time at which it is taken."""
@@ -33,8 +35,9 @@ class Peaks:
 
         t* = t - r / r',    g* = g - r^2 / (2 r'),
 
-    whose derivatives are those of the extremum: by the implicit function theorem, and by the envelope theorem. A kink
-    is where the tangents from both sides meet.
+    a step of Newton's method, whose derivatives are those of the extremum: by the implicit function theorem, and by the
+    envelope theorem. A kink is where the tangents from both sides meet. A second step, from points that move as the
+    first one says, has second derivatives, too.
     """
 
     settings: Settings
@@ -74,24 +77,23 @@ class Peaks:
         values = self.values(given.direction * t, y, given)
         return jnp.concatenate([values, jnp.full(len(values), t)])
 
-    def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array, Array]:
-        """The functions at a time on the path of a step, their rates, and the time as it moves with the step's ends."""
+    def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array]:
+        """The functions at a place on the path of a step, and their rates."""
 
-        def values(t: Array) -> tuple[Array, Numbers]:
+        def values(t: Array) -> Array:
             moved, there = path.moving(t)
             course = path.course
             if course is None:
-                return self.values(given.direction * moved, there, given), moved
+                return self.values(given.direction * moved, there, given)
 
             def again(shift: Array, _: None) -> tuple[Array, Array]:
                 found, rates = self._values_and_rates(given, moved, course.moved(there, shift))
                 return shift + course.error(path.inner, t, rates), found
 
             nothing = jnp.zeros(self.settings.layout.n_states)
-            return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1], moved  # once more for derivatives
+            return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1]  # once more for derivatives
 
-        (found, moved), (rates, _) = jax.jvp(values, (t,), (jnp.ones_like(t),))
-        return found, rates, moved
+        return jax.jvp(values, (t,), (jnp.ones_like(t),))
 
     def renewed(self, path: Span, end: Numbers, y: Array, given: Given) -> Array:
         """The peaks after a step along a path, which ends at a time with the vector y, that after an event."""
@@ -102,12 +104,19 @@ class Peaks:
         held_path, held = hold((path, given))
         turn = highest_turns(ft.partial(self._seen, held_path, held), *hold((path.t0, end, best.value)))
         n = len(best.value)
-        x = jnp.concatenate([turn.low, turn.high, jnp.ravel(hold(end))])
-        found, rates, moved = jax.vmap(lambda t: self._along(t, path, given))(x)
-        low, high = ((_own(found[part]), _own(rates[part]), moved[part]) for part in (slice(n), slice(n, 2 * n)))
-        inside = _extremum(turn, low, high)
-        # The end of a step at an event moves with the parameters, and the value there at the rate of the function.
-        before = Peak(found[-1] + hold(rates[-1]) * (end - moved[-1]), jnp.full(n, end))
+        last = jnp.ravel(path.place(end))
+
+        def again(shift: Array, _: None) -> tuple[Array, tuple[Peak, Array]]:
+            x = jnp.concatenate([turn.low + shift, turn.high + shift, last])
+            found, rates = jax.vmap(lambda t: self._along(t, path, given))(x)
+            low, high = ((_own(found[part]), _own(rates[part]), x[part]) for part in (slice(n), slice(n, 2 * n)))
+            top = _extremum(turn, low, high)
+            # Zero, but it moves with the extremum.
+            return jnp.where(turn.exists, top.time - hold(top.time), 0.0), (top, found[-1])
+
+        tops, ends = jax.lax.scan(again, jnp.zeros(n), None, length=DERIVATIVES)[1]
+        inside = Peak(tops.value[-1], jnp.asarray(path.moved(tops.time[-1])))
+        before = Peak(ends[-1], jnp.full(n, end))
         after = Peak(self.values(forward * end, y, given), jnp.full(n, end))
         for one, counts in ((inside, turn.exists), (before, True), (after, True)):
             is_higher = counts & (one.value > best.value)

@@ -47,13 +47,23 @@ class Span(diffrax.AbstractLocalInterpolation):
         """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
         fixed time would be divided by the length of the step, which may be tiny.
         """
-        hold, inner = jax.lax.stop_gradient, self.inner
-        ends = hold((inner.t0, inner.t1))
-        width = ends[1] - ends[0]
-        theta = (t - ends[0]) / jnp.where(width == 0, 1, width)
-        moved = t + (1 - theta) * (inner.t0 - ends[0]) + theta * (inner.t1 - ends[1])
+        ends = jax.lax.stop_gradient((self.inner.t0, self.inner.t1))
         held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
-        return moved, held.plain(t)
+        return self.moved(t), held.plain(t)
+
+    def moved(self, t: Numbers) -> Numbers:
+        """The time t, as it moves where the ends of the step do."""
+        inner = self.inner
+        start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
+        theta = (t - start) / jnp.where(end == start, 1, end - start)
+        return t + (1 - theta) * (inner.t0 - start) + theta * (inner.t1 - end)
+
+    def place(self, t: Numbers) -> Numbers:
+        """The inverse of `moved`."""
+        inner = self.inner
+        start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
+        stretch = jnp.where(end == start, 1, end - start) / jnp.where(end == start, 1, inner.t1 - inner.t0)
+        return t + ((t - inner.t0) * stretch - (t - start))
 
 
 @dataclasses.dataclass(frozen=True)
