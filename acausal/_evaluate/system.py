@@ -198,7 +198,8 @@ class System:
         """
         watched = self._watched if watch else []
         store = self.evaluate(t, y, inputs, [*self._rates, *wanted, *watched], self._residual_segments)
-        residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, inputs.params)]
+        params = self.carried.with_discrete(inputs, y).params
+        residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, params)]
         rates = jnp.concatenate([self.plan.collect(store, self._rates), *residuals])
         if watched:
             inside = [jnp.all(is_within(self.plan.collect(store, [pair]), self._ranges(pair))) for pair in watched]

@@ -168,7 +168,8 @@ def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: A
     assert raw.ts is not None
     assert raw.ys is not None
     t, y = raw.ts["end"][0], raw.ys["end"][0]
-    everything = system.evaluate_all(t, y[layout.point], inputs)
+    bound = system.carried.with_discrete(inputs, y[layout.point])
+    everything = system.evaluate_all(t, y[layout.point], bound)
     why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
     no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
     rules = [  # of all that apply the first one counts
@@ -177,7 +178,7 @@ def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: A
         ([bad_starts], Result.bad_start),
         (no_start, Result.bad_start),
         ([~everything.is_finite()], Result.not_finite),
-        (singular_blocks(system, everything, inputs), Result.undetermined),
+        (singular_blocks(system, everything, bound), Result.undetermined),
         ([why == REFUSED], Result.refused),
         ([why == CONTRADICTED], Result.bad_reset),
         ([why == ENDLESS], Result.events_endless),

@@ -78,7 +78,7 @@ class Settings:
         corrected. States are as accurate there as they are integrated, but what follows may multiply their errors.
         """
         system = self.system
-        if not isinstance(self.solver, AbstractRosenbrock) or not system.states:
+        if not isinstance(self.solver, AbstractRosenbrock) or not len(system.nominals):
             return False
         leaves = self.read_by_margins | set(self.peaks.leaves if self.peaks else ())
         read = pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])

@@ -12,6 +12,7 @@ from test_evaluate import bridge
 
 from acausal import (
     Component,
+    Connections,
     Discrete,
     Equations,
     Events,
@@ -21,10 +22,21 @@ from acausal import (
     Scalar,
     Var,
     choose_states,
+    connect,
     eq,
     prefer,
     simulate,
     when,
+)
+from components.blocks import Pulse, Sine
+from components.electrical import (
+    Capacitor,
+    Ground,
+    IdealClosingSwitch,
+    IdealDiode,
+    Inductor,
+    Resistor,
+    SignalVoltage,
 )
 
 TIMES = np.linspace(0.0, 0.3, 4)
@@ -99,3 +111,123 @@ def test_events_and_stops_by_algebraic_unknowns() -> None:
     np.testing.assert_allclose(other, one, rtol=1e-7)
     np.testing.assert_allclose(other[2], 0.4, rtol=1e-8)
     np.testing.assert_allclose(slope, np.zeros(5), atol=1e-6)
+
+
+class Coupled(Component):
+    """y = x/(1 - k^2) by two equations, whose coefficient k changes when x has fallen to a level."""
+
+    level: Param[Scalar, "1"] = 0.5
+    x: Var[Scalar, "1", prefer] = 1.0
+    y: Var[Scalar, "1"] = 0.0
+    z: Var[Scalar, "1"] = 0.0
+    k: Discrete[Scalar, "1"] = 0.5
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            decay=eq(d.x, -self.y, check_units=False),
+            first=eq(self.y + self.k * self.z, self.x),
+            second=eq(self.z + self.k * self.y, 0.0),
+        )
+
+    def events(self) -> Events:
+        return dict(low=when(self.x < self.level, k=0.8))
+
+
+def test_residuals_hold_in_the_modes_of_the_moment() -> None:
+    """x decays with the rate 1/(1 - k^2), from the level on with that of the second k; and the derivative."""
+    system = choose_states(Coupled(), algebraic="integrate")
+    assert system.n_algebraic > 0
+
+    def end(level: Scalar) -> Scalar:
+        return simulate(Coupled(level=level), 1.0, save="end", rtol=1e-9, system=system).final.x
+
+    def exact(level: Scalar) -> Scalar:
+        return level * jnp.exp(-(1.0 + 0.75 * jnp.log(level)) / 0.36)
+
+    value, slope = jax.jvp(end, (0.6,), (1.0,))
+    np.testing.assert_allclose(value, exact(0.6), rtol=1e-7)
+    np.testing.assert_allclose(slope, jax.grad(exact)(0.6), rtol=1e-6)
+
+
+class HalfWave(Component):
+    """A sine behind a diode and a resistor, which feeds a store with a load beside it."""
+
+    sine: Sine
+    diode: IdealDiode
+    resistor: Resistor
+    store: Capacitor | Inductor | Resistor
+    load: Resistor
+    source: SignalVoltage = SignalVoltage()
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.sine.y, self.source.u),
+            connect(self.source.p, self.diode.p),
+            connect(self.diode.n, self.resistor.p),
+            connect(self.resistor.n, self.store.p, self.load.p),
+            connect(self.store.n, self.load.n, self.source.n, self.ground.p),
+        )
+
+
+def half_wave(store: Capacitor | Inductor | Resistor) -> HalfWave:
+    return HalfWave(
+        sine=Sine(amplitude=5.0, frequency=5.0),
+        diode=IdealDiode(Ron=0.1, Goff=1e-4, Vknee=0.7),
+        resistor=Resistor(R=2.0),
+        store=store,
+        load=Resistor(R=10.0),
+    )
+
+
+class Switched(Component):
+    """A contact that a pulse closes again and again, between a sine and two resistors."""
+
+    sine: Sine
+    pulse: Pulse
+    contact: IdealClosingSwitch
+    first: Resistor
+    second: Resistor
+    source: SignalVoltage = SignalVoltage()
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.sine.y, self.source.u),
+            connect(self.pulse.y, self.contact.u),
+            connect(self.source.p, self.first.p),
+            connect(self.first.n, self.contact.p, self.second.p),
+            connect(self.contact.n, self.second.n, self.source.n, self.ground.p),
+        )
+
+
+def switched() -> Switched:
+    return Switched(
+        sine=Sine(amplitude=5.0, frequency=5.0),
+        pulse=Pulse(amplitude=1.0, period=0.1, width=0.3),
+        contact=IdealClosingSwitch(Ron=0.1, Goff=1e-4),
+        first=Resistor(R=2.0),
+        second=Resistor(R=3.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("model", "read"),
+    [
+        (half_wave(Capacitor(C=0.01)), "store.v"),
+        pytest.param(half_wave(Inductor(L=0.05)), "store.i", marks=pytest.mark.slow),
+        (half_wave(Resistor(R=5.0)), "store.i"),
+        pytest.param(switched(), "second.i", marks=pytest.mark.slow),
+    ],
+    ids=["capacitor", "coil", "no state", "contact"],
+)
+def test_circuits_whose_modes_change(model: Component, read: str) -> None:
+    """With and without states, both forms find the same events, and the same values between steps."""
+    integrated = choose_states(model, algebraic="integrate")
+    assert integrated.n_algebraic > 0
+    times = np.linspace(0.0, 0.37, 12)
+    a, b = (simulate(model, 0.37, save=times, rtol=1e-9, system=system) for system in (None, integrated))
+    assert len(a.events.names) > 3
+    assert a.events.names == b.events.names
+    np.testing.assert_allclose(a.events.times, b.events.times, rtol=1e-6)
+    np.testing.assert_allclose(b[read], a[read], rtol=1e-5, atol=1e-7)

@@ -15,9 +15,11 @@ from acausal import (
     Events,
     ModelError,
     Param,
+    Result,
     Scalar,
     SimulationError,
     Var,
+    at,
     connect,
     eq,
     initialise,
@@ -293,6 +295,31 @@ def test_undetermined_without_an_error() -> None:
         initialise(block(4.0), steady=True, strict=True)
     assert np.isnan(initialise(block(4.0), steady=True, strict=True, throw=False).mass.v)
     np.testing.assert_allclose(initialise(switched(), steady=True, strict=True, throw=False).coil.i, 5.0, rtol=1e-12)
+
+
+class Crossed(Component):
+    """(0.3 - 3 k) z = x, which determines nothing in the mode k = 0.1, but for rounding."""
+
+    x: Var[Scalar, "1"] = 1.0
+    z: Var[Scalar, "1"] = 0.0
+    k: Discrete[Scalar, "1"] = 0.1
+    last: Param[Scalar, "1"] = 0.2
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            decay=eq(d.x, -self.x, check_units=False),
+            crossed=eq((0.3 - 3.0 * self.k) * self.z, self.x),
+        )
+
+    def events(self) -> Events:
+        return dict(first=at(0.0, k=0.3), last=at(0.5, k=self.last))
+
+
+def test_equations_are_singular_in_the_modes_of_the_moment() -> None:
+    """A run that leaves a singular mode at its start is good, one that comes to it is not."""
+    sol = simulate(Crossed(), 1.0, save="end", rtol=1e-9)
+    np.testing.assert_allclose(sol.final.z, -np.exp(-1.0) / 0.3, rtol=1e-7)
+    assert simulate(Crossed(last=0.1), 1.0, save="end", throw=False).result == Result.undetermined
 
 
 class Shaft(Component):
