@@ -5,11 +5,11 @@ from ._alternatives import Part as Part
 from ._alternatives import Structure as Structure
 from ._batches import Outcomes as Outcomes
 from ._bounds import Scale as Scale
-from ._certificate import Curvature as Curvature
 from ._choice import Choice as Choice
 from ._choose import choose as choose
 from ._control import control as control
 from ._course import Course as Course
+from ._curvature import Curvature as Curvature
 from ._design import Active as Active
 from ._design import Design as Design
 from ._design import Result as Result

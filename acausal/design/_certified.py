@@ -7,54 +7,56 @@ from typing import Any
 import numpy as np
 
 from .._declare.node import leaves_of
-from ._certificate import UNKNOWN, Multipliers, ambiguous, curvature, multipliers_of, residual, unmoved
+from ._certificate import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
+from ._curvature import UNKNOWN, Curvature, curvature_of
 from ._design import Active, Design, Result, Sensitivity, Status, Tried
 from ._free import Place
 from ._problem import Problem
 from ._program import Evaluation
 from ._search import Outcome
-from ._task import Task
+from ._second_order import quadratic_of
+from ._task import Point, Task
 
-OPTIMAL = 1e-6  # the residual of the conditions of an optimum
 SHARE = 1e-3  # of a conflict, below which a limit has no part in it
-DEEP = 1e6  # sizes of the objective below zero: no optimum is sought there
-FAR = 1e3  # sizes of a variable without bounds,
-FALLING = 1e-3  # and what the objective would fall by, as a fraction of it, where the variable was twice as large
 
 
-def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
+def certified(problem: Problem, outcome: Outcome) -> Design[Any]:
+    task, point = outcome.task, outcome.point
     before = task.program.evaluations
-    found = task.evaluation(outcome.point.z)
+    found = task.evaluation(point.z)
     value = float(found.values[task.objective])
-    # The certificate scales the objective by its value at the end.
-    own = dataclasses.replace(task, size=abs(value) if abs(value) > 1e-6 * task.size else task.size)
-    point = own.point(outcome.point.z, found)
-    multipliers = multipliers_of(point, own.bounds, own.is_equation)
-    kkt = residual(point, multipliers, own.is_equation)
-    is_unbounded = _is_unbounded(task, outcome)
+    multipliers = multipliers_of(point, task.bounds, task.is_equation)
+    is_unbounded = outcome.conflict is None and task.is_unbounded(point)
     is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
-    bent = curvature(own.at, point, multipliers, task.idle) if is_end else UNKNOWN
+    idle = task.idle(point.z) if is_end else np.zeros(len(point.z), bool)
+    bent = _curvature(task, point, multipliers, idle) if is_end else UNKNOWN
+    # At an optimum that nothing limits, slopes are measured by what curvature makes of them over a range.
+    scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(bent.eigenvalues), initial=0.0))) or 1.0
+    scale = scale if np.isfinite(scale) else 1.0
+    kkt = residual(point, multipliers, task.is_equation, scale)
+    lost = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
     results = tuple(Result(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True))
     trail = outcome.trail
     return Design(
         model=problem.free.with_values(problem.model, found.x),
         free=problem.free,
         x=found.x,
-        start=np.asarray(problem.free.unscaled(trail.start)),
-        status="unbounded" if is_unbounded else _status(outcome, kkt, bent.verdict),
+        start=trail.start,
+        status="unbounded" if is_unbounded else _status(outcome, kkt, bent, lost),
         objective_name=problem.objective.name,
         objective_scale=problem.objective.scale,
         objective=value,
         results=results,
         kkt_residual=kkt,
-        active=tuple(_active(own, found, multipliers)),
-        not_unique=tuple(_not_unique(own, ambiguous(point, own.bounds, own.is_equation))),
+        active=tuple(_active(task, found, multipliers)),
+        not_unique=tuple(_named(task, ambiguous(point, task.bounds, task.is_equation))),
         unmoved=tuple(
-            one.name for one, is_one in zip(task.limits, unmoved(point, own.is_equation), strict=True) if is_one
+            one.name for one, is_one in zip(task.limits, unmoved(point, task.is_equation), strict=True) if is_one
         ),
-        curvature=bent,
-        idle=tuple(name for name, is_one in zip(problem.free.names, task.idle, strict=True) if is_one),
-        conflict=_conflict(task, outcome),
+        unqualified=lost,
+        curvature=_shown(bent, task, value),
+        idle=tuple(name for name, is_one in zip(problem.free.names, idle, strict=True) if is_one),
+        conflict=_conflict(outcome),
         sensitivities=(),
         history=tuple(_tried(task, step) for step in trail.steps),
         failed=tuple(_tried(task, step) for step in trail.failed),
@@ -63,29 +65,34 @@ def certified(problem: Problem, task: Task, outcome: Outcome) -> Design[Any]:
     )
 
 
-def _is_unbounded(task: Task, outcome: Outcome) -> bool:
-    """Whether the search ended far out, with all limits kept and the objective still falling."""
-    point = outcome.point
-    if outcome.conflict is not None or task.violation(point) > OPTIMAL:
-        return False
-    is_far = np.isinf(task.bounds).any(axis=0) & (np.abs(point.z) > FAR)
-    return point.f < -DEEP or bool(np.any(is_far & (point.gradient * point.z < -FALLING * abs(point.f))))
+def _curvature(task: Task, point: Point, multipliers: Multipliers, idle: np.ndarray) -> Curvature:
+    quadratic = quadratic_of(task.at, point, multipliers, task.bounds, task.is_equation, idle)
+    return curvature_of(task.at, point, quadratic, task.bounds, task.is_equation)
 
 
-def _status(outcome: Outcome, kkt: float, verdict: str) -> Status:
+def _shown(bent: Curvature, task: Task, value: float) -> Curvature:
+    """Curvature of the objective divided by its value; of one that is zero, by its size."""
+    factor = task.size / abs(value) if abs(value) > 1e-6 * task.size else 1.0
+    return dataclasses.replace(
+        bent, eigenvalues=factor * bent.eigenvalues, error=factor * bent.error, kink=factor * bent.kink,
+        least=factor * bent.least,
+    )  # fmt: skip
+
+
+def _status(outcome: Outcome, kkt: float, bent: Curvature, lost: tuple[str, ...]) -> Status:
     if outcome.is_interrupted:
         return "interrupted"
     if outcome.conflict is not None:
         return "infeasible"
-    if kkt > OPTIMAL:
+    if kkt > OPTIMAL or bent.is_far or lost:
         return "not converged"
-    return "optimal" if verdict.startswith(("a strict", "a vertex")) else "stationary"
+    return "optimal" if bent.is_minimum else "stationary"
 
 
-def _conflict(task: Task, outcome: Outcome) -> dict[str, float]:
+def _conflict(outcome: Outcome) -> dict[str, float]:
     if outcome.conflict is None:
         return {}
-    pairs = zip(task.limits, outcome.conflict.tolist(), strict=True)
+    pairs = zip(outcome.task.limits, outcome.conflict.tolist(), strict=True)
     return {limit.name: share for limit, share in sorted(pairs, key=lambda pair: -pair[1]) if share > SHARE}
 
 
@@ -100,7 +107,7 @@ def _active(task: Task, found: Evaluation, multipliers: Multipliers) -> Any:
             yield Active(variable.name, "lower bound" if multipliers.lower[i] else "upper bound", price, variable.scale)
 
 
-def _not_unique(task: Task, which: Multipliers) -> Iterator[str]:
+def _named(task: Task, which: Multipliers) -> Iterator[str]:
     for limit, is_one in zip(task.limits, which.constraints, strict=True):
         if is_one:
             yield f"{limit.name} ({limit.sense})"

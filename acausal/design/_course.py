@@ -105,6 +105,7 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
         results=tuple(found.results[i] for i in shown),
         active=tuple(a._replace(name=_name(a.name)) for a in found.active if not _is_inner(a.name)),
         not_unique=tuple(_name(name) for name in found.not_unique if not _is_inner(name)),
+        unqualified=tuple(_name(name) for name in found.unqualified),
         idle=tuple(_name(name) for name in found.idle if not _is_inner(name)),
         conflict={_name(name): share for name, share in found.conflict.items()},
         sensitivities=tuple(

@@ -13,7 +13,7 @@ from .._errors import ModelError
 from .._extras import Figure
 from .._save_load import load, save
 from ._bounds import Scale
-from ._certificate import Curvature
+from ._curvature import Curvature
 from ._free import Free
 from ._limits import Limit
 
@@ -90,7 +90,9 @@ class Design(Generic[M]):
     - `not_unique`: those of them whose multipliers are one choice of many, since their gradients depend on each other,
       as those of two limits that say the same or that touch do.
     - `unmoved`: active limits that no variable moves, to first order; they have no price.
-    - `idle`: variables that nothing depends on, as far as the search went; they keep their values.
+    - `unqualified`: active limits that violate the constraint qualification of Mangasarian and Fromovitz, where no
+      moderate multipliers meet the first-order conditions: an optimum at such limits need not have any.
+    - `idle`: variables that nothing depends on, neither on the way nor at other values of them; they keep theirs.
     - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
     - `sensitivities`: derivatives of the optimum by the parameters that are not free.
     - `history` and `failed`: the designs on the way, and those that could not be computed; the search took
@@ -124,6 +126,7 @@ class Design(Generic[M]):
     not_unique: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
     unmoved: tuple[str, ...] = ()
+    unqualified: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -222,6 +225,12 @@ class Design(Generic[M]):
                 "no design was found that keeps all limits. Of those that could be computed, this one breaks them least"
             )
             return f"{self.status}, {text}: {', '.join(broken)}."
+        if self.unqualified:
+            return (
+                f"{self.status}: no constraint qualification holds. The gradients of {', '.join(self.unqualified)} "
+                "leave no direction inside these limits, so an optimum here need not have multipliers. State the "
+                "limits otherwise, such as x^2 <= 0 as x == 0."
+            )
         return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
 
     def _variable_row(self, i: int) -> tuple[str, ...]:

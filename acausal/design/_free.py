@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Self, TypeAlias, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -32,7 +32,10 @@ class Place(NamedTuple):
 
 
 class Variable(NamedTuple):
-    """One free number, which stands at one place or at several ones; bounds in the declared unit."""
+    """One free number, which stands at one place or at several ones; bounds in the declared unit.
+
+    `size` is the unit of its scaled values if a bound is missing.
+    """
 
     name: str
     places: tuple[Place, ...]
@@ -41,6 +44,7 @@ class Variable(NamedTuple):
     low: float
     high: float
     start: float
+    size: float = 1.0
 
     def checked(self, value: float) -> float:
         """A value to start from, which has to lie between the bounds."""
@@ -52,6 +56,11 @@ class Variable(NamedTuple):
         return value
 
     @property
+    def is_open(self) -> bool:
+        """Whether a bound is missing."""
+        return not np.isfinite(self.high - self.low)
+
+    @property
     def is_log(self) -> bool:
         return self.low > 0.0 and np.isfinite(self.high) and self.high > DECADE * self.low
 
@@ -60,9 +69,7 @@ class Variable(NamedTuple):
         """Of the variable, or of its logarithm: what is scaled to 0, and its distance to what is scaled to 1."""
         if self.is_log:
             return float(np.log(self.low)), float(np.log(self.high / self.low))
-        if np.isfinite(self.high - self.low):
-            return self.low, self.high - self.low
-        return self.start, abs(self.start) or 1.0
+        return (self.start, self.size) if self.is_open else (self.low, self.high - self.low)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,6 +98,25 @@ class Free:
     def high(self) -> Float[np.ndarray, " n"]:
         return np.array([variable.high for variable in self.variables])
 
+    @property
+    def is_open(self) -> np.ndarray:
+        """Which variables lack a bound."""
+        return np.array([variable.is_open for variable in self.variables])
+
+    @property
+    def open_groups(self) -> list[list[int]]:
+        """The variables that lack a bound, by their positions, those of one array together."""
+        groups: dict[str, list[int]] = {}
+        for i, variable in enumerate(self.variables):
+            if variable.is_open:
+                groups.setdefault(variable.places[0].path, []).append(i)
+        return list(groups.values())
+
+    def with_sizes(self, sizes: Mapping[int, float]) -> Self:
+        """A copy with other sizes of variables that lack a bound, by their positions."""
+        variables = tuple(v._replace(size=sizes.get(i, v.size)) for i, v in enumerate(self.variables))
+        return dataclasses.replace(self, variables=variables)
+
     def values(self, model: Component) -> Float[np.ndarray, " n"]:
         """The numbers of a model."""
         leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
@@ -111,7 +137,10 @@ class Free:
         return new
 
     def scaled(self, x: Vector) -> Array:
-        """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade."""
+        """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade.
+
+        Variables that lack a bound are scaled to their distances from the start, in their sizes.
+        """
         origin, width = self._origin_and_width
         return (jnp.where(self._is_log, jnp.log(jnp.where(self._is_log, x, 1.0)), x) - origin) / width
 

@@ -25,7 +25,8 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
     A key is the path of a parameter or of a start value that is given, as in `"gearbox.ratio"`, of an element of an
     array, as in `"table.y[3]"`, or a tuple of paths that share one value. An array that is named as a whole is as many
     variables as it has elements. A value is a pair of bounds: numbers in the declared unit, quantities, or texts such
-    as `"15 mm"`; None is no bound, also in place of the pair. The start is what the model has.
+    as `"15 mm"`; None is no bound, also in place of the pair. The start is what the model has. All elements of an array
+    that lack a bound have one size, that of the largest of them.
 
     Raises `ModelError` for a path that the model does not have or that is named twice, and `ParameterError` for bounds
     that are crossed, of another dimension or outside of the declared range, and for a start outside of its bounds.
@@ -39,7 +40,8 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
         if place in seen:
             raise ModelError(f"{place.name} is named twice among the free parameters. Name it once.")
         seen.add(place)
-    return found
+    largest = (max(abs(found.variables[i].start) for i in group) or 1.0 for group in found.open_groups)
+    return found.with_sizes({i: size for group, size in zip(found.open_groups, largest, strict=True) for i in group})
 
 
 def single_parameters(model: Component, keys: Iterable[Key], what: str) -> Free:

@@ -17,7 +17,7 @@ from ._experiment import Experiment, Prepared
 from ._fit import RANK, Channel, Fit
 from ._free import Free
 from ._free_parameters import free_parameters
-from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, minimise, stacked, starts_between
+from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, least, minimise, stacked, starts_between
 from ._prepare import Labels, prepared, with_own
 from ._types import ByPath
 
@@ -178,7 +178,7 @@ def _weighted(
     problem = _with_noise(problem, unknown, sigmas)
     ends = ends_of(problem, starts, tolerance, most) if len(starts) > 1 else None
     start = starts[0] if ends is None else ends.z[np.argmin(ends.chi2)]
-    minimum, freedom = minimise(problem, start, held, tolerance, most), np.inf
+    minimum, freedom = least(problem, start, tolerance, most), np.inf
     for _ in range(ROUNDS if unknown else 0):
         left = np.array([channel.measured.size for channel in unknown]) - _taken_up(minimum, unknown)
         squares = np.array([np.sum(minimum.residuals[channel.rows] ** 2) for channel in unknown])

@@ -12,9 +12,13 @@ from jaxtyping import Array, Bool, Float
 from scipy.stats import qmc
 
 from .._declare.component import Component
+from ._certificate import Bounds
+from ._descent import descended
 from ._experiment import Prepared
 from ._free import Free
 from ._orthogonal import Reflections
+from ._second_order import STEP
+from ._task import Point
 
 DAMPING = 0.1  # of the first step, as a share of the largest curvature
 REFUSED = 1e10  # residual of a trial that cannot be computed: no step leads there
@@ -190,6 +194,63 @@ def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: f
 def _pushed(z: np.ndarray, slope: np.ndarray, low: Array, high: Array) -> np.ndarray:
     """Which parameters the residuals push against their bounds."""
     return np.asarray(((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))
+
+
+def least(problem: Problem, start: np.ndarray, tolerance: float, most: int = 200) -> Minimum:
+    """The least squares within the bounds, as `minimise` finds it, but not a saddle of the sum of squares.
+
+    A parameter that residuals depend on by its square, for example, has no slope where it is zero, and the search does
+    not move it. Where the Hessian of the sum is not positive, the search goes on from a step along which the sum falls.
+    """
+    none = np.zeros(len(start), bool)
+    first = minimise(problem, start, none, tolerance, most)
+    bounds = np.asarray(problem.bounds[0]), np.asarray(problem.bounds[1])
+    if not first.computed or _is_convex(problem, first, bounds, tolerance, most):
+        return first
+    ends = [first]
+
+    def at(z: np.ndarray) -> Point | None:
+        return _point(problem, z, tolerance, most, _curvature(first))
+
+    def solver(z: np.ndarray) -> np.ndarray:
+        if len(ends) > 1 or not np.array_equal(z, first.z):
+            ends.append(minimise(problem, z, none, tolerance, most))
+        return ends[-1].z
+
+    end = descended(at, first.z, bounds, np.zeros(0, bool), lambda z: none, solver)
+    found = next(one for one in ends if np.array_equal(one.z, end.z))
+    return found._replace(evaluations=sum(one.evaluations for one in ends))
+
+
+def _curvature(found: Minimum) -> float:
+    """The largest curvature of the sum of squares by first derivatives, or its value."""
+    return float(np.max(np.sum(found.jacobian**2, axis=0))) or found.chi2 or 1.0
+
+
+def _point(problem: Problem, z: np.ndarray, tolerance: float, most: int, size: float) -> Point | None:
+    """Half of the sum of squares at a place, from the program of the search, in which all parameters are held."""
+    held = jnp.ones(len(z), bool)
+    _, residuals, jacobian, *_ = _solve(problem, jnp.asarray(z), held, *problem.bounds, tolerance, most)
+    residuals, jacobian = np.asarray(residuals), np.asarray(jacobian)
+    if np.any(np.abs(residuals) >= REFUSED):
+        return None
+    value, slope = 0.5 * float(residuals @ residuals) / size, residuals @ jacobian / size
+    return Point(np.array(z, float), value, slope, np.zeros(0), np.zeros((0, len(z))))
+
+
+def _is_convex(problem: Problem, found: Minimum, bounds: Bounds, tolerance: float, most: int) -> bool:
+    """Whether the Hessian of the sum of squares is positive, by differences of its gradients to one side."""
+    size, free = _curvature(found), np.flatnonzero(~found.at_bound)
+    here, columns = found.residuals @ found.jacobian / size, []
+    for i in free:
+        step = STEP if found.z[i] + STEP <= bounds[1][i] else -STEP
+        there = _point(problem, found.z + step * (np.arange(len(found.z)) == i), tolerance, most, size)
+        if there is None:
+            return False
+        columns.append((there.gradient - here)[free] / step)
+    hessian = np.array(columns).reshape(len(free), len(free))
+    error = np.max(np.abs(hessian - hessian.T), initial=0.0)
+    return bool(np.min(np.linalg.eigvalsh(0.5 * (hessian + hessian.T)), initial=np.inf) > error)
 
 
 class Ends(NamedTuple):

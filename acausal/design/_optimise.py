@@ -17,9 +17,9 @@ from ._design import Design
 from ._limits import Objective, objectives_of
 from ._problem import Problem, starts_of
 from ._report import reporter
-from ._search import FEASIBLE, Outcome, Trail, sample, search
+from ._search import Outcome, Trail, sample, search
 from ._solve import Method
-from ._task import Task
+from ._task import FEASIBLE, Task
 from ._types import ByPath
 
 M = TypeVar("M", bound=Component)
@@ -83,7 +83,7 @@ def optimise(
     task = problem.task(places[0])
     number = max(count(starts, "starts"), len(places))
     found = search_all(task, places, number, method, count(most, "most"), progress, problem.objective)
-    designs = sorted((certified(problem, task, outcome) for outcome in found), key=_rank)
+    designs = sorted((certified(problem, outcome) for outcome in found), key=_rank)
     best = designs[0]
     if flag(sensitivities, "sensitivities") and not best.conflict and best.status != "interrupted":
         best = dataclasses.replace(best, sensitivities=sensitivities_of(problem, task, best))

@@ -101,23 +101,28 @@ def pareto(
 
     def solved(objective: Objective, limits: Mapping[str, Limit], x: np.ndarray, number: int) -> Design[M]:
         stated, task = posed(objective, x, limits)
-        return certified(stated, task, searched(task, objective, x, number))
+        return certified(stated, searched(task, objective, x, number))
 
     def searched(task: Task, objective: Objective, x: np.ndarray, number: int) -> Outcome:
         trail = Trail(said=reporter(task, objective, number, points, progress))
-        return search(task, np.asarray(problem.free.scaled(x)), trail, method, most)
+        return search(task, np.asarray(task.free.scaled(x)), trail, method, most)
 
     def an_end(objective: Objective, other: Objective, x: np.ndarray, number: int) -> Design[M]:
         """The optimum of one result; variables that it does not depend on minimise the other one."""
         stated, task = posed(objective, x, {})
         found = searched(task, objective, x, number)
-        if not np.any(task.idle) or found.conflict is not None or found.is_interrupted:
-            return certified(stated, task, found)
-        z, (low, high) = found.point.z, task.bounds
-        _, rest = posed(other, np.asarray(problem.free.unscaled(z)), {})
-        within = np.where(task.idle, low, z), np.where(task.idle, high, z)
-        least = search(dataclasses.replace(rest, within=within), z, Trail(), method, most).point.z
-        return certified(stated, task, dataclasses.replace(found, point=task.point(least, task.evaluation(least))))
+        task, z = found.task, found.point.z
+        idle = task.idle(z)
+        if not np.any(idle) or found.conflict is not None or found.is_interrupted:
+            return certified(stated, found)
+        _, rest = posed(other, np.asarray(task.free.unscaled(z)), {})
+        low, high = rest.bounds
+        begin = np.asarray(rest.free.scaled(task.free.unscaled(z)))
+        within = np.where(idle, low, begin), np.where(idle, high, begin)
+        least = search(dataclasses.replace(rest, within=within), begin, Trail(), method, most)
+        there = least.task.evaluation(least.point.z)
+        point = task.point(np.asarray(task.free.scaled(there.x)), there)
+        return certified(stated, dataclasses.replace(found, point=point))
 
     def value(objective: Objective, design: Design[M]) -> float:
         return float(problem.program(design.x).values[problem.program.owners.index(objective.name)])

@@ -87,12 +87,8 @@ class Program:
 
     def idle(self, rows: Iterable[int]) -> np.ndarray:
         """Which variables some results do not depend on, as far as has been evaluated."""
-        slopes = [found.jacobian[list(rows)] for found in self._seen.values() if found.is_good]
+        slopes = [found.jacobian[list(rows)] for found in list(self._seen.values()) if found.is_good]
         return ~np.any(np.concatenate(slopes), axis=0)
-
-    def size(self, row: int) -> float:
-        """The median size of a result, as far as has been evaluated."""
-        return float(np.median([abs(found.values[row]) for found in self._seen.values() if found.is_good] or [0.0]))
 
     def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:
         def twice(x: Array) -> tuple[Array, tuple[Array, list[PyTree]]]:

@@ -9,17 +9,14 @@ import numpy as np
 from scipy.stats import qmc
 
 from .._errors import SimulationError
-from ._certificate import STEP, Multipliers, multipliers_of, residual, stationarity
+from ._certificate import NEAR, multipliers_of, residual
+from ._descent import certain, descended, polished
 from ._program import Evaluation
 from ._solve import At, Method, solve
-from ._task import Point, Task
+from ._task import FEASIBLE, Point, Task
 
 PLACES = 64  # tried where the start cannot be computed
-NEAR = 1e-3  # what is so close to a limit may be active, as long as the place is not accurate
-CLOSE = 1e-9  # a residual that need not be improved
-FEASIBLE = 1e-7  # of the size of a limit
-ROUNDS = 8  # of Newton's method
-CONTRACTION = 0.1  # share that a round has to reduce the residual to: else there is no optimum nearby
+RESIZED = 3  # times that a search goes on with larger sizes of variables without bounds
 
 
 class Interrupted(Exception):
@@ -50,8 +47,11 @@ class Trail:
 
 @dataclasses.dataclass
 class Outcome:
-    """The end of a search: its point and, where no design keeps all limits, the shares that those in conflict have."""
+    """The end of a search: its point in the scales of its task and, where no design keeps all limits, the shares that
+    those in conflict have.
+    """
 
+    task: Task
     point: Point
     trail: Trail
     is_interrupted: bool = False
@@ -60,6 +60,30 @@ class Outcome:
 
 def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: int) -> Outcome:
     """A local optimum from a scaled start."""
+    began, trail.start = time.perf_counter(), np.asarray(task.free.unscaled(start))
+    try:
+        _evaluator(task, trail)(start)
+        z = nearest_good(task, start)
+        outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+        for _ in range(RESIZED):
+            larger = None if outcome.conflict is not None else task.with_size_of_steps(outcome.point)
+            if larger is None:
+                break
+            task, z = larger, np.asarray(larger.free.scaled(task.evaluation(outcome.point.z).x))
+            outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+        return outcome
+    except (KeyboardInterrupt, Interrupted):
+        trail.stop.set()
+        best = _best(task, trail)
+        if best is None:
+            raise
+        return Outcome(task, best, trail, is_interrupted=True)
+    finally:
+        trail.seconds = time.perf_counter() - began
+
+
+def _evaluator(task: Task, trail: Trail) -> At:
+    """The points of a task, which the trail keeps an account of."""
 
     def at(z: np.ndarray) -> Point | None:
         if trail.stop.is_set():
@@ -72,18 +96,7 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
             trail.failed.append(found)
         return None
 
-    began, trail.start = time.perf_counter(), np.array(start)
-    try:
-        at(start)
-        return _search(task, at, nearest_good(task, start), trail, method, most)
-    except (KeyboardInterrupt, Interrupted):
-        trail.stop.set()
-        best = _best(task, trail)
-        if best is None:
-            raise
-        return Outcome(best, trail, is_interrupted=True)
-    finally:
-        trail.seconds = time.perf_counter() - began
+    return at
 
 
 def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, most: int) -> Outcome:
@@ -92,10 +105,13 @@ def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, mos
         if found.is_good:
             trail.add(found)
 
-    def solved(z: np.ndarray) -> Point:
+    def solver(z: np.ndarray) -> np.ndarray:
         watch(z)
         z = solve(at, z, task.bounds, task.is_equation, method=method, most=most, watch=watch)
-        point = _certain(at, polished(at, z, task.bounds, task.is_equation))
+        return polished(at, z, task.bounds, task.is_equation)
+
+    def solved(z: np.ndarray) -> Point:
+        point = descended(at, z, task.bounds, task.is_equation, task.idle, solver)
         watch(point.z)
         return point
 
@@ -104,17 +120,17 @@ def _search(task: Task, at: At, z: np.ndarray, trail: Trail, method: Method, mos
 
     point = solved(z)
     if is_feasible(point):
-        return Outcome(point, trail)
+        return Outcome(task, point, trail)
     # A solver may have strayed to where little can be computed: what matters is how close it came on the way.
     closest, shares = _best(task, trail) or point, None
     if not is_feasible(closest):
         nearest, shares = _least_infeasible(task, at, closest, most)
         watch(nearest.z)
         if not is_feasible(nearest):
-            return Outcome(min(nearest, closest, key=task.violation), trail, conflict=shares)
+            return Outcome(task, min(nearest, closest, key=task.violation), trail, conflict=shares)
         closest = nearest
     point = solved(closest.z)
-    return Outcome(point if is_feasible(point) else closest, trail)
+    return Outcome(task, point if is_feasible(point) else closest, trail)
 
 
 def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:
@@ -138,63 +154,11 @@ def sample(task: Task, n: int) -> Iterator[np.ndarray]:
     yield from low + points * (high - low)
 
 
-def _certain(at: At, z: np.ndarray) -> Point:
-    point = at(z)
-    assert point is not None  # a solver ends where it could compute
-    return point
-
-
 def _best(task: Task, trail: Trail) -> Point | None:
     """The best design so far: of those that keep the limits, else the one that breaks them least."""
     points = [task.point(np.asarray(task.free.scaled(found.x)), found) for found in trail.steps]
     ranked = [(max(task.violation(point) - FEASIBLE, 0.0), point.f, i) for i, point in enumerate(points)]
     return points[min(ranked)[2]] if ranked else None
-
-
-def polished(at: At, z: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], is_equation: np.ndarray) -> np.ndarray:
-    """Newton's method on the conditions of an optimum, with what is active at `z`, as long as the residual falls."""
-    point = _certain(at, z)
-    before = residual(point, multipliers_of(point, bounds, is_equation), is_equation)
-    for _ in range(ROUNDS):
-        if before <= CLOSE:
-            break
-        target = _newton(at, point, multipliers_of(point, bounds, is_equation, NEAR), bounds)
-        found = None if target is None else at(target)
-        if found is None:
-            break
-        after = residual(found, multipliers_of(found, bounds, is_equation), is_equation)
-        if after > CONTRACTION * before:
-            break
-        point, before = found, after
-    return point.z
-
-
-def _newton(at: At, point: Point, multipliers: Multipliers, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray | None:
-    """Where the conditions are met that are linearised with active bounds reached; None where no such place is near."""
-    active = multipliers.active()
-    low, high = bounds
-    z = np.where(active.lower, low, np.where(active.upper, high, point.z))
-    moving = np.flatnonzero(~(active.lower | active.upper))
-    here = at(z)
-    if here is None:
-        return None
-    if not len(moving):
-        return z
-    hessian = np.zeros((len(moving), len(moving)))
-    for column, variable in enumerate(moving):
-        sides = [at(z + sign * STEP * np.eye(len(z))[variable]) for sign in (1.0, -1.0)]
-        if sides[0] is None or sides[1] is None:
-            return None
-        slopes = [stationarity(side, multipliers)[moving] for side in sides if side is not None]
-        hessian[:, column] = (slopes[0] - slopes[1]) / (2.0 * STEP)
-    a = here.jacobian[active.constraints][:, moving]
-    system = np.block([[0.5 * (hessian + hessian.T), a.T], [a, np.zeros((len(a), len(a)))]])
-    right = -np.concatenate([here.gradient[moving], here.c[active.constraints]])
-    step = np.linalg.lstsq(system, right, rcond=None)[0][: len(moving)]
-    if not np.all(np.isfinite(step)) or np.max(np.abs(step)) > 0.1:
-        return None
-    z[moving] += step
-    return np.clip(z, low, high)
 
 
 def _least_infeasible(task: Task, at: At, point: Point, most: int) -> tuple[Point, np.ndarray | None]:
@@ -220,12 +184,16 @@ def _least_infeasible(task: Task, at: At, point: Point, most: int) -> tuple[Poin
     bounds = np.append(low, 0.0), np.append(high, np.inf)
     none = np.zeros(len(point.c) + int(np.sum(is_equation)), bool)
     start = np.append(point.z, task.violation(point))
-    end = polished(elastic, solve(elastic, start, bounds, none, most=most), bounds, none)
-    found = _certain(elastic, end)
+    found = descended(
+        elastic, start, bounds, none,
+        idle=lambda z: np.append(task.idle(z[:n]), False),
+        solver=lambda z: polished(elastic, solve(elastic, z, bounds, none, most=most), bounds, none),
+    )  # fmt: skip
+    end = found.z
     multipliers = multipliers_of(found, bounds, none, NEAR)
     if residual(found, multipliers, none) > NEAR:
-        return _certain(at, end[:n]), None
+        return certain(at, end[:n]), None
     shares = multipliers.constraints
     both = shares[: len(point.c)].copy()
     both[is_equation] += shares[len(point.c) :]
-    return _certain(at, end[:n]), both
+    return certain(at, end[:n]), both

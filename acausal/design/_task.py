@@ -1,17 +1,28 @@
-"""A problem in scaled numbers: variables from 0 to 1, objective and constraints as fractions of their sizes."""
+"""A problem in scaled numbers: variables from 0 to 1, objective and constraints as fractions of their sizes.
+
+The size of the objective is that of its slope over the range of a variable (gradient-based scaling), and its zero is
+its value at the start: an objective in another unit, or with another constant, is the same task.
+"""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import qmc
 
 from .._errors import ModelError
 from ._free import Free
 from ._limits import Limit
 from ._program import Evaluation, Program
+from ._scales import with_sizes
 
 ROUNDING = 1e-12  # distance of a scaled variable from its bound that is none
+FEASIBLE = 1e-7  # of the size of a limit
+DEEP = 1e6  # sizes of the objective below the start: no optimum is sought there
+MANY = 10.0  # sizes of a variable without bounds: one that moves so far has another size
+FAR = 1e3  # sizes of a variable without bounds,
+FALLING = 1e-3  # and what the objective would fall by where the variable is twice as large, as a fraction of its change
 BESIDE = 1e-2  # how far inside the bounds a result is looked at again, as a share of their distance
 
 
@@ -25,24 +36,28 @@ class Point(NamedTuple):
     jacobian: np.ndarray
 
 
+def violation(point: Point, is_equation: np.ndarray) -> float:
+    """The largest violation of a constraint."""
+    broken = np.where(is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
+    return float(np.max(broken, initial=0.0))
+
+
 @dataclasses.dataclass
 class Task:
     """Minimise one result of a program while others keep their limits.
 
-    `rows` says which result each limit is about. `size` is that of the objective, by which it is divided. `within` are
-    bounds of the scaled variables that replace the given ones.
+    `rows` says which result each limit is about. The scaled objective is its difference from `zero`, divided by `size`.
+    `within` are bounds of the scaled variables that replace the given ones.
     """
 
     program: Program
+    free: Free
     objective: int
     rows: np.ndarray
     limits: Sequence[Limit]
     size: float = 1.0
+    zero: float = 0.0
     within: tuple[np.ndarray, np.ndarray] | None = None
-
-    @property
-    def free(self) -> Free:
-        return self.program.free
 
     @property
     def is_equation(self) -> np.ndarray:
@@ -71,21 +86,59 @@ class Task:
         excess = [limit.excess(found.values[row]) for limit, row in zip(self.limits, self.rows, strict=True)]
         return Point(
             np.array(z, float),
-            float(found.values[self.objective] / self.size),
+            float((found.values[self.objective] - self.zero) / self.size),
             found.jacobian[self.objective] * slopes / self.size,
             np.array(excess, float),
             sign[:, None] * found.jacobian[self.rows] * slopes,
         )
 
-    @property
-    def idle(self) -> np.ndarray:
-        """Which variables neither the objective nor a limit depends on, as far as has been evaluated."""
-        return self.program.idle([self.objective, *self.rows])
+    def idle(self, z: np.ndarray) -> np.ndarray:
+        """Which variables neither the objective nor a limit depends on: nowhere that has been evaluated, nor at a place
+        aside from `z`, where all of them have other values.
+        """
+        rows = [self.objective, *self.rows]
+        maybe = self.program.idle(rows)
+        if not np.any(maybe):
+            return maybe
+        low, high = self.bounds
+        low, high = np.where(np.isfinite(low), low, z - 1.0), np.where(np.isfinite(high), high, z + 1.0)
+        shares = qmc.Sobol(len(z), rng=0).random_base2(1)[1]
+        aside = self.evaluation(np.where(maybe, low + shares * (high - low), z))
+        return self.program.idle(rows) if aside.is_good else np.zeros(len(z), bool)
 
     def violation(self, point: Point) -> float:
         """The largest fraction by which a limit is broken."""
-        broken = np.where(self.is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
-        return float(np.max(broken, initial=0.0))
+        return violation(point, self.is_equation)
+
+    def with_size_of_steps(self, point: Point) -> "Task | None":
+        """The task with larger sizes of variables without bounds that moved by many sizes; None if none did."""
+        moved = [(group, float(np.max(np.abs(point.z[group])))) for group in self.free.open_groups]
+        sizes = {i: self.free.variables[i].size * steps for group, steps in moved if steps > MANY for i in group}
+        if not sizes or self.is_unbounded(point):
+            return None
+        larger = dataclasses.replace(self, free=self.free.with_sizes(sizes))
+        return larger.measured(self.evaluation(point.z))
+
+    def measured(self, found: Evaluation) -> "Task":
+        """The task with an objective that is scaled by its slopes at a design and a little further inside the bounds:
+        the latter are what counts at an optimum. The size is zero if there is no slope.
+        """
+        z = np.asarray(self.free.scaled(found.x))
+        beside = self.evaluation(z + np.where(z + BESIDE <= self.bounds[1], BESIDE, -BESIDE))
+        slopes = [
+            np.max(np.abs(one.jacobian[self.objective] * np.asarray(self.free.slopes(one.x))))
+            for one in (found, beside)
+            if one.is_good
+        ]
+        size = float(max(slopes)) or (0.0 if beside.is_good else 1.0)
+        return dataclasses.replace(self, zero=float(found.values[self.objective]), size=size)
+
+    def is_unbounded(self, point: Point) -> bool:
+        """Whether a point is far out, with all limits kept and the objective still falling."""
+        if self.violation(point) > FEASIBLE:
+            return False
+        is_far = self.free.is_open & (np.abs(point.z) > FAR)
+        return point.f < -DEEP or bool(np.any(is_far & (point.gradient * point.z < -FALLING * abs(point.f))))
 
 
 def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping[str, Limit]) -> Task:
@@ -97,26 +150,20 @@ def task_of(program: Program, first: Evaluation, objective: str, limits: Mapping
     if (returned := owners.count(objective)) != 1:
         raise ModelError(f"{objective} returned {returned} numbers: what is minimised is one.")
     row = owners.index(objective)
-    if first.is_good and not np.any(first.jacobian[row]) and _is_flat(program, first.x, row):
+    rows = [i for i, owner in enumerate(owners) if owner in limits]
+    free = with_sizes(program, program.free, first.x, row, rows)
+    slopes = np.abs(first.jacobian) * np.asarray(free.slopes(first.x))
+    made = [_sized(dataclasses.replace(limits[owners[i]], name=names[i]), first.values[i], slopes[i]) for i in rows]
+    task = Task(program, free, row, np.array(rows, int), made)
+    if not first.is_good:
+        return task
+    task = task.measured(first)
+    if not task.size:
         raise ModelError(
             f"{objective} does not depend on {', '.join(program.free.names)} at the start: its derivatives are zero. "
             "What counts or rounds cannot be minimised by gradients."
         )
-    rows = [i for i, owner in enumerate(owners) if owner in limits]
-    slopes = np.abs(first.jacobian) * np.asarray(program.free.slopes(first.x))
-    made = [_sized(dataclasses.replace(limits[owners[i]], name=names[i]), first.values[i], slopes[i]) for i in rows]
-    task = Task(program, row, np.array(rows, int), made)
-    task.size = program.size(row) or float(abs(first.values[row])) or 1.0
     return task
-
-
-def _is_flat(program: Program, x: np.ndarray, row: int) -> bool:
-    """Whether a result whose derivatives are zero is constant: then they are zero a little further inside the bounds,
-    too, where beside an optimum they are not.
-    """
-    z = np.asarray(program.free.scaled(x))
-    beside = program(np.array(program.free.unscaled(z + np.where(z < 0.5, BESIDE, -BESIDE))))
-    return not beside.is_good or not np.any(beside.jacobian[row])
 
 
 def _sized(limit: Limit, result: float, slopes: np.ndarray) -> Limit:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from acausal.design._search import polished
+from acausal.design._descent import polished
 from acausal.design._task import Point
 
 LOW, HIGH = np.zeros(2), np.ones(2)
