@@ -110,8 +110,8 @@ class Liquid(AnyLiquid):
       Gholizadeh, Burton, Schoenau 2011 for the survey of such laws).
     - From x = p_t on, p_g does not become zero with x = p + atmosphere - vapour pressure, but p_t (1 + (p_t - x)/
       (k p_t))^(-k), k = 40: there is a density at any pressure, and one of 1e-8 some 30 p_t below that of the vapour.
-    - Temperature, with D = T - T_ref: density/(1 + expansion D), K exp(-softening D), and vapour pressure
-      exp(-vaporisation (1/T - 1/T_ref)) by Clausius and Clapeyron.
+    - Temperature, with D = T - T_ref: density/(1 + expansion D + curvature D^2), K exp(-softening D), and vapour
+      pressure exp(-vaporisation (1/T - 1/T_ref)) by Clausius and Clapeyron.
     - Viscosity: ln((nu + shift)/unit) = Z_1 (T_1/T)^w through two points of a data sheet (Walther; ASTM D341 with a
       shift of 0.7 mm2/s), times exp(thickening p) (Barus).
 
@@ -128,7 +128,8 @@ class Liquid(AnyLiquid):
     T_2: Param[Scalar, "K", positive] = 373.15
     stiffening: Param[Scalar, "1", nonneg] = 10.0  # m = dK/dp
     softening: Param[Scalar, "1/K", nonneg] = 0.0  # relative decrease of K
-    expansion: Param[Scalar, "1/K"] = 0.0  # of the volume
+    expansion: Param[Scalar, "1/K"] = 0.0  # of the volume, at T_ref
+    curvature: Param[Scalar, "1/K2"] = 0.0  # of the volume over the temperature
     thickening: Param[Scalar, "1/Pa", nonneg] = 0.0  # relative increase of the viscosity
     vapour_pressure: Param[Scalar, "Pa", nonneg] = 0.0  # absolute
     vaporisation: Param[Scalar, "K", nonneg] = 0.0  # molar heat of vaporisation over the gas constant
@@ -148,6 +149,7 @@ class Liquid(AnyLiquid):
                 "transition_pressure must be below the difference of atmosphere and vapour_pressure",
             ),
             require(self.T_1 != self.T_2, "T_1 must differ from T_2"),
+            require(self._expanded() > 0.0, "temperature must be one at which expansion and curvature leave a volume"),
             require(
                 self.kinematic_viscosity(0.0) < _FROZEN,
                 "temperature must be one, in K, at which the law of the viscosity gives a liquid",
@@ -158,7 +160,7 @@ class Liquid(AnyLiquid):
 
     @property
     def reference_density(self) -> Scalar:
-        return self.density / (1.0 + self.expansion * (self.temperature - self.T_ref))
+        return self.density / self._expanded()
 
     def relative_density(self, p: Scalar) -> Scalar:
         return 1.0 / (self._liquid(p) + self._bubbles(p))
@@ -189,6 +191,10 @@ class Liquid(AnyLiquid):
         bubbles = base * log * expm1_over((1.0 - 1.0 / n) * log)
         tail = -_TAIL * width / power * jnp.exp(-log / n) * jnp.expm1(power * self._log_growth(p))
         return (1.0 - self.air) * liquid + self.air * (bubbles + tail)
+
+    def _expanded(self) -> Scalar:
+        warmer = self.temperature - self.T_ref
+        return 1.0 + self.expansion * warmer + self.curvature * warmer**2
 
     def _modulus(self) -> Scalar:
         return self.bulk_modulus * jnp.exp(-self.softening * (self.temperature - self.T_ref))

@@ -94,14 +94,62 @@ def test_data_sheets(liquid: Callable[..., Liquid]) -> None:
     assert 1.0 < float(jnp.asarray(here.relative_density(3e7))) < 1.03
 
 
-def test_water_against_tables() -> None:
-    """Kinematic viscosity and vapour pressure of the VDI-Waermeatlas, away from the points of the law."""
-    for celsius, nu, vapour in ((10.0, 1.3065e-6, 1228.0), (50.0, 0.5531e-6, 12352.0), (90.0, 0.3259e-6, 70182.0)):
-        here = water(celsius + 273.15)
-        assert float(jnp.asarray(here.kinematic_viscosity(0.0))) == pytest.approx(nu, rel=0.04)
-        # Around the vapour pressure, the volume changes from full of liquid to full of vapour.
-        assert float(jnp.asarray(here.relative_density(1.04 * vapour - ATMOSPHERE))) > 0.1
-        assert float(jnp.asarray(here.relative_density(0.96 * vapour - ATMOSPHERE))) < 0.02
+# Celsius, density, kinematic viscosity in mm2/s, vapour pressure: VDI-Waermeatlas; bulk modulus in GPa: Kell 1975.
+WATER = (
+    (0.0, 999.84, 1.7918, 611.2, 1.965),
+    (10.0, 999.70, 1.3063, 1228.0, 2.092),
+    (20.0, 998.21, 1.0034, 2339.0, 2.179),
+    (30.0, 995.65, 0.8007, 4246.0, 2.234),
+    (40.0, 992.22, 0.6578, 7384.0, 2.260),
+    (50.0, 988.04, 0.5531, 12352.0, 2.264),
+    (60.0, 983.20, 0.4740, 19946.0, 2.247),
+    (70.0, 977.78, 0.4127, 31201.0, 2.214),
+    (80.0, 971.80, 0.3643, 47415.0, 2.167),
+    (90.0, 965.31, 0.3255, 70182.0, 2.108),
+    (95.0, 961.89, 0.3090, 84609.0, 2.075),
+)
+
+
+@pytest.mark.parametrize(("celsius", "density", "nu", "vapour", "modulus"), WATER)
+def test_water_against_tables(celsius: float, density: float, nu: float, vapour: float, modulus: float) -> None:
+    """Over the range of the docstring, as near to the tables as it says."""
+    here = water(celsius + 273.15, air=1e-9)
+    assert float(here.reference_density) == pytest.approx(density, rel=1e-3)
+    assert 1e6 * float(jnp.asarray(here.kinematic_viscosity(0.0))) == pytest.approx(nu, rel=0.015)
+    within = 0.045 if 10.0 <= celsius <= 90.0 else 0.12
+    assert 1e-9 * float(jnp.asarray(here.bulk_modulus_at(0.0))) == pytest.approx(modulus, rel=within)
+    # Around the vapour pressure, the volume changes from full of liquid to full of vapour.
+    bubbly = water(celsius + 273.15)
+    assert float(jnp.asarray(bubbly.relative_density(1.045 * vapour - ATMOSPHERE))) > 0.1
+    assert float(jnp.asarray(bubbly.relative_density(0.955 * vapour - ATMOSPHERE))) < 0.05
+
+
+# Celsius and kinematic viscosity in mm2/s: data sheets of Shell Tellus S2 M 32, 46 and 68.
+TELLUS = ((iso_vg_32, 0.0, 338.0), (iso_vg_46, 0.0, 580.0), (iso_vg_68, 0.0, 1040.0))
+
+
+@pytest.mark.parametrize(("liquid", "celsius", "nu"), TELLUS)
+def test_oils_in_the_cold(liquid: Callable[..., Liquid], celsius: float, nu: float) -> None:
+    """At the lower end of the range, away from the two points of the law."""
+    assert 1e6 * float(jnp.asarray(liquid(celsius + 273.15).kinematic_viscosity(0.0))) == pytest.approx(nu, rel=0.03)
+
+
+@pytest.mark.parametrize("liquid", [iso_vg_32, iso_vg_46, iso_vg_68, transformer_oil])
+def test_oils_expand_as_petroleum_tables_say(liquid: Callable[..., Liquid]) -> None:
+    """ASTM D1250 for lubricating oils: rho = rho_15 exp(-a D (1 + 0.8 a D)), a = 0.6278/rho_15, D from 15 C."""
+    rho = float(liquid(288.15).reference_density)
+    for celsius in (0.0, 40.0, 70.0, 100.0):
+        z = 0.6278 / rho * (celsius - 15.0)
+        wanted = rho * np.exp(-z * (1.0 + 0.8 * z))
+        assert float(liquid(celsius + 273.15).reference_density) == pytest.approx(wanted, rel=7e-3)
+
+
+def test_transformer_oil_keeps_the_limits_of_its_standard() -> None:
+    """IEC 60296."""
+    cold, warm, room = (transformer_oil(celsius + 273.15) for celsius in (-30.0, 40.0, 20.0))
+    assert float(jnp.asarray(cold.kinematic_viscosity(0.0))) < 1800e-6
+    assert float(jnp.asarray(warm.kinematic_viscosity(0.0))) < 12e-6
+    assert float(room.reference_density) < 895.0
 
 
 class Filling(Component):
@@ -181,6 +229,7 @@ BAD = (
     ({"temperature": 40.0}, r"temperature must be one, in K, at which .* a liquid, got 40.0 K"),
     ({"temperature": 100.0}, r"temperature must be one, in K"),
     ({"T_2": 313.15}, r"T_1 must differ from T_2"),
+    ({"expansion": -0.1}, r"temperature must be one at which expansion and curvature leave a volume"),
 )
 
 
