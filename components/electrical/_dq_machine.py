@@ -12,6 +12,7 @@ from acausal import Param, Record, Scalar, nonnegative, positive
 
 _ANGLES = 48  # of the voltage, among which the largest torque is looked for
 _HALVINGS = 40
+_ROUNDING = 1e-9  # excess of the square of the current, as a share, that is none
 _NEWTON = 6  # steps, of which one would do for values, and one more for each order of derivatives
 
 
@@ -105,8 +106,9 @@ class DqMachine(Record):
         Up to the corner speed they are those of MTPA; above it the field is weakened, at the limit of the voltage, and
         the torque bounded by that of the current or by the largest one that the voltage allows (MTPV; Morimoto et al.,
         `Expansion of operating limits for permanent magnet motor`, IEEE Trans. Ind. Appl. 26, 1990). At a speed at
-        which both limits exclude each other, that of the voltage is kept, with the currents of no torque, which are
-        above i_max: a drive must not be turned so fast. w is the electrical speed in rad/s.
+        which both limits exclude each other, that of the voltage is kept, since an inverter has no more, by the
+        smallest currents that do so, whatever the torque: they are above i_max, and the machine brakes. A drive must
+        not be turned so fast. w is the electrical speed in rad/s.
         """
         sign = jnp.where(torque < 0.0, -1.0, 1.0)  # a motor that turns the other way has the same currents, but -i_q
         most = self.most_per_ampere(i_max)
@@ -142,7 +144,7 @@ class DqMachine(Record):
         From the angle of no torque on, the torque grows up to that of MTPV. The last angle at which both it and the
         current are below their bounds is bracketed, without derivatives, and corrected by Newton's method, traced. A
         machine that is braked at a voltage near that of a short circuit has no angle without torque: then from the
-        least torque on.
+        least torque on. Currents above i_max are shortened along the ellipse, to the smallest ones at most.
         """
         held, scale = jax.lax.stop_gradient, self.torque(self.most_per_ampere(i_max))
         at = _AtVoltage(self, self._of_voltage(w, v), torque, scale, i_max)
@@ -159,7 +161,9 @@ class DqMachine(Record):
         low = held(jnp.where(at_least.current < 0.0, least, angles[jnp.argmin(sizes)]))
         bound = at.bound(low, best)
         angle = jnp.where((at.look(low).current >= 0.0) | (at_least.torque >= 0.0), idle, bound)
-        return at.ellipse.at(angle)[0]
+        shortest = _root(at.lengthening, held(circle[jnp.argmin(at.look(circle).current)]))
+        too_much = at.look(angle).current > _ROUNDING
+        return at.ellipse.at(jnp.where(too_much, at.shortened(angle, shortest), angle))[0]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -189,6 +193,33 @@ class _AtVoltage:
         """The derivative of the torque by the angle, zero where the torque is largest or least, and its derivative."""
         here = self.look(angle)
         return here.rise, here.bend
+
+    def lengthening(self, angle: Scalar) -> tuple[Scalar, Scalar]:
+        """The derivative of half the square of the current by the angle, and its derivative."""
+        i, rate = self.ellipse.at(angle)
+        bend_d, bend_q = (centre - one for centre, one in zip(self.ellipse.centre, i, strict=True))
+        return i.d * rate.d + i.q * rate.q, rate.d**2 + rate.q**2 + i.d * bend_d + i.q * bend_q
+
+    def shortened(self, angle: Scalar, shortest: Scalar) -> Scalar:
+        """The angle nearest to one of too much current, on the way to `shortest`, at which the current is bounded."""
+        held = jax.lax.stop_gradient
+        way = held(jnp.mod(angle - shortest + jnp.pi, 2.0 * jnp.pi) - jnp.pi)
+
+        def halved(_: int, bracket: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+            low, high = bracket
+            middle = 0.5 * (low + high)
+            is_within = self.look(held(shortest) + middle * way).current < 0.0
+            return jnp.where(is_within, middle, low), jnp.where(is_within, high, middle)
+
+        ends = jnp.zeros_like(way), jnp.ones_like(way)
+        share = jax.lax.fori_loop(0, _HALVINGS, halved, ends)[0]
+
+        def excess(angle: Scalar) -> tuple[Scalar, Scalar]:
+            here = self.look(angle)
+            return here.current, here.growth
+
+        is_possible = self.look(shortest).current < 0.0
+        return jnp.where(is_possible, _root(excess, held(shortest) + share * way), shortest)
 
     def bound(self, low: Scalar, best: Scalar) -> Scalar:
         """The angle from `low` on at which torque or current reach their bounds, or `best` if none of them does."""

@@ -20,9 +20,9 @@ class CamContact(NamedTuple):
     """What `Follower.contact` tells at given angles."""
 
     pressure_angle: Array  # between the normal of the contact and the follower's axis, in rad
-    radius: Array  # of curvature of the cam, in m; negative where it is hollow
+    radius: Array  # of curvature of the cam, in m; see `Follower.radius` for its sign
     normal_force: Array  # in N
-    hertz_pressure: Array  # largest pressure in the contact, in Pa
+    hertz_pressure: Array  # largest pressure in the contact, in Pa; NaN without contact
 
 
 class Follower(Record, partial=True):
@@ -41,20 +41,29 @@ class Follower(Record, partial=True):
 
     @abc.abstractmethod
     def radius(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Radius of curvature of the cam's surface in m, negative where it is hollow."""
+        """Radius of curvature of the cam's surface in m.
+
+        Under a flat face it is negative where the cam is undercut, under a roller where it is undercut or hollow.
+        """
 
     @abc.abstractmethod
     def relative_curvature(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Sum of the curvatures of cam and follower in 1/m."""
+        """Sum of the curvatures of cam and follower in 1/m, negative where the cam is undercut."""
+
+    @abc.abstractmethod
+    def sharpness(self, profile: CamProfile, angle: Scalar) -> Scalar:
+        """Measure of how close the cam is to an undercut: its greatest value is at the least radius."""
 
     def hertz_pressure(self, profile: CamProfile, angle: Scalar, force: Scalar) -> Scalar:
-        """Largest pressure in Pa under an axial force >= 0 in N: sqrt(F E' k/(pi b)/cos(pressure angle)).
+        """Largest pressure in Pa under an axial force in N: sqrt(F E' k/(pi b)/cos(pressure angle)).
 
-        k is the relative curvature, b the width of the contact.
+        k is the relative curvature, b the width of the contact. NaN where the follower does not bear on the cam: under
+        a negative force, which lifts it off, and where the cam is undercut.
         """
         normal = force / jnp.cos(self.pressure_angle(profile, angle))
         load = normal * self.modulus * self.relative_curvature(profile, angle) / (jnp.pi * self.width)
-        return jnp.sqrt(jnp.where(load > 0.0, load, 1.0)) * (load > 0.0)
+        is_loaded = load > 0.0
+        return jnp.where(is_loaded, jnp.sqrt(jnp.where(is_loaded, load, 1.0)), jnp.where(load == 0.0, 0.0, jnp.nan))
 
     def contact(self, profile: CamProfile, angles: Vector, forces: Vector) -> CamContact:
         """What holds at angles in rad under axial forces in N, as of a solution: `cam.shaft.phi`, `-cam.follower.f`."""
@@ -67,25 +76,25 @@ class Follower(Record, partial=True):
         return jax.vmap(at)(jnp.asarray(angles, float), jnp.asarray(forces, float))
 
     def least_radius(self, profile: CamProfile, first: Scalar = 0.0, last: Scalar = 2.0 * jnp.pi) -> Scalar:
-        """Least convex radius of curvature of the surface between two angles: not above 0, the cam is undercut."""
+        """Least radius of curvature of the surface between two angles in m: not above 0, the cam is undercut.
 
-        def bend(angle: Scalar) -> Scalar:
-            return 1.0 / self._pitch_radius(profile, angle)
+        Under a roller only convex parts of the cam count. Infinite if the cam is hollow throughout.
+        """
 
-        # The greatest curvature: where the cam is hollow, the radius jumps from + to - infinity, and it does not.
+        def sharp(angle: Scalar) -> Scalar:
+            return self.sharpness(profile, angle)
+
         angles = jnp.linspace(first, last, _SAMPLES)
-        angle = jax.lax.stop_gradient(angles[jnp.argmax(jax.vmap(bend)(angles))])
+        angle = jax.lax.stop_gradient(angles[jnp.argmax(jax.vmap(sharp)(angles))])
         for _ in range(_NEWTON):
-            slope, curve = jax.jvp(jax.grad(bend), (angle,), (jnp.ones_like(angle),))
+            slope, curve = jax.jvp(jax.grad(sharp), (angle,), (jnp.ones_like(angle),))
             bends = curve < 0.0
             angle = jnp.clip(angle - jnp.where(bends, slope / jnp.where(bends, curve, 1.0), 0.0), first, last)
-        return 1.0 / bend(angle) - self._roller()
+        return self.least(profile, angle)
 
-    def _pitch_radius(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        return self.radius(profile, angle) + self._roller()
-
-    def _roller(self) -> Scalar:
-        return 0.0
+    @abc.abstractmethod
+    def least(self, profile: CamProfile, sharpest: Scalar) -> Scalar:
+        """The least radius in m, from the angle at which the cam is sharpest."""
 
 
 def _derivatives(profile: CamProfile, angle: Scalar) -> tuple[Scalar, Scalar, Scalar]:
@@ -98,7 +107,7 @@ def _derivatives(profile: CamProfile, angle: Scalar) -> tuple[Scalar, Scalar, Sc
 class FlatFollower(Follower):
     """A flat face across the axis: no pressure angle, radius = R_b + s + s''; the face must reach s' to either side.
 
-    R_b is the base radius.
+    R_b is the base radius. The cam is undercut where the radius is not above 0: a flat face bears on convex cams only.
     """
 
     def pressure_angle(self, profile: CamProfile, angle: Scalar) -> Scalar:
@@ -110,6 +119,12 @@ class FlatFollower(Follower):
 
     def relative_curvature(self, profile: CamProfile, angle: Scalar) -> Scalar:
         return 1.0 / self.radius(profile, angle)
+
+    def sharpness(self, profile: CamProfile, angle: Scalar) -> Scalar:
+        return -self.radius(profile, angle)
+
+    def least(self, profile: CamProfile, sharpest: Scalar) -> Scalar:
+        return self.radius(profile, sharpest)
 
 
 class RollerFollower(Follower):
@@ -129,17 +144,23 @@ class RollerFollower(Follower):
     def _height(self, s: Scalar) -> Scalar:
         return s + jnp.sqrt((self.base_radius + self.roller) ** 2 - self.offset**2)
 
-    def _roller(self) -> Scalar:
-        return self.roller
-
     def pressure_angle(self, profile: CamProfile, angle: Scalar) -> Scalar:
         s, slope, _ = _derivatives(profile, angle)
         return jnp.arctan((slope - self.offset) / self._height(s))
 
     def radius(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        s, slope, second = _derivatives(profile, angle)
-        y, x = self._height(s), slope - self.offset
-        return (y**2 + x**2) ** 1.5 / (y**2 + x * (slope + x) - y * second) - self.roller
+        return 1.0 / self.sharpness(profile, angle) - self.roller
 
     def relative_curvature(self, profile: CamProfile, angle: Scalar) -> Scalar:
         return 1.0 / self.radius(profile, angle) + 1.0 / self.roller
+
+    def sharpness(self, profile: CamProfile, angle: Scalar) -> Scalar:
+        """Curvature of the pitch curve in 1/m: above 1/r the cam is undercut, below 0 it is hollow."""
+        s, slope, second = _derivatives(profile, angle)
+        y, x = self._height(s), slope - self.offset
+        return (y**2 + x * (slope + x) - y * second) / (y**2 + x**2) ** 1.5
+
+    def least(self, profile: CamProfile, sharpest: Scalar) -> Scalar:
+        curvature = self.sharpness(profile, sharpest)
+        is_convex = curvature > 0.0
+        return jnp.where(is_convex, 1.0 / jnp.where(is_convex, curvature, 1.0) - self.roller, jnp.inf)

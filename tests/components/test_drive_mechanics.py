@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from acausal import ArgumentError, Connections, ParameterError, connect, simulate
 from acausal.testing import check_law, solved
@@ -14,7 +16,9 @@ from components import rotational, translational
 from components.rotational import (
     BSplineMotion,
     Cycloidal,
+    EccentricDisc,
     EqualMeshLoss,
+    FlatEccentricDisc,
     FlatFollower,
     Helix,
     LossyGearR2T,
@@ -243,6 +247,76 @@ def test_least_base_circle_of_a_flat_follower_without_undercut(motion: Motion, b
     np.testing.assert_allclose(least(follower), 3e-3, rtol=1e-8)
     slope = jax.grad(lambda r: FlatFollower(base_radius=r).least_radius(cam(motion), 0.0, BETA))
     np.testing.assert_allclose(jax.jit(slope)(base), 1.0, rtol=1e-6)
+
+
+FOLLOWERS = st.one_of(
+    st.builds(FlatFollower, base_radius=st.floats(2e-3, 40e-3)),
+    st.builds(RollerFollower, base_radius=st.floats(5e-3, 40e-3), roller=st.floats(1e-3, 20e-3)),
+)
+
+
+@jax.jit
+def _surface(follower: Any, profile: Any, rise: Any) -> Any:
+    """Progress of the follower's envelope over steps of the angle, the contact and the least radius."""
+    angles = jnp.linspace(0.0, rise, 2001)
+    s, slope = jax.vmap(profile.lift)(angles), jax.vmap(profile.slope)(angles)
+    if isinstance(follower, FlatFollower):
+        tilt, point = jnp.zeros_like(s), slope + 1j * (follower.base_radius + s)
+    else:
+        centre = s + follower.base_radius + follower.roller
+        tilt = jnp.arctan(slope / centre)
+        point = 1j * centre - 1j * follower.roller * jnp.exp(1j * tilt)
+    tangent = jnp.exp(1j * (tilt - angles))
+    forward = jnp.real(jnp.diff(point * jnp.exp(-1j * angles)) * jnp.conj(tangent[1:] + tangent[:-1]))
+    contact = follower.contact(profile, angles, jnp.full(2001, 100.0))
+    return forward, contact, follower.least_radius(profile, 0.0, rise)
+
+
+@settings(deadline=None, max_examples=60, derandomize=True, database=None)
+@given(follower=FOLLOWERS, height=st.floats(1e-3, 30e-3), rise=st.floats(0.4, 2.0))
+def test_undercut_is_where_the_surface_turns_back(follower: Any, height: float, rise: float) -> None:
+    """A radius that is not above 0, and no Hertz pressure, where the surface moves backward over the angle only."""
+    profile = RiseDwellReturn(motion=Cycloidal(), height=height, rise=rise, dwell=0.5, fall=1.0)
+    forward, contact, least = _surface(follower, profile, rise)
+    assume(abs(float(least)) > 1e-5)
+    assert (float(least) < 0.0) == bool(np.any(forward < 0.0))
+    bears = np.asarray(contact.radius) > -float(getattr(follower, "roller", np.inf))  # else it is hollow
+    convex = np.asarray(contact.radius)[bears]
+    assert float(least) == pytest.approx(float(np.min(convex)), rel=1e-4, abs=1e-6)
+    np.testing.assert_array_equal(np.isnan(contact.hertz_pressure), bears & (np.asarray(contact.radius) < 0.0))
+
+
+def test_round_cams_under_a_flat_face_and_a_roller() -> None:
+    """An eccentric disc is round: its radius is everywhere that of the disc, R_b + e."""
+    e, disc, roller, force = 4e-3, 20e-3, 6e-3, 300.0
+    flat = FlatFollower(base_radius=disc - e)
+    rolling = RollerFollower(base_radius=disc - e, roller=roller)
+    angles = jnp.linspace(0.0, 6.0, 25)
+    for follower, profile, curvature in (
+        (flat, FlatEccentricDisc(eccentricity=e), 1.0 / disc),
+        (rolling, EccentricDisc(eccentricity=e, radius=disc + roller), 1.0 / disc + 1.0 / roller),
+    ):
+        found = follower.contact(profile, angles, jnp.full(25, force))
+        np.testing.assert_allclose(found.radius, disc, rtol=1e-9)
+        load = found.normal_force * 113.2e9 * curvature / (np.pi * 10e-3)
+        np.testing.assert_allclose(found.hertz_pressure, np.sqrt(load), rtol=1e-9)
+        assert float(follower.least_radius(profile)) == pytest.approx(disc, rel=1e-9)
+
+
+def test_no_pressure_without_contact() -> None:
+    profile, follower = FlatEccentricDisc(eccentricity=2e-3), FlatFollower(base_radius=10e-3)
+    found = follower.contact(profile, jnp.zeros(3), jnp.asarray([-1.0, 0.0, 1.0])).hertz_pressure
+    assert np.isnan(found[0])
+    assert float(found[1]) == 0.0
+    assert float(found[2]) > 0.0
+
+
+def test_a_hollow_stretch_has_no_least_radius() -> None:
+    """Early on the rise of a high lift, the cam is hollow under a roller."""
+    profile = RiseDwellReturn(motion=Cycloidal(), height=40e-3, rise=0.8, dwell=0.5, fall=0.8)
+    follower = RollerFollower(base_radius=15e-3, roller=4e-3)
+    assert np.all(follower.contact(profile, jnp.linspace(0.1, 0.2, 9), jnp.ones(9)).radius < -4e-3)
+    assert float(follower.least_radius(profile, 0.1, 0.2)) == np.inf
 
 
 def test_followers_are_differentiable() -> None:

@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rig import Rig
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from acausal import Connections, ParameterError, connect, quantity, simulate
@@ -73,6 +75,44 @@ def test_weak_magnets_and_much_reluctance(share: float, speed: float) -> None:
     assert float(machine.torque(i)) == pytest.approx(best, rel=5e-3)
     assert float(jnp.hypot(i.d, i.q)) <= i_max * (1.0 + 1e-9)
     assert float(machine.voltage(i, w)) <= v_max * (1.0 + 1e-9)
+
+
+_currents = jax.jit(jax.vmap(lambda m, T, w, v, i: m.currents(T, w, v, i), (None, 0, None, None, None)))
+
+
+@settings(deadline=None, max_examples=150, derandomize=True, database=None)
+@given(
+    w=st.floats(-4000.0, 4000.0),
+    v_max=st.floats(0.5, 60.0),
+    i_max=st.floats(5.0, 200.0),
+    Rs=st.sampled_from([0.0, 0.02, 0.1]),
+    Lq=st.sampled_from([2e-4, 3e-4, 6e-4]),
+    psi=st.floats(5e-3, 5e-2),
+)
+def test_limits_are_kept_wherever_they_can_be(
+    w: float, v_max: float, i_max: float, Rs: float, Lq: float, psi: float
+) -> None:
+    """Torques grow with what is wanted; where no currents keep both limits, all are the smallest that keep the voltage.
+
+    By comparison with a grid of all currents.
+    """
+    machine = DqMachine(p=4, psi=psi, Ld=2e-4, Lq=Lq, Rs=Rs)
+    most = float(machine.torque(machine.most_per_ampere(i_max)))
+    wanted = jnp.linspace(-1.5, 1.5, 13) * most
+    found = _currents(machine, wanted, w, v_max, i_max)
+    torque, size = np.asarray(machine.torque(found)), np.hypot(found.d, found.q)
+    assert np.all(np.diff(torque) >= -1e-6 * most)
+    assert np.all(np.asarray(machine.voltage(found, w)) <= v_max * (1.0 + 1e-6))
+    angle, share = np.linspace(0.0, 2.0 * np.pi, 721), np.linspace(0.0, 1.0, 201)[:, None]
+    tried = DqCurrents(jnp.asarray(i_max * share * np.cos(angle)), jnp.asarray(i_max * share * np.sin(angle)))
+    fits = np.asarray(machine.voltage(tried, w)) <= v_max
+    if np.any(fits):
+        assert np.all(size <= i_max * (1.0 + 1e-6))
+        possible = np.asarray(machine.torque(tried))[fits]
+        nearest = np.clip(wanted, np.min(possible), np.max(possible))
+        assert np.all(np.abs(torque - wanted) <= np.abs(nearest - wanted) + 1e-6 * most)
+    else:
+        assert np.ptp(size) <= 1e-6 * np.max(size) or np.all(size <= i_max * (1.0 + 1e-6))
 
 
 @pytest.mark.parametrize("wanted", [3.0, -3.0])
