@@ -17,8 +17,11 @@ from .system import System
 
 
 def observe(system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int]) -> list[Numbers]:
-    """The values of variable leaves, given by their number, at time `t` and state `y`."""
-    store = system.evaluate(t, y, inputs, pairs_of(system, leaves))
+    """The values of variable leaves, given by their number, at time `t` and state `y`.
+
+    The time may be that of an event, after which the memory in `y` is no good guess: iterations that fail begin anew.
+    """
+    store = system.evaluate(t, y, inputs, pairs_of(system, leaves), anew=True)
     return [leaf_value(system, store, leaf, t) for leaf in leaves]
 
 

@@ -101,10 +101,12 @@ def _error(solution: Solution) -> Exception:
         )
     if result == Result.never_stopped:
         return SimulationError(where + sentence(result))
-    culprit = _first_not_finite(solution)
-    if culprit is not None:
+    found = _first_not_finite(solution)
+    if found is not None:
+        t, culprit = found
+        where = f"At t = {t:.6g} s: "
         name = system.ordered.table.variable_name(*culprit)
-        since = float(t) - float(tick(float(t), solution._start[0]))
+        since = t - float(tick(t, solution._start[0]))
         if refused := _refusal(solution, since):
             return SimulationError(f"{where}{refused}")
         after = _events_at(solution, since)
@@ -228,13 +230,18 @@ def about_block(system: System, pair: Pair) -> str:
     return said
 
 
-def _first_not_finite(solution: Solution) -> Pair | None:
-    """The first variable that is not finite, at the last good state or a little further on."""
+def _first_not_finite(solution: Solution) -> tuple[float, Pair] | None:
+    """The first variable that is not finite, and when: at the start, if no state depends on it, or else at the last
+    good state or a little further on.
+    """
     system, (t, y) = solution.system, solution._end
+    pair = first_not_finite(system, *solution._start, solution._inputs)
+    if pair is not None:
+        return float(solution._start[0]), pair
     rates = system.vector_field(t, y, solution._inputs)
     for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
         point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))
         pair = first_not_finite(system, t + ahead, point, solution._inputs)
         if pair is not None:
-            return pair
+            return float(t), pair
     return None

@@ -18,7 +18,8 @@ class Result(eqx.Enumeration):
     too_many_steps = "The maximum number of steps was reached. Increase max_steps or loosen rtol."
     step_too_small = (
         "The step size fell below dtmin: the solution is not smooth there, or grows without bound. Smooth the "
-        "equations of the component that changes, or loosen rtol."
+        "equations of the component that changes, or loosen rtol. If it only changes very fast beside the time span of "
+        "the run, pass a smaller dtmin."
     )
     events_accumulate = (
         "Events follow one another ever faster, and time stands still: a rebound that dies out, a switch without "

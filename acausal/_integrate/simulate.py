@@ -228,6 +228,12 @@ def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffra
     if solver is None:
         solver = Rodas5P()
     kind_of(solver, "solver", diffrax.AbstractSolver, "a solver of diffrax, such as diffrax.Tsit5()")
+    if not isinstance(solver, diffrax.AbstractAdaptiveSolver):
+        name = type(solver).__name__
+        raise ModelError(
+            f"solver={name}() does not estimate its error, by which a run chooses its steps. Remedy: one that does, "
+            f"such as diffrax.Tsit5(), or diffrax.HalfSolver(diffrax.{name}())."
+        )
     if system.solved is not None and not isinstance(solver, AbstractRosenbrock):
         raise ModelError(
             f"The mass-matrix form needs Rodas5P or Rodas3P; {type(solver).__name__} integrates ODEs only."

@@ -16,13 +16,15 @@ from .state_vector import StateVector, Vector
 
 
 class Span(diffrax.AbstractLocalInterpolation):
-    """Dense output of a step as if there were no events, between its own ends; corrected if it follows a `course`."""
+    """Dense output of a step as if there were no events, between its own ends; corrected if it follows a `course`.
+
+    Within the step iterations start from where those of its stages did: an event at its end may have led far away.
+    """
 
     t0: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
     t1: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
     inner: diffrax.AbstractLocalInterpolation
     carried: Vector
-    memory: Vector  # at the end
     layout: StateVector = eqx.field(static=True)
     course: Course | None = None
 
@@ -38,10 +40,7 @@ class Span(diffrax.AbstractLocalInterpolation):
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
         """The state at a time as the solver's own dense output has it."""
-        layout, width = self.layout, self.inner.t1 - self.inner.t0
-        theta = (t - self.inner.t0) / jnp.where(width == 0, 1, width)
-        y = layout.joined(self.inner.evaluate(t, left=left), self.carried)
-        return layout.with_part(y, layout.memory, (1 - theta) * y[layout.memory] + theta * self.memory)
+        return self.layout.joined(self.inner.evaluate(t, left=left), self.carried)
 
     def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
         """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
@@ -73,8 +72,6 @@ class SpanOf:
     inner: Callable[..., diffrax.AbstractLocalInterpolation]
     layout: StateVector
 
-    def __call__(
-        self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, memory: Vector, **info: PyTree
-    ) -> Span:
+    def __call__(self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, **info: PyTree) -> Span:
         inner = self.inner(t0=begin, t1=end, **info["inner"])
-        return Span(t0, t1, inner, carried, memory, self.layout, info.get("course"))
+        return Span(t0, t1, inner, carried, self.layout, info.get("course"))

@@ -65,6 +65,17 @@ class Stepper(Wrapper):
     def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
         return SpanOf(self.solver.interpolation_cls, self.layout)
 
+    @property
+    def _of_core(self) -> Any:
+        """The solver within; one that iterates takes the tolerances of the core, not those of the whole vector."""
+        solver = self.solver
+        if not isinstance(solver, diffrax.AbstractImplicitSolver):
+            return solver
+        atol = solver.root_finder.atol  # pyright: ignore[reportAttributeAccessIssue]
+        if np.shape(atol) != (self.layout.size,):
+            return solver
+        return eqx.tree_at(lambda s: s.root_finder.atol, solver, self.layout.core(atol))
+
     def init(self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given) -> SolverState:
         inner = self.solver.init(terms, t0, t1, self.layout.core(y0), args.carrying(y0[self.layout.carried]))
         return SolverState(inner, self.begin)
@@ -84,7 +95,7 @@ class Stepper(Wrapper):
             # A run that has ended stays where it is.
             has_ended = y0[self.layout.outcome] != 0
             y, error = jnp.where(has_ended, y0, y), jnp.where(has_ended, 0.0, error)
-        return y, error, info | {"memory": y[self.layout.memory]}, state, result
+        return y, error, info, state, result
 
     def _attempt(
         self, terms: Any, t0: Any, t1: Any, y0: Vector, args: Given, solver_state: SolverState, made_jump: Numbers
@@ -100,12 +111,12 @@ class Stepper(Wrapper):
             inner, result = None, diffrax.RESULTS.successful
             course = Course(self.solver, jax.lax.stop_gradient(work), given, self.settings)
         else:
-            core, error, info, inner, result = self.solver.step(
+            core, error, info, inner, result = self._of_core.step(
                 terms, t0, end, layout.core(y0), given, solver_state.inner, jumped
             )
         error = layout.joined(error, jnp.zeros_like(carried))
         inner_path = self.solver.interpolation_cls(t0=t0, t1=end, **info)
-        path = Span(t0, end, inner_path, carried, y0[layout.memory], layout, course)
+        path = Span(t0, end, inner_path, carried, layout, course)
         if state is None:
             y = self._remembered(t1, self._projected(t1, layout.joined(core, carried), args), args)
             y = self._with_peaks(path, t1, y, args)
@@ -183,7 +194,9 @@ class Stepper(Wrapper):
             return layout.with_part(y, layout.status, status), unchanged
 
         y, state = jax.lax.cond(unvmap_any(found.is_any), happening, idling)
-        return self._remembered(t, y, given, anew=found.is_any), state
+        # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
+        is_last = t >= forward * given.numbers.t1
+        return self._remembered(t, y, given, anew=found.is_any | is_last), state
 
 
 def _lag(path: Span, found: Found) -> Callable[[Array], Array]:
