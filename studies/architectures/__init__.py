@@ -12,6 +12,7 @@ from ._main import as_text as as_text
 from ._main import conditions_as_text as conditions_as_text
 from ._main import limits_as_text as limits_as_text
 from ._main import main as main
+from ._main import measured_as_text as measured_as_text
 from ._main import stored as stored
 from ._main import study as study
 from ._rows import Row as Row

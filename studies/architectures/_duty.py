@@ -76,7 +76,7 @@ def run(
 ) -> Solution:
     """The run until the slave has travelled `level` in m, of t1 in s at most; one program for opening and whole duty.
 
-    With an account, the integrals are what the battery gives: "energy" in J and "charge" in A.s.
+    With an account, the integral is the "energy" in J that the battery gives.
     """
     return simulate(
         model, t1, until=lambda s: s.piston.a.s - level, save=save, energy=account, rtol=rtol, throw=False,
@@ -86,7 +86,7 @@ def run(
 
 def _battery(s: Any) -> dict[str, Scalar]:
     sources = (s.supply, s.battery) if hasattr(s, "battery") else (s.supply,)
-    return {"energy": -sum(one.v * one.i for one in sources), "charge": -sum(one.i for one in sources)}
+    return {"energy": -sum(one.v * one.i for one in sources)}
 
 
 def open_clutch(model: Component, *, rtol: Scalar, save: object = "steps", account: bool = True) -> Solution:

@@ -31,12 +31,18 @@ WHEN: Mapping[str, str] = MappingProxyType(
 FIGURES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
     {
         "opening_time": ("opening time [ms]", 1e3, "z.1f"),
-        "peak_current": ("peak current [A]", 1.0, "z.1f"),
-        "holding_current": ("mean current of the hold [A]", 1.0, "z.2f"),
+        "motor_current": ("motor current, held [A]", 1.0, "z.2f"),
+        "energy": ("energy of one operation [J]", 1.0, "z.0f"),
     }
 )  # of a row: what it is, its factor and format
 THESIS: Mapping[str, Mapping[str, Datum]] = MappingProxyType(
-    {"eccentric": MEASURED["ema_maxon"][FULL], "holding valve": DEAD_TIME}
+    {
+        "eccentric": {
+            "opening_time": MEASURED["ema_maxon"][FULL]["opening time"],
+            "motor_current": MEASURED["ema_maxon"][FULL]["holding current"],
+        },
+        "holding valve": {"opening_time": DEAD_TIME["opening time"]},
+    }
 )  # what was measured on prototypes of these kinds
 SURPLUS = ("relief", "compensator", "bleed")
 TO_BAR, TO_LITRES = 1e-5, 6e4  # from Pa, and from m3/s to l/min
@@ -127,14 +133,14 @@ def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure
 
 
 def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Opening times and currents, beside what the thesis measured on its prototypes of these kinds."""
+    """Opening times, currents and energies, beside what the thesis measured on its prototypes of these kinds."""
     figure = figure or Figure(figsize=(12.0, 0.36 * len(rows) + 1.6), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(FIGURES), sharey=True)))
     places = range(len(rows))
     for panel, (name, (label, factor, form)) in zip(panels, FIGURES.items(), strict=True):
         values = [factor * max(getattr(row, name), 0.0) for row in rows]
         panel.barh(places, values, color="#0072b2", label="simulated here")
-        measured = [THESIS.get(row.architecture, {}).get(name.replace("_", " ")) for row in rows]
+        measured = [THESIS.get(row.architecture, {}).get(name) for row in rows]
         marks = {place: factor * datum.value for place, datum in enumerate(measured) if datum is not None}
         if marks:
             panel.plot(list(marks.values()), list(marks), "D", color="#d55e00", label="measured (thesis), in brackets")
@@ -142,7 +148,7 @@ def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure 
             mark = marks.get(place)
             said = "" if mark is None else f" ({mark:g})"
             panel.text(max(value, mark or 0.0), place, f"   {value:{form}}{said}", va="center", fontsize=8)
-        panel.set_xlim(0.0, 1.5 * max(*values, *marks.values()))
+        panel.set_xlim(0.0, 1.5 * max([*values, *marks.values()]))
         panel.set_xlabel(label)
         panel.grid(alpha=0.3, axis="x")
     panels[0].set_yticks(places, [titles[row.architecture] for row in rows])

@@ -11,7 +11,7 @@ from jax import Array
 
 from acausal import Component, Scalar, Solution, parameters, replace
 
-from ..actuators import STROKE
+from ..actuators import STROKE, SUPPLY
 from ._architecture import Architecture
 from ._conditions import CONDITIONS
 from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty
@@ -19,24 +19,27 @@ from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """An architecture put to the duty, in SI units; currents are those of its battery.
+    """An architecture put to the duty, in SI units.
 
-    Peak current is that of the opening, holding current and power are means over the hold; the resting current is what
-    the motor's supply gives at its end. Energies are what the battery gives. `losses` by component, `stored` and
-    `compression` are over the whole duty; `compression` is what the account counts as supplied beside the battery: a
-    `LinearLiquid` of energy density e that a cylinder takes in, the integral of e dV. `gradients` are those of the
-    opening time by the path of a size, `modes` the largest difference between both modes of differentiation, over the
-    largest one. `lowest` and `highest` bound the position from a second after the opening to the end of the hold.
-    `flows` are pressure and flow of the source and of the clutch: at half the stroke as it opens at full speed and,
-    metered, along a profile, and in the hold. `conditions` has some of these figures for the duty under others.
+    Currents are the motor's, except `battery_current`; a converter between battery and motor is lossless. The peak is
+    that of the opening, where both are the same at full voltage. `motor_current` is that at the end of the hold,
+    `battery_current` and `holding_power` are means over the hold, and energies what the battery gives.
+
+    `losses` by component, `stored` and `compression` are over the whole duty; `compression` is what the account counts
+    as supplied beside the battery: a `LinearLiquid` of energy density e that a cylinder takes in, the integral of e dV.
+    `gradients` are those of the opening time by the path of a size, `modes` the largest difference between both modes
+    of differentiation, over the largest one. `lowest` and `highest` bound the position from a second after the opening
+    to the end of the hold. `flows` are pressure and flow of the source and of the clutch: at half the stroke as it
+    opens at full speed and, metered, along a profile, and in the hold. `conditions` has some of these figures for the
+    duty under others.
     """
 
     architecture: str
     opening_time: float
     peak_current: float
-    holding_current: float
+    motor_current: float
+    battery_current: float
     holding_power: float
-    resting_current: float  # at the end of the hold
     energy: float
     energies: Mapping[str, float]  # of opening, holding, closing
     losses: Mapping[str, float]
@@ -66,9 +69,9 @@ def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = Tr
         architecture=architecture.name,
         opening_time=opened,
         peak_current=float(np.max(np.abs(np.asarray(duty.supply.i)[_during(duty, 0.0, opened)]))),
-        holding_current=_mean(duty, "charge", opened),
-        holding_power=_mean(duty, "energy", opened),
-        resting_current=float(np.interp(opened + HOLD, np.asarray(duty.ts), -np.asarray(duty.supply.i))),
+        motor_current=float(np.interp(opened + HOLD, np.asarray(duty.ts), -np.asarray(duty.supply.i))),
+        battery_current=_holding_power(duty, opened) / SUPPLY,
+        holding_power=_holding_power(duty, opened),
         energy=sum(energies.values()),
         energies=energies,
         losses=losses,
@@ -107,8 +110,8 @@ def _figures(name: str, model: Component, rtol: float) -> dict[str, float]:
         return {"opening_time": opened}
     return {
         "opening_time": opened,
-        "holding_current": _mean(duty, "charge", opened),
-        "holding_power": _mean(duty, "energy", opened),
+        "battery_current": _holding_power(duty, opened) / SUPPLY,
+        "holding_power": _holding_power(duty, opened),
         "energy": sum(_energies(duty, opened).values()),
         "closed": float(duty.final.piston.a.s),
     }
@@ -147,16 +150,18 @@ def _both_modes(time: Callable[[Array], Scalar], sizes: Array) -> tuple[Array, A
 
 
 def _energies(duty: Solution, opened: float) -> dict[str, float]:
-    marks = [_integral(duty, "energy", time) for time in (0.0, opened, opened + HOLD, np.inf)]
+    marks = [_integral(duty, time) for time in (0.0, opened, opened + HOLD, np.inf)]
     return dict(zip(("opening", "holding", "closing"), np.diff(marks).tolist(), strict=True))
 
 
-def _integral(duty: Solution, name: str, time: float) -> float:
-    return float(np.interp(time, np.asarray(duty.ts), np.asarray(duty.integrals[name])))
+def _integral(duty: Solution, time: float) -> float:
+    """Energy in J that the battery has given until a time."""
+    return float(np.interp(time, np.asarray(duty.ts), np.asarray(duty.integrals["energy"])))
 
 
-def _mean(duty: Solution, name: str, opened: float) -> float:
-    return (_integral(duty, name, opened + HOLD) - _integral(duty, name, opened)) / HOLD
+def _holding_power(duty: Solution, opened: float) -> float:
+    """Mean over the hold in W."""
+    return (_integral(duty, opened + HOLD) - _integral(duty, opened)) / HOLD
 
 
 def _during(duty: Solution, begin: float, end: float) -> np.ndarray:

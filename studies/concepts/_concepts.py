@@ -137,8 +137,7 @@ _EMA_FREE = {
     "gearbox.ratio": (1.5, 40.0), "cam.profile.eccentricity": ("3 mm", "12 mm"),
     "cam.profile.radius": ("15 mm", "25 mm"), "master.bore": ("12 mm", "24 mm"), **_SLAVE, **_SUPPLY,
 }  # fmt: skip
-_DISPLACEMENT = float(ehs_maxon().pump.displacement)
-_EHS_FREE = {"pump.displacement": (0.2 * _DISPLACEMENT, 5.0 * _DISPLACEMENT), **_SLAVE, **_SUPPLY}
+_EHS_FREE = {"pump.displacement": ("0.25 cm3/rev", "6.25 cm3/rev"), **_SLAVE, **_SUPPLY}
 
 # Total masses of the prototypes are 2.5 kg (RE50) and 1.8 kg (RE40, its holding valve included).
 EMA = Concept("EMA", ema_maxon(eccentricity=7e-3), _EMA_FREE, CAM | BY_MOTOR, None, 2.5 - 1.1 - 0.46)

@@ -10,31 +10,37 @@ from ._rows import Row
 from ._targets import HYDRAULIC, OVERALL
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLORS: Mapping[str, str] = {"EMA": "#d55e00", "EHS, motor holds": "#009e73", "EHS, valve holds": "#0072b2"}
-MARKS: Mapping[str, str] = {"FISE": "D", "RE 50": "o", "RE 40": "s"}
+NEAR = 0.03  # of the axes: points closer than that would have their labels on each other
+ASIDE = ((7, 7), (7, -13), (-7, 7), (-7, -13), (7, 19), (7, -25), (-7, 19), (-7, -25))  # points, of labels
 
 
 def plot_designs(rows: Sequence[Row], fronts: Sequence[Row], products: Sequence[Row]) -> "Figure":
-    """Energy of a hold over opening time: prototypes, optima, fronts, products."""
-    figure, ax = plt.subplots(figsize=(10.0, 6.6), layout="constrained")
+    """Energy of a hold over opening time: prototypes, optima, fronts, products; each point with its motor and mass."""
+    figure, ax = plt.subplots(figsize=(11.0, 7.0), layout="constrained")
+    named: list[tuple[Row, str, str]] = []
     for concept, color in COLORS.items():
-        for motor, mark in MARKS.items():
+        for motor in dict.fromkeys(row.motor for row in fronts):
             own = [row for row in fronts if (row.design, row.motor) == (f"{concept}, front", motor)]
             if own:
-                label = f"{concept}, {motor}: front{_mass(own[0])}"
-                ax.plot(*_places(own), "-" if motor == "RE 50" else "--", color=color, label=label)
-            best = [row for row in rows if (row.design, row.motor) == (concept, motor)]
-            for row in best:
-                ax.plot(*_places(best), mark, color=color, ls="", label=f"{concept}, {motor}: optimum{_mass(row)}")
+                ax.plot(*_places(own), "-", color=color, lw=1.0, label="front of time and energy")
+                named.append((own[-1], f"{motor}, front", color))
+        best = [row for row in rows if row.design == concept]
+        if best:
+            ax.plot(*_places(best), "o", color=color, ls="", label=f"{concept}: optimum of each motor")
+            named += [(row, row.motor + _mass(row), color) for row in best]
     for row in rows:
         if "2012" in row.design and row.design.endswith(" N"):
-            name = f"{row.design.split(',')[0]}, {row.motor}{_mass(row)}"
-            ax.plot(*_places([row]), MARKS[row.motor], color="black", mfc="white", ms=9, ls="", label=name)
+            ax.plot(*_places([row]), "D", color="black", mfc="white", ms=8, ls="", label="prototypes of 2012")
+            named.append((row, f"{row.design.split(',')[0]}, {row.motor}{_mass(row)}", "black"))
         if "no-load" in row.design:
-            ax.plot(*_places([row]), "s", color="0.5", ls="", label=f"EHS, valve holds, {row.motor}: less friction")
-    ax.plot(*_places(products), "x", color="black", ls="", label="products")
+            ax.plot(*_places([row]), "s", color="0.5", ls="", label="EHS, valve holds: no-load set")
+            named.append((row, f"{row.motor}, no-load set", "0.4"))
+    ax.plot(*_places(products), "x", color="0.3", ls="", label="products")
+    named += [(row, row.motor + _mass(row), "0.3") for row in products]
     for time, name in ((HYDRAULIC, "target of the EHS"), (OVERALL, "target of all")):
         ax.axvline(1e3 * time, color="0.6", lw=1.0, ls=":")
         ax.annotate(
@@ -42,9 +48,28 @@ def plot_designs(rows: Sequence[Row], fronts: Sequence[Row], products: Sequence[
             color="0.4", fontsize="small",
         )  # fmt: skip
     ax.set(xlabel="opening time at 800 N [ms]", ylabel="energy of a hold of 10 s [J]", ylim=(0.0, None))
+    ax.margins(x=0.1)
+    _label(ax, named)
     ax.grid(alpha=0.3)
-    legend(figure, 3)
+    legend(figure, 4)
     return figure
+
+
+def _label(ax: "Axes", named: Sequence[tuple[Row, str, str]]) -> None:
+    """Names at the points; those of near points go to different sides, and a name is told once at one place."""
+    places: list[tuple[float, float, str]] = []
+    for row, text, color in named:
+        place = (1e3 * row.opening_time, row.holding_energy)
+        x, y = ax.transAxes.inverted().transform(ax.transData.transform(place))
+        near = [other for u, v, other in places if abs(u - x) < 4.0 * NEAR and abs(v - y) < NEAR]
+        if text in near:
+            continue
+        side = ASIDE[len(near) % len(ASIDE)]
+        ax.annotate(
+            text, place, xytext=side, textcoords="offset points", color=color, fontsize=8,
+            ha="left" if side[0] > 0 else "right",
+        )  # fmt: skip
+        places.append((x, y, text))
 
 
 def _places(rows: Iterable[Row]) -> Any:

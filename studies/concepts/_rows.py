@@ -6,14 +6,17 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from acausal import replace
+from acausal import parameters, replace
 from acausal.design import Design, Front
 
+from .._measured import measured
+from .._trade import trade
 from ..actuators import (
     LARGEST_TORQUE,
     NO_LOAD_FRICTION,
     REDUCED_SUPPLY,
     STROKE,
+    SUPPLY,
     WORN,
     WORN_LOAD,
     ClutchActuator,
@@ -25,17 +28,26 @@ from ..actuators import (
 )
 from ..validate._ratios import best_ratio, least_ratio
 from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor
-from ._targets import POWER, holding_energy, opening
+from ._targets import HOLD, POWER, holding_energy, opening
 
 _CURRENTS = ("holding current", "peak current")
 HEADS = (
-    "design", "motor", "opening time [ms]", "of the thesis [ms]", "holding current [A]", "of the thesis [A]",
-    "energy of a hold [J]", "mass [kg]", "KKT residual",
+    "design", "motor", "opening time [ms]", "measured [ms]", "motor, held [A]", "measured [A]", "battery, held [A]",
+    "power, held [W]", "energy of a hold [J]", "mass [kg]", "what is built",
 )  # fmt: skip
 DISTANCE_HEADS = (
     "prototype under 800 N", "opening time [ms]", "best within limits [ms]", "energy of a hold [J]",
     "best as fast [J]", "limits it does not keep",
 )  # fmt: skip
+# Variables by path: their names, and their SI units.
+SPOKEN: Mapping[str, str] = {
+    "gearbox.ratio": "ratio", "cam.profile.eccentricity": "eccentricity", "cam.profile.radius": "cam radius",
+    "master.bore": "master", "slave.bore": "slave", "supply.V": "supply", "pump.displacement": "pump",
+}  # fmt: skip
+UNITS: Mapping[str, str] = {
+    "cam.profile.eccentricity": "m", "cam.profile.radius": "m", "master.bore": "m", "slave.bore": "m", "supply.V": "V",
+    "pump.displacement": "m3/rad",
+}  # fmt: skip
 STATEMENT_HEADS = ("statement", "thesis", "found", "why")
 
 
@@ -54,11 +66,21 @@ class Row:
     thesis_holding_current: float | None
     holding_energy: float
     mass: float | None
-    variables: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    variables: Mapping[str, float] = dataclasses.field(default_factory=dict)  # of the model, by path
     active: Mapping[str, float] = dataclasses.field(default_factory=dict)
     kkt_residual: float | None = None
     status: str = ""
     remark: str = ""
+
+    @property
+    def holding_power(self) -> float:
+        """In W, from the battery."""
+        return self.holding_energy / HOLD
+
+    @property
+    def battery_current(self) -> float:
+        """In A, of the hold."""
+        return self.holding_power / SUPPLY
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,23 +95,25 @@ class Statement:
 
 def prototypes(rtol: float = 1e-9) -> list[Row]:
     """Those of 2012 with the rig's spring and with the load of 800 N; their measured times and currents beside."""
-    built: Sequence[tuple[str, ClutchActuator, Motor, float, float, float]] = (
-        ("EMA", ema_fise(), MOTORS[0], 2.5, 0.148, 35.0),
-        ("EMA", ema_maxon(), MOTORS[1], 2.5, 0.070, 23.0),
-        ("EHS", ehs_maxon(), MOTORS[2], 1.8, 0.130, 18.0),
+    built: Sequence[tuple[str, str, Concept, ClutchActuator, Motor, float]] = (
+        ("EMA", "ema_fise", EMA, ema_fise(), MOTORS[0], 2.5),
+        ("EMA", "ema_maxon", EMA, ema_maxon(), MOTORS[1], 2.5),
+        ("EHS", "ehs_maxon", EHS, ehs_maxon(), MOTORS[2], 1.8),
     )
     rows = []
-    for kind, model, motor, mass, time, current in built:
-        for name, rate, figures in (
-            ("rig's spring", model.clutch.rate, (time, current)),
+    for kind, actuator, concept, model, motor, mass in built:
+        figures = tuple(measured(actuator, quantity) for quantity in ("opening time", "holding current"))
+        values = parameters(model)
+        for name, rate, (time, current) in (
+            ("rig's spring", model.clutch.rate, figures),
             (f"{WORN_LOAD:g} N", WORN_LOAD / STROKE, (None, None)),
         ):  # fmt: skip
             loaded = replace(model, {"clutch.rate": rate})
             found = float(opening(loaded, rtol).t1)
             rows.append(
                 Row(
-                    f"{kind} of 2012, {name}", motor.name, found, figures[0], float(holding_current(loaded)),
-                    figures[1], float(holding_energy(loaded)), mass,
+                    f"{kind} of 2012, {name}", motor.name, found, time, float(holding_current(loaded)), current,
+                    float(holding_energy(loaded)), mass, {path: float(values[path]) for path in concept.free},
                     remark="" if math.isfinite(found) else "does not open",
                 )
             )  # fmt: skip
@@ -232,9 +256,18 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
     for row in rows:
         yield (
             row.design, row.motor, _text(row.opening_time, 1e3), _text(row.thesis_opening_time, 1e3),
-            _text(row.holding_current), _text(row.thesis_holding_current), _text(row.holding_energy), _text(row.mass),
-            "-" if row.kkt_residual is None else f"{row.kkt_residual:.0e}",
+            _text(row.holding_current), _text(row.thesis_holding_current), _text(row.battery_current),
+            _text(row.holding_power), _text(row.holding_energy), _text(row.mass), built(row),
         )  # fmt: skip
+
+
+def built(row: Row) -> str:
+    """The variables of a design in units of the trade."""
+    return ", ".join(
+        f"{SPOKEN.get(path, path)} {shown:.4g}" + ("" if unit == "1" else f" {unit}")
+        for path, value in row.variables.items()
+        for shown, unit in [trade(value, UNITS.get(path, "1"))]
+    )
 
 
 def on_front(concept: Concept, motor: Motor, front: Front[Any]) -> list[Row]:

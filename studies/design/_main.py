@@ -53,7 +53,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     if json is not None:
         write_json(json, rows)
     if out is not None:
-        _report(designs, out)
+        _report(designs, out, rtol)
     finished(out)
     return rows
 
@@ -79,11 +79,15 @@ def _cells(designs: Mapping[str, Design]) -> Iterable[tuple[str, ...]]:
         )  # fmt: skip
 
 
-def _report(designs: Mapping[str, Design], out: Path) -> None:
+def _report(designs: Mapping[str, Design], out: Path, rtol: float) -> None:
+    from ._plot import plot_opening
+
     """Pictures of all problems, and one page with them and the certificates."""
-    pictures = {name: design.plot() for name, design in designs.items()}
+    problems = {problem.name: problem for problem in PROBLEMS}
+    pictures = {name: plot_opening(problems[name], design, rtol) for name, design in designs.items()}
     for number, figure in enumerate(pictures.values(), start=1):
         save(figure, out, f"design_{number}")
     parts = [(name, str(design), [pictures[name]]) for name, design in designs.items()]
+    parts += [(f"{name}: the search", "", [design.plot()]) for name, design in designs.items()]
     overview = ("Overview", Table(HEADS, list(_cells(designs))), [])
     write_report(out, "design", "Least opening times", [overview, *parts], ABOUT)

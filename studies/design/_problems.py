@@ -96,7 +96,7 @@ PROBLEMS = (
         "EMA, RE50: ratio", ema_maxon(), {"gearbox.ratio": (1.2, 20.0)}, start=_by_factor("gearbox.ratio", 4.3)
     ),
     Problem(
-        "EHS, RE40: displacement", ehs_maxon(), {"pump.displacement": (0.2 * _DISPLACEMENT, 5.0 * _DISPLACEMENT)},
+        "EHS, RE40: displacement", ehs_maxon(), {"pump.displacement": ("0.25 cm3/rev", "6.25 cm3/rev")},
         start=_by_factor("pump.displacement", _DISPLACEMENT),
     ),
     Problem(

@@ -9,15 +9,17 @@ import numpy as np
 from acausal import Solution
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
-from ..actuators import STROKE
-from ._runs import DESIGNS, DURATION, run, static_power, top_up_times
+from .._trade import trade
+from ..actuators import STROKE, SUPPLY
+from ._runs import DESIGNS, DURATION, run, static_current, static_power, top_up_times
 from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
 
 HEADS = (
-    "how it is held", "motor [J]", "coil [J]", "total [J]", "mean power [W]", "top-ups", "lowest [mm]", "highest [mm]",
+    "how it is held", "motor, held [A]", "battery, mean [A]", "power, mean [W]", "motor [J]", "coil [J]", "total [J]",
+    "top-ups", "lowest [mm]", "highest [mm]",
 )  # fmt: skip
 SENSITIVITY_HEADS = ("parameter", *(f"energy, {ACTUATOR_NAMES[name]}" for name in DESIGNS), "time between top-ups")
-SWEEP_HEADS = ("leakage resistance [Pa.s/m3]", *(f"{ACTUATOR_NAMES[name]} [J]" for name in DESIGNS), "top-ups")
+SWEEP_HEADS = ("leakage resistance [bar.s/cm3]", *(f"{ACTUATOR_NAMES[name]} [J]" for name in DESIGNS), "top-ups")
 ABOUT = """The clutch is held open for a minute, by the motor or by a valve, and what that takes from the battery.
 
 The motor alone has a controller that keeps the stroke. A valve is shut by its coil; the motor is off while liquid leaks
@@ -28,13 +30,18 @@ parameter. Leakage, chamber and closing time of the valve are assumed; the thesi
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A hold of `DURATION` with the opening before it, in SI units; positions are those of the slave, once open."""
+    """A hold of `DURATION` with the opening before it, in SI units; positions are those of the slave, once open.
+
+    `motor_current` is that at the end; battery current and power are means, behind a lossless converter.
+    """
 
     actuator: str
     method: str
     energy_motor: float
     energy_coil: float
     energy: float
+    motor_current: float
+    battery_current: float
     mean_power: float
     top_ups: int
     lowest: float
@@ -66,18 +73,21 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         for name, figure in pictures.items():
             save(figure, out, name)
         parts = [
-            ("The hold in time", "", [pictures["hold"]]),
-            ("What the battery gives", "", [pictures["hold_energy"]]),
             *((title, Table(heads, cells), []) for title, heads, cells in tables),
+            ("The hold in time", "", [pictures["hold"]]),
+            ("Energy from the battery", "", [pictures["hold_energy"]]),
         ]
         write_report(out, "hold", "The clutch held open by motor or by valve", parts, ABOUT)
     return rows
 
 
 def _static_row() -> Row:
-    power = float(static_power(DESIGNS["motor_held"]()))
+    model = DESIGNS["motor_held"]()
+    power, current = float(static_power(model)), float(static_current(model))
     energy = DURATION * power
-    return Row("motor_held", "at rest, in closed form", energy, 0.0, energy, power, 0, STROKE, STROKE)
+    return Row(
+        "motor_held", "at rest, in closed form", energy, 0.0, energy, current, power / SUPPLY, power, 0, STROKE, STROKE
+    )
 
 
 def _row(actuator: str, solution: Solution) -> Row:
@@ -86,8 +96,9 @@ def _row(actuator: str, solution: Solution) -> Row:
     motor, coil = (float(solution.integrals[name][-1]) for name in ("motor", "coil"))
     top_ups = int(np.sum(np.isfinite(top_up_times(solution)))) if actuator == "valve_held" else 0
     return Row(
-        actuator, "simulated", motor, coil, motor + coil, (motor + coil) / DURATION, top_ups,
-        float(np.min(held)), float(np.max(held)),
+        actuator, "simulated", motor, coil, motor + coil, float(solution.final.motor.p.i),
+        (motor + coil) / DURATION / SUPPLY, (motor + coil) / DURATION, top_ups, float(np.min(held)),
+        float(np.max(held)),
     )  # fmt: skip
 
 
@@ -95,8 +106,9 @@ def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
     for row in rows:
         energies = (row.energy_motor, row.energy_coil, row.energy)
         yield (
-            f"{ACTUATOR_NAMES[row.actuator]}, {row.method}", *(f"{energy:.1f}" for energy in energies),
-            f"{row.mean_power:.2f}", str(row.top_ups), f"{1e3 * row.lowest:.3f}", f"{1e3 * row.highest:.3f}",
+            f"{ACTUATOR_NAMES[row.actuator]}, {row.method}", f"{row.motor_current:z.2f}", f"{row.battery_current:.2f}",
+            f"{row.mean_power:.2f}", *(f"{energy:.1f}" for energy in energies), str(row.top_ups),
+            f"{1e3 * row.lowest:.3f}", f"{1e3 * row.highest:.3f}",
         )  # fmt: skip
 
 
@@ -114,5 +126,5 @@ def _number(value: float | None) -> str:
 def _sweep_cells(leaks: list[Leaking]) -> Iterable[tuple[str, ...]]:
     motor, valve = ([row for row in leaks if row.actuator == name] for name in DESIGNS)
     for by_motor, by_valve in zip(motor, valve, strict=True):
-        leakage = f"{by_valve.leakage_resistance:.2e}"
+        leakage = f"{trade(by_valve.leakage_resistance, 'Pa.s/m3')[0]:.4g}"
         yield leakage, f"{by_motor.energy:.1f}", f"{by_valve.energy:.1f}", str(by_valve.top_ups)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from acausal import Solution
 
 from .._output import ACTUATOR_NAMES, COLORS, legend
+from .._trade import trade
 from ._runs import DURATION, top_up_times
 from ._sensitivities import Leaking
 
@@ -23,13 +24,13 @@ BEFORE, AFTER = 5e-3, 20e-3  # s, of the zoom on a top-up
 
 
 def plot_runs(runs: Mapping[str, Solution]) -> Figure:
-    """Stroke, pressure, voltage and current: over the whole hold, as the clutch opens, and in the first top-up."""
+    """Stroke, pressure, voltage and current: over the hold, as the opening ends, and in the first top-up."""
     figure = Figure(figsize=(13.0, 10.0), layout="constrained")
     panels = np.asarray(figure.subplots(len(SIGNALS), 3, width_ratios=(2, 1, 1)))
     top_up = float(top_up_times(runs["valve_held"])[0])
     views = (
         ("the whole hold", "time [s]", 0.0, 1.0, 0.0, DURATION),
-        ("opening", "time [ms]", 0.0, 1e3, 0.0, 0.3),
+        ("end of the opening", "time [ms]", 0.0, 1e3, 0.1, 0.3),
         (f"top-up at {top_up:.2f} s", "time since its start [ms]", top_up, 1e3, -BEFORE, AFTER),
     )
     for column, (title, label, origin, scale, left, right) in zip(panels.T, views, strict=True):
@@ -42,7 +43,7 @@ def plot_runs(runs: Mapping[str, Solution]) -> Figure:
         column[-1].set_xlabel(label)
     for panel, (_, label, _) in zip(panels[:, 0], SIGNALS, strict=True):
         panel.set_ylabel(label)
-    for panel in panels[0, ::2]:
+    for panel in panels[0]:
         panel.set_ylim(11.6, 12.4)
     panels[1, 2].set_ylim(27.0, 31.0)
     panels[3, 0].axhspan(*MEASURED, color="black", alpha=0.2, label="thesis: measured holding current, 18 to 20 A")
@@ -75,18 +76,23 @@ def plot_energies(runs: Mapping[str, Solution], leaks: list[Leaking]) -> Figure:
     return figure
 
 
+def _leakage(row: Leaking) -> float:
+    """In bar.s/cm3."""
+    return trade(row.leakage_resistance, "Pa.s/m3")[0]
+
+
 def _sweep(panel: Axes, leaks: list[Leaking]) -> None:
     for actuator in dict.fromkeys(row.actuator for row in leaks):
         rows = [row for row in leaks if row.actuator == actuator]
-        x, y = [row.leakage_resistance for row in rows], [row.energy for row in rows]
+        x, y = [_leakage(row) for row in rows], [row.energy for row in rows]
         panel.plot(x, y, "o-", color=COLORS[actuator], markersize=5, label=ACTUATOR_NAMES[actuator])
     for row in leaks:
         if row.actuator == "valve_held":
-            place = (row.leakage_resistance, row.energy)
+            place = (_leakage(row), row.energy)
             panel.annotate(str(row.top_ups), place, xytext=(0, 8), textcoords="offset points", ha="center")
     panel.text(0.5, 0.3, "numbers: top-ups", transform=panel.transAxes, ha="center", color=COLORS["valve_held"])
     panel.set_xscale("log")
     panel.set_ylim(bottom=0.0)
-    panel.set_xlabel("leakage resistance of the seals [Pa.s/m³]")
+    panel.set_xlabel("leakage resistance of the seals [bar.s/cm³]")
     panel.set_ylabel(f"energy from the battery in {DURATION:g} s [J]")
     panel.grid(alpha=0.3)

@@ -36,16 +36,21 @@ def run(
 
 
 def static_power(model: MotorHeldActuator, stroke: Scalar = STROKE) -> Scalar:
-    """The power in W that holds the slave at `stroke` in m, in closed form.
+    """The power in W that holds the slave at `stroke` in m, in closed form: P = (R i + k w) i of the motor."""
+    motor, i = model.motor, static_current(model, stroke)
+    return (motor.resistor.R * i + motor.emf.k * _speed(model, stroke)) * i
 
-    The pump makes up for the leak, D w = p / R_leak, against the bearing's friction, k i = D p + C w; the motor takes
-    P = (R i + k w) i.
-    """
-    motor, rest = model.motor, hold(model, stroke)
+
+def static_current(model: MotorHeldActuator, stroke: Scalar = STROKE) -> Scalar:
+    """The current in A of the motor that holds, against the load and the bearing's friction: k i = D p + C w."""
+    motor = model.motor
     friction = 0.0 if motor.bearing is None else motor.bearing.C
-    w = rest.pressure / (model.leak.resistance * model.pump.displacement)
-    i = rest.current + friction * w / motor.emf.k
-    return (motor.resistor.R * i + motor.emf.k * w) * i
+    return hold(model, stroke).current + friction * _speed(model, stroke) / motor.emf.k
+
+
+def _speed(model: MotorHeldActuator, stroke: Scalar) -> Scalar:
+    """The speed in rad/s with which the pump makes up for the leak: D w = p / R_leak."""
+    return hold(model, stroke).pressure / (model.leak.resistance * model.pump.displacement)
 
 
 @ft.partial(jax.jit, static_argnames="design")

@@ -20,7 +20,6 @@ ABOUT = """Which gear ratio, and which displacement of the pump, opens the clutc
 Found by the derivative of the opening time, and checked against a sweep.
 """
 SHOWN = (
-    "Numbers follow the optimiser. A cross is a step to where the clutch never opens, from which it went back.\n"
     "Diamonds are the thesis' prototypes as they were measured; the curves are of the model, which `validate` compares."
 )
 
@@ -99,8 +98,8 @@ def _report(outcomes: list[Outcome], cells: list[tuple[str, ...]], out: Path) ->
     picture = plot_optima(outcomes)
     save(picture, out, "optimise")
     parts = [
-        ("Opening time over ratio and displacement", SHOWN, [picture]),
         ("Optima", Table(HEADS, cells), []),
+        ("Opening time over ratio and displacement", SHOWN, [picture]),
     ]
     write_report(out, "optimise", "Ratios and displacement of least opening time", parts, ABOUT)
 

@@ -1,4 +1,4 @@
-"""Picture of the optimisation."""
+"""Picture of the optima."""
 
 from collections.abc import Sequence
 
@@ -10,31 +10,29 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from .._output import ACTUATOR_NAMES, COLORS, legend
 from ._main import Outcome
 
-NUMBERED = 5  # points of the path that carry their number; those after them lie too close
 TALLEST = 2.2  # of the vertical axis, in opening times of the optimum
-_LABELS = {True: "simulation", False: "never opens: stepped back from"}
 
 
 def plot_optima(outcomes: Sequence[Outcome]) -> Figure:
-    """Opening time over the parameter: the sweep, the way the optimiser went, and where the clutch never opens."""
+    """Opening time over the parameter: the sweep, the optimum, the prototype, and where the clutch never opens."""
     figure = Figure(figsize=(5.0 * len(outcomes), 5.2), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(outcomes))))
     for panel, outcome in zip(panels, outcomes, strict=True):
         _draw(panel, outcome)
-    legend(figure, 3)
+    legend(figure, 4)
     return figure
 
 
 def _draw(panel: Axes, outcome: Outcome) -> None:
     problem, finite = outcome.problem, np.isfinite(outcome.times)
     x, t = outcome.values / problem.scale, 1e3 * outcome.times
-    panel.plot(x[finite], t[finite], ".-", color=COLORS[problem.actuator], label="sweep")
+    panel.plot(x[finite], t[finite], "-", color=COLORS[problem.actuator], label="model")
     for low, high in _gaps(x, finite):
         panel.axvspan(low, high, color="black", alpha=0.12, linewidth=0, label="never opens")
-    _draw_path(panel, outcome)
+    _draw_optimum(panel, outcome)
     panel.plot(
         problem.built / problem.scale, 1e3 * problem.measured, "D", color="#d55e00", markersize=8, zorder=4,
-        label="thesis: as built and measured",
+        label="thesis, as built and measured",
     )  # fmt: skip
     panel.set_xscale("log")
     panel.set_xlim(x[0], x[-1])
@@ -47,21 +45,17 @@ def _draw(panel: Axes, outcome: Outcome) -> None:
     panel.grid(alpha=0.3)
 
 
-def _draw_path(panel: Axes, outcome: Outcome) -> None:
-    scale, (bottom, top) = outcome.problem.scale, panel.get_ylim()
-    top = min(top, TALLEST * 1e3 * outcome.path[-1].value)
-    places = [(point.x / scale, 1e3 * point.value if point.is_finite else top) for point in outcome.path]
-    panel.plot(*zip(*places, strict=True), ":", color="black", linewidth=1, label="path of the optimiser")
-    for number, (point, place) in enumerate(zip(outcome.path, places, strict=True), start=1):
-        marker, color = ("o", "black") if point.is_finite else ("X", "red")
-        panel.plot(*place, marker, color=color, markersize=6, clip_on=False, zorder=3, label=_LABELS[point.is_finite])
-        if number <= NUMBERED:
-            panel.annotate(str(number), place, xytext=(6, 5), textcoords="offset points", fontsize=10)
-    x, t = places[-1]
-    panel.plot(x, t, "*", color="gold", markeredgecolor="black", markersize=16, zorder=4, label="optimum")
-    unit = "" if outcome.problem.shown_unit == "1" else f" {outcome.problem.shown_unit}"
-    panel.text(0.5, 0.96, f"{x:.4g}{unit}, {t:.2f} ms", transform=panel.transAxes, ha="center", va="top", fontsize=11)
-    panel.set_ylim(bottom, top)
+def _draw_optimum(panel: Axes, outcome: Outcome) -> None:
+    problem, best = outcome.problem, outcome.path[-1]
+    x, t = best.x / problem.scale, 1e3 * best.value
+    panel.plot(x, t, "*", color="gold", markeredgecolor="black", markersize=16, zorder=4, label="optimum, model")
+    unit = "" if problem.shown_unit == "1" else f" {problem.shown_unit}"
+    built = float(np.interp(problem.built, outcome.values, outcome.times))
+    text = (
+        f"optimum {x:.4g}{unit}: {t:.1f} ms\nas built {problem.built / problem.scale:.4g}{unit}: {1e3 * built:.1f} ms"
+    )
+    panel.text(0.5, 0.96, text, transform=panel.transAxes, ha="center", va="top", fontsize=10)
+    panel.set_ylim(0.0, TALLEST * t)
 
 
 def _gaps(x: np.ndarray, finite: np.ndarray) -> list[tuple[float, float]]:

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from acausal import Scalar
 
+from .._measured import measured
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon, opening_time
 from ._minimise import Point, minimise
 
@@ -64,12 +65,19 @@ def _times(models: Any, rtol: Scalar) -> Any:
     return jax.vmap(lambda model: opening_time(model, rtol=rtol))(models)
 
 
+def _measured(actuator: str) -> float:
+    """Opening time in s of the prototype at full voltage."""
+    found = measured(actuator, "opening time")
+    assert found is not None
+    return found
+
+
 # The starts: the ratio of the thesis, twice it, and half the displacement of the thesis.
 PROBLEMS = (
-    Problem("ema_fise", ema_fise, "ratio", "1", 12.0, 3.6, 16.0, 12.0, 0.148),
-    Problem("ema_maxon", ema_maxon, "ratio", "1", 8.6, 1.6, 10.0, 4.3, 0.070),
+    Problem("ema_fise", ema_fise, "ratio", "1", 12.0, 3.6, 16.0, 12.0, _measured("ema_fise")),
+    Problem("ema_maxon", ema_maxon, "ratio", "1", 8.6, 1.6, 10.0, 4.3, _measured("ema_maxon")),
     Problem(
         "ehs_maxon", ehs_maxon, "displacement", "m3/rad", 0.625 * CM3_PER_REV, 0.5 * CM3_PER_REV, 2.6 * CM3_PER_REV,
-        1.25 * CM3_PER_REV, 0.130, "cm3/rev", CM3_PER_REV,
+        1.25 * CM3_PER_REV, _measured("ehs_maxon"), "cm3/rev", CM3_PER_REV,
     ),
 )  # fmt: skip

@@ -103,6 +103,6 @@ def _draw(out: Path, fits: Mapping[Case, Fit[ClutchActuator]], records: Any, tab
     }
     for name, figure in pictures.items():
         save(figure, out, name)
-    parts = [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
-    parts += [(table[0], Shown(*table[1:]), []) for table in tables.all()]
+    parts = [(table[0], Shown(*table[1:]), []) for table in tables.all()]
+    parts += [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
     write_report(out, "prototypes", "The prototypes: what their measurements tell", parts, ABOUT)

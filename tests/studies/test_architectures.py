@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from acausal import Result, parameters, replace, simulate
+from components.electrical import ConstantVoltage
 from studies.actuators import DISPLACEMENT, SUPPLY
 from studies.architectures import (
     ARCHITECTURES,
@@ -53,6 +54,15 @@ def test_account(name: str) -> None:
     assert row.energy == pytest.approx(sum(row.energies.values()), rel=1e-12)
     assert all(lost > -1e-6 * row.energy for lost in row.losses.values())
     assert row.energies["holding"] == pytest.approx(10.0 * row.holding_power, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", list(ROWS))
+def test_battery_and_motor(name: str) -> None:
+    """Three figures of a hold: the battery gives the power at its voltage; the motor's current may be another."""
+    row = ROWS[name]
+    assert row.battery_current == pytest.approx(row.holding_power / SUPPLY, rel=1e-12)
+    if isinstance(named(name).build().supply, ConstantVoltage):
+        assert row.motor_current == pytest.approx(row.battery_current, rel=0.02)
 
 
 @pytest.mark.parametrize("name", list(ROWS))
@@ -122,7 +132,7 @@ def test_fixed_pump_at_constant_pressure() -> None:
 
     p = scipy.optimize.root_scalar(surplus, bracket=(HIGHEST, 1.2 * HIGHEST), xtol=1.0).root
     assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
-    assert row.resting_current == pytest.approx(at_rest(p)[0], rel=1e-6)
+    assert row.motor_current == pytest.approx(at_rest(p)[0], rel=1e-6)
 
 
 def test_bleed_off() -> None:
@@ -131,7 +141,7 @@ def test_bleed_off() -> None:
     p = float(model.clutch.rate) * STROKE / (0.25 * np.pi * float(model.slave.bore) ** 2)
     assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
     assert row.flows["holding"]["source_q"] == pytest.approx(at_rest(p)[1], rel=1e-6)
-    assert row.resting_current == pytest.approx(at_rest(p)[0], rel=1e-6)
+    assert row.motor_current == pytest.approx(at_rest(p)[0], rel=1e-6)
 
 
 def test_variable_pump_idles() -> None:
@@ -152,8 +162,8 @@ def test_variable_pump_idles() -> None:
 
     w = scipy.optimize.root_scalar(missing, bracket=(100.0, 1000.0), xtol=1e-10).root
     idle = (SUPPLY - k * w) / r
-    assert row.resting_current == pytest.approx(idle, rel=1e-6)
-    assert 0.0 < 10.0 * (row.holding_current - idle) < 5.0 * float(model.pump.tau) * (SUPPLY / r - idle)
+    assert row.motor_current == pytest.approx(idle, rel=1e-6)
+    assert 0.0 < 10.0 * (row.battery_current - idle) < 5.0 * float(model.pump.tau) * (SUPPLY / r - idle)
 
 
 def test_conditions() -> None:
@@ -194,7 +204,7 @@ def test_power_of_the_hold_under_conditions() -> None:
 
 
 def test_numbers_that_are_zero_have_no_sign() -> None:
-    row = dataclasses.replace(ROWS["screw"], holding_current=-1e-9, holding_power=-1e-9)
+    row = dataclasses.replace(ROWS["screw"], motor_current=-1e-9, battery_current=-1e-9, holding_power=-1e-9)
     assert "-0.0" not in as_text([row])
 
 
@@ -238,12 +248,12 @@ def test_pictures() -> None:
     for panel, flows in zip(figure.axes, [flows for row in rows[:2] for flows in row.flows.values()], strict=True):
         drawn = sum(patch.get_width() * patch.get_height() for patch in rectangles(panel))
         assert drawn == pytest.approx(1e-5 * 6e4 * flows["source_p"] * flows["source_q"], rel=1e-9)
-    for panel, name in zip(plot_figures(rows, titles).axes, ("opening", "peak", "hold"), strict=True):
+    for panel, name in zip(plot_figures(rows, titles).axes, ("opening", "held", "energy"), strict=True):
         assert name in panel.get_xlabel()
         ends = [bar.get_x() + bar.get_width() for bar in rectangles(panel)]
         marks = [float(x) for line in panel.lines for x in np.asarray(line.get_xdata())]
         assert len(ends) == len(rows)
-        assert len(marks) == {"opening": 2, "peak": 2, "hold": 1}[name]
+        assert len(marks) == {"opening": 2, "held": 1, "energy": 0}[name]
         assert panel.get_xlim()[1] > max(ends + marks)
     left, right = plot_energies(rows, titles).axes
     for panel, total in (

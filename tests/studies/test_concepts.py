@@ -38,7 +38,7 @@ def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
     assert found.multipliers["supply.V"] == pytest.approx(slope, rel=1e-4)
     row = optimum(EHS_VALVE, motor, found)
     assert row.mass == pytest.approx(1.8)
-    assert row.holding_energy == pytest.approx(10.0 * 12.0 * 1.62)
+    assert row.holding_energy == pytest.approx(10.0 * 13.5**2 / (12.0 / 1.62))
 
 
 def times_of(fronts: list[dict[str, Any]], product: dict[str, Any]) -> float:

@@ -1,0 +1,106 @@
+"""Figures that two studies give are the same."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from _designs import DESIGNS
+
+from acausal import parameters
+from studies import architectures, catalogue, control, identify, validate
+from studies._measured import DEAD_TIME, FULL, MEASURED, measured
+from studies.actuators import NO_LOAD_FRICTION, motor_held, valve_held
+from studies.beyond._prototypes import PROTOTYPES
+from studies.concepts._concepts import CONCEPTS, MOTORS
+from studies.design import PROBLEMS as DESIGNED
+from studies.hold._plot import MEASURED as HELD
+from studies.optimise._problems import PROBLEMS as OPTIMISED
+
+FRICTION = "motor.bearing.C"
+BUILT = {item.name: item.build for item in architectures.ARCHITECTURES}
+CASES: list[tuple[str, Any, str, set[str]]] = [
+    *((f"architectures, {name}", BUILT[name], "ema_maxon", set[str]()) for name in ("eccentric", "crank", "screw")),
+    *(
+        (f"architectures, {name}", build, "ehs_maxon", {FRICTION, "slave.bore"} if "EHA" in name else {FRICTION})
+        for name, build in BUILT.items()
+        if hasattr(build(), "pump")
+    ),
+    ("architectures, worm", BUILT["worm"], "sila", set()),
+    ("hold, motor", motor_held, "ehs_maxon", set()),
+    ("hold, valve", valve_held, "ehs_maxon", set()),
+    *(
+        (f"beyond, {name}", prototype.build, design, set())
+        for (name, prototype), design in zip(PROTOTYPES.items(), ("ema_fise", "ema_maxon", "ehs_maxon"), strict=True)
+    ),
+    ("concepts, EMA", lambda: CONCEPTS[0].model, "ema_maxon", {"cam.profile.eccentricity"}),
+    ("concepts, EHS", lambda: CONCEPTS[1].model, "ehs_maxon", set()),
+    *(
+        (f"optimise, {one.actuator}", lambda one=one: one.model(one.built), one.actuator, set[str]())
+        for one in OPTIMISED
+    ),
+    *(
+        (f"design, {one.name}", lambda one=one: one.model, design, set[str]())
+        for one, design in zip(DESIGNED, ("ema_fise", "ema_maxon", "ehs_maxon"), strict=False)
+    ),
+    *((f"control, {name}", lambda one=one: one, name, set[str]()) for name, (one, _) in control.ACTUATORS.items()),
+    ("identify", lambda: identify.TRUE, "ema_maxon", set()),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("study", "build", "design", "others"), CASES, ids=[case[0] for case in CASES])
+def test_one_set_of_parameters(study: str, build: Any, design: str, others: set[str]) -> None:
+    """All parameters that a study's model shares with a design, except those that the study states as its own."""
+    own, base = parameters(build()), parameters(DESIGNS[design]())
+    shared = own.keys() & base.keys()
+    assert {"motor.resistor.R", "motor.emf.k", "piston.m", "clutch.rate"} <= shared
+    differing = {path for path in shared if not np.allclose(own[path], base[path], rtol=1e-12, atol=0.0)}
+    assert differing <= others, study
+    if FRICTION in others:
+        assert own[FRICTION] == NO_LOAD_FRICTION
+
+
+def _validated(actuator: str, quantity: str) -> float:
+    rows = [row for row in validate.stored() if (row.actuator, row.condition) == (actuator, "base")]
+    return next(row.model for row in rows if row.quantity == quantity)
+
+
+def test_comparison_and_architectures() -> None:
+    """Opening time and currents of the RE50 with its eccentric."""
+    rows = {row.architecture: row for row in architectures.stored()}
+    assert rows["eccentric"].opening_time == pytest.approx(_validated("ema_maxon", "opening_time"), rel=1e-6)
+    assert rows["eccentric"].motor_current == pytest.approx(_validated("ema_maxon", "holding_current"), rel=1e-6)
+    assert rows["eccentric"].peak_current == pytest.approx(_validated("ema_maxon", "peak_current"), rel=1e-9)
+    assert rows["worm"].peak_current == pytest.approx(_validated("sila", "peak_current"), rel=1e-9)
+
+
+def test_no_load_set_is_told_with_the_other() -> None:
+    """Where the EHS is told with the no-load set, the set of all studies stands beside it."""
+    rows = [row for row in validate.stored() if row.actuator == "ehs_maxon" and row.quantity == "opening_time"]
+    assert all(row.no_load is not None and row.no_load < row.model for row in rows)
+    text = architectures.measured_as_text()
+    assert f"{1e3 * rows[0].model:.1f}" in text
+    assert f"{1e3 * (rows[0].no_load or 0.0):.1f}" in text
+
+
+@pytest.mark.parametrize("actuator", MEASURED)
+def test_measured_figures_are_read_once(actuator: str) -> None:
+    stated = [row for row in validate.stored() if row.actuator == actuator and "measured" in row.source]
+    for row in stated:
+        if row.condition == "base" and (actuator, row.quantity) != ("ehs_maxon", "holding_current"):
+            assert row.thesis == measured(actuator, row.quantity.replace("_", " "))
+    shown = next(one for one in OPTIMISED if one.actuator == actuator)
+    assert shown.measured == measured(actuator, "opening time")
+
+
+def test_measured_figures_of_the_pump() -> None:
+    """Its held current is printed as 18 and as about 20 A: the mean stands for both, or the range is shown."""
+    current = MEASURED["ehs_maxon"][FULL]["holding current"]
+    assert (current.value - current.sigma, current.value + current.sigma) == HELD
+    assert catalogue.MEASURED["RE 40 with pump"] == (DEAD_TIME["opening time"].value, current.value)
+    assert catalogue.MEASURED["RE 50 with cam"] == (measured("ema_maxon", "opening time"), 23.0)
+
+
+def test_motors_of_the_prototypes() -> None:
+    for motor, design in zip(MOTORS[:3], ("ema_fise", "ema_maxon", "ehs_maxon"), strict=True):
+        base = parameters(DESIGNS[design]())
+        assert motor.values == pytest.approx({path: float(base[path]) for path in motor.values}, rel=1e-12)
