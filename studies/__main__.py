@@ -3,6 +3,9 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
+
+from acausal import AcausalError
 
 from . import (
     architectures,
@@ -18,12 +21,31 @@ from . import (
     tolerance,
     validate,
 )
+from ._own import task
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run what the arguments say."""
-    given = _parser().parse_args(arguments)
-    given.run(json=given.json, out=given.out, rtol=given.rtol)
+    parser = _parser()
+    given = parser.parse_args(arguments)
+    own = _own(given)
+    if own is None:
+        given.run(json=given.json, out=given.out, rtol=given.rtol)
+        return
+    try:
+        optimise.own(task(**own), json=given.json, out=given.out, rtol=given.rtol)
+    except AcausalError as error:
+        parser.error(str(error))
+
+
+def _own(given: argparse.Namespace) -> dict[str, Any] | None:
+    """What is said of an actuator of one's own; None where nothing is."""
+    said = {
+        "file": getattr(given, "actuator", None), "motor": getattr(given, "motor", None),
+        "changes": getattr(given, "set", None), "temperatures": getattr(given, "temperature", None),
+    }  # fmt: skip
+    said = {name: value for name, value in said.items() if value}
+    return said or None
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -58,7 +80,24 @@ def _parser() -> argparse.ArgumentParser:
         )
         command.add_argument("--rtol", type=float, default=1e-9, help="relative tolerance of the runs (%(default)g)")
         command.set_defaults(run=study.main)
+        if study is optimise:
+            _add_own(command)
     return parser
+
+
+def _add_own(command: argparse.ArgumentParser) -> None:
+    """The options for an actuator of one's own."""
+    own = command.add_argument_group("an actuator of your own", "instead of those of the thesis")
+    own.add_argument("--actuator", type=Path, metavar="FILE.toml", help="its parts, and what is asked of it")
+    own.add_argument(
+        "--motor", metavar="MOTOR", help="FILE.csv, FILE.csv:ORDER, or an order name of the catalogue; gearhead 4.3:1"
+    )
+    own.add_argument(
+        "--set", action="append", metavar="PATH=VALUE", help="a parameter, as in supply.V=12 or 'master.bore=19 mm'"
+    )
+    own.add_argument(
+        "--temperature", action="append", type=float, metavar="C", help="in degrees Celsius; may be given several times"
+    )
 
 
 if __name__ == "__main__":

@@ -4,11 +4,11 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 
-from acausal import Scalar, linearise, replace
+from acausal import Scalar, linearise
 from components.electrical import ConstantCurrent
 from components.rotational import LinearLift
 
-from .actuators import ClutchActuator, ElectromechanicalActuator, Hold, PumpActuator, WormActuator, angle_at, hold
+from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator, angle_at, at_rest, hold
 
 
 def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = False) -> Float[np.ndarray, " modes"]:
@@ -21,7 +21,7 @@ def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = Fa
     undamped = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
     if loaded:
         rest = hold(model, stroke)
-        undamped = _at_rest(_fed_by_current(undamped, rest.torque / model.motor.emf.k), rest)
+        undamped = at_rest(_fed_by_current(undamped, rest.torque / model.motor.emf.k), rest)
     else:
         undamped = _with_tangent_cam(_fed_by_current(undamped, 0.0), angle_at(model, model.slave.area * stroke))
     frequencies = np.asarray(linearise(undamped).poles.imag) / (2.0 * np.pi)
@@ -40,12 +40,3 @@ def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
     slope = model.cam.profile.slope(angle / model.gearbox.ratio)
     return eqx.tree_at(lambda m: m.cam.profile, model, LinearLift(rate=slope))
-
-
-def _at_rest(model: ClutchActuator, rest: Hold) -> ClutchActuator:
-    """The model with start values at rest."""
-    starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
-    if not isinstance(model, PumpActuator):
-        assert isinstance(model, ElectromechanicalActuator | WormActuator)
-        starts["cam.shaft.phi"] = rest.angle / model.gearbox.ratio
-    return replace(model, starts)

@@ -29,8 +29,12 @@ class ClutchSpring(Component):
     preload: Param[Scalar, "N"] = 0.0  # force at s = 0
     flange: Flange = Flange()
 
+    def force(self, s: Scalar) -> Scalar:
+        """The force in N at a position in m."""
+        return self.preload + self.rate * s
+
     def equations(self, d: Self) -> Equations:
-        return dict(hooke=eq(self.flange.f, self.preload + self.rate * self.flange.s))
+        return dict(hooke=eq(self.flange.f, self.force(self.flange.s)))
 
     def energy(self) -> Energy:
         return Energy(stored=self.preload * self.flange.s + 0.5 * self.rate * self.flange.s**2)
@@ -50,6 +54,10 @@ class TabulatedSpring(Component):
 
     def requirements(self) -> Requirements:
         return sampled(self, "forces", "positions")
+
+    def force(self, s: Scalar) -> Scalar:
+        """The force in N at a position in m."""
+        return monotone_cubic(s, self.positions, self.forces)
 
     def equations(self, d: Self) -> Equations:
         force = monotone_cubic(self.flange.s, self.positions, self.forces, self.piece)

@@ -4,9 +4,19 @@ Each function builds a model from keywords in SI units; every keyword can be tra
 `jax.jit`, `jax.grad` or `jax.vmap`.
 """
 
+from ._cam_curves import CamCurves as CamCurves
+from ._cam_curves import cam_curves as cam_curves
 from ._commanded import CommandedElectrohydraulic as CommandedElectrohydraulic
 from ._commanded import CommandedElectromechanical as CommandedElectromechanical
 from ._commanded import commanded as commanded
+from ._comparison import Comparison as Comparison
+from ._comparison import Figures as Figures
+from ._comparison import compare as compare
+from ._comparison import figures as figures
+from ._concluding import Concluding as Concluding
+from ._concluding import concluding_table as concluding_table
+from ._conditions import at_temperature as at_temperature
+from ._conditions import worn as worn
 from ._designs import DISPLACEMENT as DISPLACEMENT
 from ._designs import SPRING_RATE as SPRING_RATE
 from ._designs import ehs_maxon as ehs_maxon
@@ -33,6 +43,10 @@ from ._opening import STROKE as STROKE
 from ._opening import WORN_LOAD as WORN_LOAD
 from ._opening import opening as opening
 from ._opening import opening_time as opening_time
+from ._optimum import RESULTS as RESULTS
+from ._optimum import optimum as optimum
+from ._own import electrohydraulic as electrohydraulic
+from ._own import electromechanical as electromechanical
 from ._parameters import LARGEST_TORQUE as LARGEST_TORQUE
 from ._parameters import NO_LOAD_FRICTION as NO_LOAD_FRICTION
 from ._parameters import PRESENT_RATIO as PRESENT_RATIO
@@ -43,12 +57,18 @@ from ._parameters import parameter_set as parameter_set
 from ._statics import WORN as WORN
 from ._statics import Hold as Hold
 from ._statics import angle_at as angle_at
+from ._statics import at_rest as at_rest
 from ._statics import delivered as delivered
 from ._statics import hold as hold
 from ._statics import holding_current as holding_current
 from ._statics import lift_share as lift_share
 from ._statics import line_pressure as line_pressure
 from ._statics import pressure_angle as pressure_angle
+from ._stops import RodStops as RodStops
+from ._stops import ShaftStops as ShaftStops
+from ._use import Energies as Energies
+from ._use import closing as closing
+from ._use import energy as energy
 from ._warm import SHEETS as SHEETS
 from ._warm import magnets as magnets
 from ._warm import winding as winding

@@ -5,15 +5,35 @@ from typing import TypedDict
 from acausal import Component, Connections, connect
 from components.blocks import Constant, Ramp, Step
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
-from components.hydraulic import Line, MasterCylinder, Pump, SlaveCylinder, SpringAccumulator, Tank
-from components.rotational import Cam, Fixed, PlanetaryGearbox, SmoothStribeckFriction, StribeckFriction, WormGear
-from components.translational import ClutchSpring, Mass, ViscousFriction
+from components.hydraulic import (
+    LaminarResistance,
+    Line,
+    MasterCylinder,
+    Pump,
+    ReliefValve,
+    SlaveCylinder,
+    SpringAccumulator,
+    Tank,
+)
+from components.rotational import (
+    Cam,
+    Fixed,
+    PlanetaryGearbox,
+    PlanetaryTrain,
+    SmoothStribeckFriction,
+    StribeckFriction,
+    WormGear,
+)
+from components.translational import ClutchSpring, Mass, TabulatedSpring, ViscousFriction
+
+from ._stops import RodStops, ShaftStops
 
 
 class ClutchActuator(Component, partial=True):
     """What all actuators share: a motor on a supply at one end, and at the other a line that opens the clutch.
 
-    The clutch opens as `slave.rod.s` grows. `piston` is all that moves with the slave's rod, `seal` its friction.
+    The clutch opens as `slave.rod.s` grows. `piston` is all that moves with the slave's rod, `seal` its friction. The
+    ends of the slave's stroke and the pressure drop of the pipe to it are left out unless they are given.
     """
 
     supply: ConstantVoltage | SignalVoltage
@@ -22,37 +42,60 @@ class ClutchActuator(Component, partial=True):
     slave: SlaveCylinder
     piston: Mass
     seal: ViscousFriction
-    clutch: ClutchSpring
+    clutch: ClutchSpring | TabulatedSpring
+    pipe: LaminarResistance | None = None  # between line and slave cylinder
+    stops: RodStops | None = None  # ends of the slave's stroke
     ground: Ground = Ground()
 
     def connections(self) -> Connections:
+        stops = () if self.stops is None else (connect(self.stops.flange, self.slave.rod),)
+        if self.pipe is None:
+            way = (connect(self.line.b, self.slave.port),)
+        else:
+            way = (connect(self.line.b, self.pipe.a), connect(self.pipe.b, self.slave.port))
         return (
             connect(self.supply.p, self.motor.p),
             connect(self.supply.n, self.motor.n, self.ground.p),
-            connect(self.line.b, self.slave.port),
+            *way,
             connect(self.slave.rod, self.piston.a, self.seal.flange, self.clutch.flange),
+            *stops,
         )
 
 
 class CamActuator(ClutchActuator, partial=True):
-    """Motor, planetary gearbox with its ring held, cam and master cylinder, and what all actuators share."""
+    """Motor, planetary gearhead, cam and master cylinder, and what all actuators share.
 
-    gearbox: PlanetaryGearbox
+    The gearhead is a stage whose ring the housing holds, or a train with a housing of its own. The stops of the cam are
+    left out unless they are given: without them a motor that stays on turns the cam past its highest point.
+    """
+
+    gearbox: PlanetaryGearbox | PlanetaryTrain
     cam: Cam
     master: MasterCylinder
-    housing: Fixed = Fixed()
+    cam_stops: ShaftStops | None = None
+    housing: Fixed | None = Fixed()  # none with a train
     friction: SmoothStribeckFriction | None = None  # dry friction on the motor's shaft
 
     def connections(self) -> Connections:
         friction = () if self.friction is None else (connect(self.friction.flange, self.motor.shaft),)
+        stops = () if self.cam_stops is None else (connect(self.cam_stops.flange, self.cam.shaft),)
         return (
             *friction,
             *super().connections(),
+            *self._geared(),
+            connect(self.cam.follower, self.master.rod),
+            connect(self.master.port, self.line.a),
+            *stops,
+        )
+
+    def _geared(self) -> Connections:
+        if isinstance(self.gearbox, PlanetaryTrain):
+            return connect(self.motor.shaft, self.gearbox.a), connect(self.gearbox.b, self.cam.shaft)
+        assert self.housing is not None
+        return (
             connect(self.motor.shaft, self.gearbox.sun),
             connect(self.gearbox.ring, self.housing.flange),
             connect(self.gearbox.carrier, self.cam.shaft),
-            connect(self.cam.follower, self.master.rod),
-            connect(self.master.port, self.line.a),
         )
 
 
@@ -81,17 +124,24 @@ class WormActuator(ClutchActuator):
 
 
 class PumpActuator(ClutchActuator, partial=True):
-    """Motor, fixed-displacement pump from a tank, and what all actuators share."""
+    """Motor, fixed-displacement pump from a tank, and what all actuators share.
+
+    The relief valve is left out unless it is given: without it a motor that stays on presses until it stalls.
+    """
 
     pump: Pump
+    relief: ReliefValve | None = None  # from the pump's delivery to the tank
     tank: Tank = Tank()
 
     def connections(self) -> Connections:
-        return (
+        drive = (
             *super().connections(),
             connect(self.motor.shaft, self.pump.shaft),
             connect(self.tank.port, self.pump.a),
         )
+        if self.relief is None:
+            return drive
+        return *drive, connect(self.pump.b, self.relief.a), connect(self.relief.b, self.tank.port)
 
 
 class PumpParts(TypedDict):
@@ -103,7 +153,7 @@ class PumpParts(TypedDict):
     slave: SlaveCylinder
     piston: Mass
     seal: ViscousFriction
-    clutch: ClutchSpring
+    clutch: ClutchSpring | TabulatedSpring
 
 
 def pump_parts(actuator: PumpActuator) -> PumpParts:

@@ -2,22 +2,24 @@
 
 import dataclasses
 import functools as ft
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 
-from acausal import Scalar
+from acausal import Scalar, replace
 from components.rotational import EccentricDisc, LinearLift
 
 from ._models import ClutchActuator, ElectromechanicalActuator, PumpActuator, WormActuator
 from ._opening import STROKE
 from ._parameters import SUPPLY
 
+M = TypeVar("M", bound=ClutchActuator)
 WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
 RESERVE = 1.01  # of the cam's lift
 
 
+@jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Hold:
     """An actuator that stands still against its clutch spring."""
@@ -49,9 +51,18 @@ def hold(model: ClutchActuator, stroke: Scalar = STROKE) -> Hold:
     return Hold(stroke, pressure, compression, angle, torque, current, model.motor.resistor.R * current**2)
 
 
+def at_rest(model: M, rest: Hold) -> M:
+    """The model with the start values of a hold."""
+    starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
+    if not isinstance(model, PumpActuator):
+        assert isinstance(model, ElectromechanicalActuator | WormActuator)
+        starts["cam.shaft.phi"] = rest.angle / model.gearbox.ratio
+    return replace(model, starts)
+
+
 def line_pressure(model: ClutchActuator, stroke: Scalar = STROKE) -> Scalar:
     """In Pa, with the slave at a stroke in m."""
-    return model.clutch.rate * stroke / model.slave.area
+    return model.clutch.force(stroke) / model.slave.area
 
 
 def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:

@@ -5,5 +5,6 @@ from ._main import main as main
 from ._minimise import NoMinimumError as NoMinimumError
 from ._minimise import Point as Point
 from ._minimise import minimise as minimise
+from ._own import own as own
 from ._problems import PROBLEMS as PROBLEMS
 from ._problems import Problem as Problem

@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 
 from acausal import Result, parameters, replace, simulate
 from components.electrical import ConstantVoltage
-from studies.actuators import DISPLACEMENT, SUPPLY
+from studies.actuators import DISPLACEMENT, SUPPLY, at_temperature, worn
 from studies.architectures import (
     ARCHITECTURES,
     Architecture,
@@ -27,7 +27,6 @@ from studies.architectures import (
     stored,
     study,
 )
-from studies.architectures._conditions import at_temperature, worn
 from studies.architectures._parts import HIGHEST, pump_data, re40, relief
 from studies.architectures._plot import kind_of, plot_areas, plot_energies, plot_figures
 from studies.architectures._rows import gradients_of, opening_time_of, sizes_of
@@ -168,7 +167,7 @@ def test_variable_pump_idles() -> None:
 
 def test_conditions() -> None:
     """Windings, magnets and viscosities as published."""
-    cold, hot = (at_temperature(celsius, named("holding valve").build()) for celsius in (-40.0, 100.0))
+    cold, hot = (at_temperature(named("holding valve").build(), celsius, reference=40.0) for celsius in (-40.0, 100.0))
     assert cold.pump.liquid.viscosity / hot.pump.liquid.viscosity == pytest.approx(1200.0 / 2.5, rel=1e-6)
     assert cold.leak.resistance / hot.leak.resistance == pytest.approx(1200.0 / 2.5, rel=1e-6)
     copper = (1.0 + 3.93e-3 * 80.0) / (1.0 - 3.93e-3 * 60.0)
@@ -196,7 +195,7 @@ def test_power_of_the_hold_under_conditions() -> None:
     """
     row, base = ROWS["eccentric"], named("eccentric").build()
     for name, celsius in (("-30 C", -30.0), ("120 C", 120.0)):
-        model = at_temperature(celsius, base)
+        model = at_temperature(base, celsius, reference=40.0)
         torques = lift_rate_when_open(model) / lift_rate_when_open(base)
         ratio = model.motor.resistor.R / base.motor.resistor.R * (torques * base.motor.emf.k / model.motor.emf.k) ** 2
         assert row.conditions[name]["holding_power"] == pytest.approx(row.holding_power * float(ratio), rel=5e-3)
