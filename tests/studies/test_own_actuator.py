@@ -19,6 +19,8 @@ from studies.actuators import (
     at_rest,
     at_temperature,
     cam_curves,
+    closing,
+    compare,
     electrohydraulic,
     electromechanical,
     energy,
@@ -209,3 +211,47 @@ def test_the_ratio_that_the_command_line_finds_is_the_fastest(tmp_path: Path) ->
     ]
     assert around[1] == pytest.approx(time["value"], rel=1e-6)
     assert around[1] < min(around[0], around[2])
+
+
+@pytest.mark.slow
+def test_concepts_side_by_side() -> None:
+    """Masses of the sheets and the rest, the hold of `hold`, and the energies of `energy`."""
+    model = electrohydraulic("148867", "0.5 D 1.60", friction=4e-3)
+    table = compare({"mine": model}, rest={"mine": 0.42}, costs={"mine": 500.0})
+    found = table["mine"]
+    assert found.mass == pytest.approx(0.48 + 0.9 + 0.42)
+    assert found.opening_time == pytest.approx(float(opening_time(model, rtol=1e-8)), rel=1e-6)
+    assert found.holding_power == pytest.approx(float(hold(model).power))
+    assert found.battery_current * 13.5 == pytest.approx(found.holding_power)
+    assert float(found.energies.clutch) == pytest.approx(0.5 * 58e3 * STROKE**2, rel=1e-5)
+    head, line = str(table).splitlines()
+    assert head.split()[0] == "actuator"
+    assert len(head) == len(line)
+    assert line.split()[0] == "mine"
+    assert line.split()[-2:] == ["1.8", "500"]
+
+
+@pytest.mark.slow
+def test_an_optimum_keeps_its_limits_at_all_temperatures() -> None:
+    """The least current to hold is that of the smallest pump that opens in time when it is cold."""
+    model = electrohydraulic("370354", "0.5 D 1.60", voltage=12.0, friction=4e-3, pipe=(6e-3, 1.0))
+    free = {"pump.displacement": ("0.5 cm3/rev", "4 cm3/rev")}
+    design = optimum(
+        model, free, minimise="holding current", limits={"opening time": "<= 100 ms"}, temperatures=(-30.0, 100.0),
+        sensitivities=False, rtol=1e-8,
+    )  # fmt: skip
+    assert design.kkt_residual < 1e-6
+    times = [float(opening_time(at_temperature(design.model, celsius), rtol=1e-8)) for celsius in (-30.0, 100.0)]
+    assert max(times) <= 0.1 * (1.0 + 1e-6)
+    smaller = replace(design.model, {"pump.displacement": 0.98 * design.model.pump.displacement})
+    late = [float(opening_time(at_temperature(smaller, celsius), rtol=1e-8)) for celsius in (-30.0, 100.0)]
+    assert max(late) > 0.1 or float(design.model.pump.displacement) == pytest.approx(0.5e-6 / (2.0 * np.pi))
+
+
+@pytest.mark.slow
+def test_a_clutch_closes_without_its_battery() -> None:
+    """Braked by a short circuit it takes longer than with an open one."""
+    model = electrohydraulic("148867", "0.5 D 1.60", friction=4e-3)
+    braked, free = (closing(one, save="end", rtol=1e-8) for one in (model, replace(model, {"motor.resistor.R": 1e6})))
+    assert float(braked.final.slave.rod.s) == pytest.approx(0.05 * STROKE, rel=1e-5)
+    assert float(free.t1) < float(braked.t1) < 1.0
