@@ -64,6 +64,13 @@ def test_battery_and_motor(name: str) -> None:
         assert row.motor_current == pytest.approx(row.battery_current, rel=0.02)
 
 
+def test_drives_that_lock_themselves_hold_without_current() -> None:
+    """The controller of the worm takes some power until it is at rest."""
+    for name in ("worm", "screw"):
+        assert abs(ROWS[name].motor_current) < 1e-3
+        assert abs(ROWS[name].holding_power) < 1.0
+
+
 @pytest.mark.parametrize("name", list(ROWS))
 def test_compressed_liquid(name: str) -> None:
     """Only cylinders with a liquid of their own carry its energy p^2/(2 K) with them, each way once at most."""

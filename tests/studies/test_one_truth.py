@@ -65,11 +65,12 @@ def _validated(actuator: str, quantity: str) -> float:
 
 
 def test_comparison_and_architectures() -> None:
-    """Opening time and currents of the RE50 with its eccentric."""
+    """Opening time and currents of the RE50 with its eccentric; the worm holds without current in both."""
     rows = {row.architecture: row for row in architectures.stored()}
     assert rows["eccentric"].opening_time == pytest.approx(_validated("ema_maxon", "opening_time"), rel=1e-6)
     assert rows["eccentric"].motor_current == pytest.approx(_validated("ema_maxon", "holding_current"), rel=1e-6)
     assert rows["eccentric"].peak_current == pytest.approx(_validated("ema_maxon", "peak_current"), rel=1e-9)
+    assert rows["worm"].motor_current == pytest.approx(_validated("sila", "holding_current"), abs=1e-3)
     assert rows["worm"].peak_current == pytest.approx(_validated("sila", "peak_current"), rel=1e-9)
 
 
