@@ -56,7 +56,7 @@ def write_report(
     lines.append(f"<footer>Made by <code>python -m studies {html.escape(name)}</code> with {made}.</footer>")
     path = directory / f"{name}.html"
     path.write_text("\n".join(lines) + "\n")
-    print(f"wrote {path}")
+    print(f"wrote {path}, in a browser {path.resolve().as_uri()}")
 
 
 def _block(content: str | Table) -> str:

@@ -90,6 +90,7 @@ def _no_load(statement: Statement, rtol: float) -> float | None:
     return _value(dataclasses.replace(statement, changes=changes), rtol)
 
 
+@ft.cache
 def run(actuator: str, changes: tuple[tuple[str, float], ...] = (), rtol: float = 1e-9) -> Solution:
     """An actuator as it opens the clutch."""
     return opening(ACTUATORS[actuator](**dict(changes)), rtol=rtol)
