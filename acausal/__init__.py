@@ -37,10 +37,10 @@ from ._declare.component import Events as Events
 from ._declare.component import at as at
 from ._declare.component import connect as connect
 from ._declare.component import eq as eq
-from ._declare.component import kink as kink
-from ._declare.component import passing as passing
 from ._declare.component import refuse as refuse
 from ._declare.component import when as when
+from ._declare.ifelse import ifelse as ifelse
+from ._declare.ifelse import segment as segment
 from ._declare.node import Port as Port
 from ._declare.node import Record as Record
 from ._declare.requirements import Requirements as Requirements
@@ -76,6 +76,7 @@ from ._jax_settings import (
     silence_slow_compilation,
 )
 from ._progress import announce_compilation
+from ._reduce.jumps import JumpWarning as JumpWarning
 from ._save_load import VersionWarning as VersionWarning
 from ._save_load import about as about
 from ._save_load import load as load

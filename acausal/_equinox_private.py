@@ -1,12 +1,14 @@
 """What is used of equinox beyond its documented interface: a version that moves it is met here alone.
 
 - `while_loop`: a loop of bounded length that can be differentiated in reverse mode, at any depth of nesting.
+- `written`: a buffer of such a loop with another row.
 - `members_of`: the members of an enumeration, which cannot be iterated over.
 - `unvmap_any`: whether anything holds in any member of a batch, so that a branch no member takes is not computed.
 """
 
 from typing import Any
 
+from equinox.internal import buffer_at_set
 from equinox.internal import unvmap_any as unvmap_any
 from equinox.internal import while_loop as while_loop
 
@@ -14,3 +16,8 @@ from equinox.internal import while_loop as while_loop
 def members_of(enumeration: Any) -> dict[str, Any]:
     """The members of an enumeration by name, in their order."""
     return dict(enumeration._name_to_item)
+
+
+def written(buffer: Any, value: Any, index: Any, pred: Any) -> Any:
+    """A buffer with another row, if `pred` is true."""
+    return buffer_at_set(buffer, index, value, pred=pred)

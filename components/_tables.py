@@ -9,7 +9,7 @@ from typing import TypeAlias
 import jax.numpy as jnp
 from jax import Array
 
-from acausal import Scalar, Vector
+from acausal import Scalar, Vector, segment
 
 Cubic: TypeAlias = tuple[Array, Array, Array, Array]  # coefficients, that of the lowest power first
 
@@ -70,29 +70,25 @@ def clamped(x: Scalar, knots: Vector) -> Scalar:
     return jnp.where(x < knots[0], knots[0], jnp.where(x > knots[-1], knots[-1], x))
 
 
-def located(x: Scalar, knots: Vector, piece: Scalar | None) -> tuple[Scalar, Array]:
-    """x, or the end of the table that it is beyond, and the interval that it lies in.
-
-    With the number of knots below x, the `piece`, a curve goes on smoothly beyond the knots at its ends.
+def located(x: Scalar, knots: Vector) -> tuple[Scalar, Array]:
+    """x, or the end of the table that it is beyond, and the interval that it lies in; both are held between events, so
+    that a curve goes on smoothly beyond the knots at the ends of its interval.
     """
-    if piece is None:
-        inside = clamped(x, knots)
-        return inside, interval(inside, knots)
-    n, number = len(knots), jnp.asarray(piece, float)
-    inside = jnp.where(number < 0.5, knots[0], jnp.where(number > n - 0.5, knots[-1], x))
-    return inside, jnp.clip(number.astype(int) - 1, 0, n - 2)
+    n, passed = len(knots), segment(x, knots)
+    inside = jnp.where(passed == 0, knots[0], jnp.where(passed == n, knots[-1], x))
+    return inside, jnp.clip(passed - 1, 0, n - 2)
 
 
-def monotone_cubic(x: Scalar, knots: Vector, values: Vector, piece: Scalar | None = None) -> Scalar:
+def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
-    inside, i = located(x, knots, piece)
+    inside, i = located(x, knots)
     coefficients, u = _monotone_cubics(knots, values, i), inside - knots[i]
     return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
 
 
-def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector, piece: Scalar | None = None) -> Scalar:
+def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """The integral of `monotone_cubic` from the first knot to x."""
-    inside, i = located(x, knots, piece)
+    inside, i = located(x, knots)
     intervals = jnp.arange(len(knots) - 1)
     coefficients = _monotone_cubics(knots, values, intervals)
     whole = jnp.sum(jnp.where(intervals < i, _area(coefficients, jnp.diff(knots)), 0.0))
@@ -106,20 +102,20 @@ def _weight_last(weights: Array, values: Array) -> Array:
     return jnp.reshape(weights, weights.shape + (1,) * (values.ndim - 1))
 
 
-def linear(x: Scalar, knots: Vector, values: Array, piece: Scalar | None = None) -> Array:
+def linear(x: Scalar, knots: Vector, values: Array) -> Array:
     """Straight lines through values along their first axis; the outermost ones go on beyond the table."""
-    i = located(x, knots, piece)[1]
+    i = located(x, knots)[1]
     share = (x - knots[i]) / (knots[i + 1] - knots[i])
     return values[i] + share * (values[i + 1] - values[i])
 
 
-def cubic_in_samples(x: Scalar, knots: Vector, values: Array, piece: Scalar | None = None) -> Array:
+def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Array:
     """A curve with continuous slope through values along their first axis, linear in the values; a line beyond them.
 
     The slope at a knot is that of the parabola through it and its neighbours, and at an end of the table that of the
     outermost chord. Linear in the values, it makes a surface with continuous slope when applied axis by axis.
     """
-    (inside, i), h = located(x, knots, piece), jnp.diff(knots)
+    (inside, i), h = located(x, knots), jnp.diff(knots)
     chords = jnp.diff(values, axis=0) / _weight_last(h, values)
     left, right = _weight_last(h[:-1], values), _weight_last(h[1:], values)
     inner = (right * chords[:-1] + left * chords[1:]) / (left + right)

@@ -46,7 +46,7 @@ def continued(model: Component, point: Point, breaks: Sequence[Break]) -> tuple[
             one.parameter: values[one.signal],
             owner + one.signal.replace(one.port, "port", 1): values[one.signal],
         }
-    view = system.flat.structure.unflatten([values[leaf.path] for leaf in system.flat.leaves])
+    view = system.flat.structure.unflatten([values[leaf.path] for leaf in system.flat.own_leaves])
     return replace(model, {one.parameter: values[one.signal] for one in breaks}), view
 
 

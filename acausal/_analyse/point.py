@@ -83,7 +83,10 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
         seen = complete_leaves(at)[0]
-        params = params.changed({i: jnp.asarray(seen[i], float) for i in system.carried.discrete_places})
+        own = [i for i in system.carried.discrete_places if i < len(seen)]
+        params = params.changed({i: jnp.asarray(seen[i], float) for i in own})
+        if system.events is not None:
+            params = params.changed(system.events.truths_of([jnp.asarray(leaf, float) for leaf in seen]))
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.intake.given(leaves)
     point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
     y = _state(point, at)
@@ -132,7 +135,7 @@ def _state(point: Point, at: Any) -> Array:
 
 
 def _check_one_instant(system: System, view: PyTree) -> None:
-    for leaf, value in zip(system.flat.leaves, complete_leaves(view)[0], strict=True):
+    for leaf, value in zip(system.flat.own_leaves, complete_leaves(view)[0], strict=True):
         if value is None:
             raise ModelError(
                 f"The operating point gives no value for {leaf.path}: it has to be a view of all variables, such as "

@@ -39,7 +39,7 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
     """Where scalar parameters lie, by their paths."""
     places = {
         leaf.name(i): Place(number, i)
-        for number, leaf in enumerate(system.flat.leaves)
+        for number, leaf in enumerate(system.flat.own_leaves)
         for i in range(leaf.count)
         if leaf.declaration.role == "param"
     }

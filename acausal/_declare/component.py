@@ -40,22 +40,12 @@ class When(NamedTuple):
     changes: dict[str, Numbers]
 
 
-class Passing(When):
-    """An event by which equations bend, but do not jump."""
-
-
 class At(NamedTuple):
     """An event at known times, and after each of them again in equal intervals where `every` is given."""
 
     time: Numbers
     every: Numbers | None
     changes: dict[str, Numbers]
-
-
-class Kink(NamedTuple):
-    """A place at which equations bend: where `value` passes zero."""
-
-    value: Numbers
 
 
 class Refuse(NamedTuple):
@@ -65,7 +55,7 @@ class Refuse(NamedTuple):
     reason: str
 
 
-Event: TypeAlias = When | At | Kink | Refuse
+Event: TypeAlias = When | At | Refuse
 Events: TypeAlias = dict[str, Event]
 
 
@@ -79,19 +69,6 @@ def when(condition: Truth | Numbers, **changes: Numbers) -> When:
     return When(condition, changes)
 
 
-def passing(condition: Truth | Numbers, **changes: Numbers) -> Passing:
-    """State that a law passes into another of its pieces, as in `passing(self.u.value > self.u_max, piece=2.0)`.
-
-    As with `when`; but `changes` are of discrete variables, and equations must not jump by them, only bend. A
-    margin that has come within rounding of its limit, or passes it to and fro by no more than the error of the run,
-    keeps its side until it leaves this band: a valve that comes to rest in its middle would otherwise open its edges by
-    turns.
-
-    Raises `ModelError`, when a model is built, for changes of other variables.
-    """
-    return Passing(condition, changes)
-
-
 def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At:
     """State what happens at a time in s that parameters and discrete variables tell: steps end there.
 
@@ -100,14 +77,6 @@ def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At
     such as the knots of a profile: `at(self.times)`.
     """
     return At(time, every, changes)
-
-
-def kink(value: Numbers) -> Kink:
-    """State that equations bend, but do not jump, where `value` passes zero, as in `kink(self.u.value - self.u_max)`.
-
-    Steps end there, and none has stages beyond, so that neither the solution nor its derivatives lose accuracy.
-    """
-    return Kink(value)
 
 
 def refuse(condition: Truth | Numbers, reason: str) -> Refuse:

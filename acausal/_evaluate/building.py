@@ -20,6 +20,7 @@ from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.flatten import flatten
 from .._reduce.incidence import Pair
 from .._reduce.index import Reduced
+from .._reduce.jumps import warn_of_jumps
 from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
 from .._reduce.stated import templates
@@ -99,6 +100,7 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
     """Arrays are kept whole, unless the model determines one of them piece by piece, or equations read parts in one."""
     flat = flatten(model)
     check_units(flat)
+    warn_of_jumps(flat)
     if not any(_reads_stacked_parts(flat, instances) for instances in flat.instances):
         try:
             return flat, *reduced_exactly(flat, merge(flat))

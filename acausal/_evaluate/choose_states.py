@@ -98,6 +98,8 @@ def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | N
     instances = family.instances
     assert instances is not None
     member, inside = instances.place(int(family.members[row]))
+    if slot >= instances.kind.n_own:
+        return np.zeros(instances.kind.sizes[slot])
     value = leaves[instances.first_leaf[member] + slot]
     if not instances.stacks[member]:
         return value

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from .._indices import unsigned
@@ -14,9 +15,9 @@ from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
 from .._reduce.flat_model import indexed
 from .._reduce.instants import Instants
-from .._reduce.logic import Expression
+from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
-EventKind = Literal["when", "passing", "at", "kink", "refuse"]
+EventKind = Literal["when", "at", "refuse", "hold"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,8 +67,8 @@ class Function:
 class EventSet:
     """The events of a model, one entry after the other, each with its members.
 
-    - `truths`: whether the conditions of the entries hold that are not scheduled.
-    - `margins`: of the relations that these conditions are made of, numbers that are positive where these hold.
+    - `margins`: of the relations that the conditions of the entries are made of, numbers that are positive where these
+      hold. `sizes`: how large the terms are that a margin is the difference of.
     - `logic`: how the condition of each event is made of relations, None for those that are scheduled.
     - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
     - `actions`: the new values, one array for each target of each entry.
@@ -75,8 +76,8 @@ class EventSet:
     """
 
     entries: tuple[EventEntry, ...]
-    truths: Function
     margins: Function
+    sizes: Function
     logic: tuple[Expression | None, ...]
     times: Function
     actions: Function
@@ -123,6 +124,32 @@ class EventSet:
         """What is said where a refused condition comes true, by the label of its event."""
         return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
 
+    @ft.cached_property
+    def _circuit(self) -> Circuit:
+        return circuit([expression or NEVER for expression in self.logic], self.n_relations)
+
+    def hold(self, values: Sequence[Numbers]) -> list[jax.Array]:
+        """Which conditions hold for these values of all leaves, one array for each entry; none that is scheduled."""
+        margins = [jnp.ravel(margin) for margin in self.margins([values[i] for i in self.margins.leaves])]
+        sign = jnp.where(jnp.concatenate([jnp.zeros(0), *margins]) > 0, 1.0, -1.0)
+        truths = self._circuit(sign, -sign) > 0
+        ends = np.cumsum([entry.count for entry in self.entries]).tolist()
+        return [jnp.reshape(truths[end - e.count : end], e.stack) for e, end in zip(self.entries, ends, strict=True)]
+
+    def truths_of(self, values: Sequence[Numbers]) -> dict[int, jax.Array]:
+        """The truths that `ifelse` would hold for these values of the model's own leaves, by leaf."""
+        held = [entry for entry in self.entries if entry.kind == "hold"]
+        found = {entry.targets[0]: jnp.zeros(entry.stack) for entry in held}
+        # A condition may read what another one chooses.
+        for _ in range(1 + max((int(entry.name.removeprefix("_held")) for entry in held), default=0)):
+            truths = self.hold([*values, *found.values()])
+            found = {
+                entry.targets[0]: truth.astype(float)
+                for entry, truth in zip(self.entries, truths, strict=True)
+                if entry.kind == "hold"
+            }
+        return found
+
     @property
     def n_relations(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.margins.closed.out_avals)
@@ -130,5 +157,5 @@ class EventSet:
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
-        functions = (self.truths, self.margins, self.times, self.actions)
+        functions = (self.margins, self.sizes, self.times, self.actions)
         return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Kink, Passing, Refuse, When
+from .._declare.component import At, Component, Event, Refuse, When
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
@@ -22,11 +22,12 @@ from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.logic import Expression
 from .._reduce.margins import relations
+from .._reduce.stated import conditions_held
 from .._reduce.traced import check_derivatives, tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
-_KINDS: dict[type, EventKind] = {When: "when", Passing: "passing", At: "at", Kink: "kink", Refuse: "refuse"}
+_KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse"}
 
 
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
@@ -37,12 +38,16 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     entries: list[EventEntry] = []
 
     def stated(*leaves: jax.Array) -> tuple[list[jax.Array], list[jax.Array], list[jax.Array]]:
-        found = list(_events(flat.structure.unflatten(leaves), "", 0))
+        found = list(_events(flat.structure.unflatten(leaves[: flat.structure.num_leaves]), "", 0))
         entries[:] = [_entry(flat, *item) for item in found]
+        held = list(_held(flat, leaves))
+        entries.extend(entry for entry, _ in held)
         events = [event for _, _, _, event in found]
         conditions = [jnp.asarray(_condition(event)) for event in events if not isinstance(event, At)]
+        conditions += [condition for _, condition in held]
         times = [item for event in events if isinstance(event, At) for item in _times(event)]
         values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
+        values += [jnp.where(leaves[entry.targets[0]] > 0.5, 0.0, 1.0) for entry, _ in held]  # the other truth
         return conditions, times, values
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
@@ -61,15 +66,16 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     conditions, used = slice_outputs(closed, slice(0, n))
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
-        margins, logic[:] = relations(conditions, [leaves[i] for i in used])
-        return [jnp.asarray(margin, float) for margin in margins]
+        found, logic[:] = relations(conditions, [leaves[i] for i in used])
+        return [jnp.asarray(x, float) for x in (*found.margins, *found.sizes)]
 
-    margins = jax.make_jaxpr(real)(*structs(shapes))
+    both = jax.make_jaxpr(real)(*structs(shapes))
+    half = len(both.out_avals) // 2
     found, read = _instants(flat, truths, time_leaves)
     return EventSet(
         tuple(entries),
-        _function(truths, 0, n),
-        _function(margins, 0, len(margins.out_avals)),
+        _function(both, 0, half),
+        _function(both, half, 2 * half),
         _in_order(entries, logic),
         _function(closed, n, m),
         _function(closed, m, end),
@@ -94,14 +100,32 @@ def _where(path: str, name: str) -> str:
     return f"{path}.events: {name}" if path else f"events: {name}"
 
 
+def _held(flat: FlatModel, leaves: Sequence[jax.Array]) -> Iterator[tuple[EventEntry, jax.Array]]:
+    """The conditions of `ifelse` in equations, with the truths that they change."""
+    for instances in flat.instances:
+        kind = instances.kind
+        n_truths = len(kind.sizes) - kind.n_own
+        if not n_truths:
+            continue
+        function = jaxpr_as_fun(conditions_held(kind))
+        for entry, (path, stack) in enumerate(zip(instances.paths, instances.stacks, strict=True)):
+            slots = [leaves[instances.leaf(entry, slot)] for slot in range(len(kind.sizes))]
+            batched = function
+            for _ in stack:
+                batched = jax.vmap(batched)
+            for i, condition in enumerate(batched(*slots)):
+                leaf = instances.leaf(entry, kind.n_own + i)
+                yield EventEntry(path, f"_held{i}", "hold", condition.shape, (leaf,)), condition
+
+
 def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
     remaining = iter(logic)
     parts = [[None] * e.count if e.kind == "at" else next(remaining).ravel().tolist() for e in entries]
     return tuple(expression for part in parts for expression in part)
 
 
-def _condition(event: When | Kink | Refuse) -> Numbers | Truth:
-    return event.value if isinstance(event, Kink) else event.condition
+def _condition(event: When | Refuse) -> Numbers | Truth:
+    return event.condition
 
 
 def _changes(event: Event) -> dict[str, Numbers]:
@@ -174,7 +198,7 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
     return shape
 
 
-def _checked_condition(event: When | Kink | Refuse, where: str, depth: int) -> tuple[int, ...]:
+def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
     """The shape of a condition in `depth` arrays; raises `ModelError` where it is not one that may change."""
     condition = _condition(event)
     if not is_traced(condition):
@@ -216,8 +240,6 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
             raise ModelError(
                 f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
             )
-        if isinstance(event, Passing) and role != "discrete":
-            raise ModelError(f"{where} changes {target}, which jumps then: state it by `when` instead of `passing`.")
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
     repeats = isinstance(event, At) and event.every is not None

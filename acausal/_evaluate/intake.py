@@ -42,7 +42,8 @@ class Intake:
 
     def parameters(self, leaves: Sequence[Numbers | None]) -> ModelParameters:
         """The parameters among the leaves of a model, one by one; discrete variables as they are at the start."""
-        numbered = enumerate(zip(self.flat.leaves, leaves, strict=True))
+        held = [None] * (len(self.flat.leaves) - len(leaves))
+        numbered = enumerate(zip(self.flat.leaves, [*leaves, *held], strict=True))
         found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
         return ModelParameters(leaves={i: _strong(value) for i, value in found.items()})
 

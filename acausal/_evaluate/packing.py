@@ -71,7 +71,7 @@ def slot_values(flat: FlatModel, leaves: Mapping[int, Numbers], kind: int, slot:
     """One parameter of a component kind, from leaves by number."""
     instances = flat.holders[kind]
     sizes = instances.kind.sizes[slot]
-    values = [leaves[first + slot] for first in instances.first_leaf]
+    values = [leaves[instances.leaf(entry, slot)] for entry in range(len(instances.paths))]
     if instances.total > SEPARATE:
         # Thousands of separate numbers are collected fastest on the host.
         xp = jnp if any(is_traced(value) for value in values) else np

@@ -4,50 +4,39 @@ import functools as ft
 import itertools
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import diffrax
 import jax
 import numpy as np
 from jaxtyping import PyTree
 
-from .._diffrax_private import with_short_start
 from .._equinox_private import while_loop
+from .._errors import ModelError
 
 BASE = 16  # rounds of each of the nested loops
 HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
 
 
-class Forwards(diffrax.ForwardMode):
-    """`diffrax.ForwardMode` that compiles less."""
+class Kind(NamedTuple):
+    """How the loop over the steps is repeated, and whether reverse mode goes back through it."""
 
-    @property
-    def _loop(self) -> Callable[..., PyTree]:
-        return with_short_start(super()._loop)
+    loop: Callable[..., PyTree]
+    is_reversible: bool
 
 
-class BothModes(diffrax.DirectAdjoint):
-    """`diffrax.DirectAdjoint` with more copies of the state: one before each 16 steps.
-
-    With the few copies that it takes itself, reverse mode computes most steps two more times, and compiles them as
-    often. Here it computes each step once more.
-    """
-
-    @property
-    def _loop(self) -> Callable[..., PyTree]:
-        return with_short_start(super()._loop)
-
-    def loop(
-        self,
-        *,
-        max_steps: int | None,
-        throw: object,
-        passed_solver_state: object,
-        passed_controller_state: object,
-        **others: PyTree,
-    ) -> PyTree:
-        del throw, passed_solver_state, passed_controller_state
-        saves = ft.partial(while_loop, kind="bounded")
-        return self._loop(max_steps=max_steps, inner_while_loop=saves, outer_while_loop=nested_loop, **others)
+def kind_of_loop(adjoint: diffrax.AbstractAdjoint) -> Kind:
+    """The loop for a way of differentiating that is asked for."""
+    if isinstance(adjoint, diffrax.ForwardMode):
+        return FORWARDS
+    if isinstance(adjoint, diffrax.DirectAdjoint):
+        return BOTH_MODES
+    if isinstance(adjoint, diffrax.RecursiveCheckpointAdjoint):
+        return Kind(ft.partial(while_loop, kind="checkpointed", checkpoints=adjoint.checkpoints), True)
+    raise ModelError(
+        f"adjoint={type(adjoint).__name__}() is not supported: events need the derivative of each step. "
+        "Use ForwardMode, DirectAdjoint or RecursiveCheckpointAdjoint of diffrax, or None."
+    )
 
 
 def nested_loop(
@@ -82,3 +71,7 @@ def nested_loop(
         )  # fmt: skip
 
     return run((0, init), levels)[1]
+
+
+FORWARDS = Kind(ft.partial(while_loop, kind="lax"), False)
+BOTH_MODES = Kind(nested_loop, True)

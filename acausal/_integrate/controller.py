@@ -1,6 +1,5 @@
-"""Step sizes: from the error, on a grid, and up to the next thing that is known to happen."""
+"""Step sizes: from the error estimate, on a grid."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import diffrax
@@ -12,23 +11,19 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
+from .field import Given
 from .settings import Settings
-from .state_vector import StateVector
 
 PER_OCTAVE = 4
 SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
 LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
-# A rejected step that would have been cut before this share of it ends there: a bend may be all its error, and then the
-# step may be longer than the error alone would allow.
-BENT = 0.5
-FAR = 100.0  # the step after an event is at most this many times as long as the way to the event
 
 
 class Control(NamedTuple):
     """What is carried from step to step.
 
     - `wish`: how long the next step would be if nothing were known to happen before its end.
-    - `error`: of each element in the last step, in tolerances.
+    - `error`: of each element of the core in the last step, in tolerances.
     - `largest` and `total`: of each element, its largest absolute value and the sum of its errors, over all steps.
     """
 
@@ -39,76 +34,58 @@ class Control(NamedTuple):
     total: Array
 
 
-class Steps(diffrax.PIDController):
-    """Step sizes rounded to powers of 2^(1/4), and cut short where something is known to happen.
+class StepSizes(eqx.Module):
+    """Step sizes of diffrax' `PIDController`, rounded to powers of 2^(1/4).
 
     Reverse mode computes steps once more, with other rounding than the first time, and its derivative is that of the
     run only if they are the same steps. A step size that varies in its last digits with the error estimate would go
     astray; on a grid it comes out the same, but for the rare one that lies half-way between two of its points.
     """
 
-    layout: StateVector = eqx.field(kw_only=True, static=True)
-    shortest: Any = eqx.field(kw_only=True)  # the smallest step that an error estimate may lead to
+    pid: diffrax.PIDController
+    sizes: Any
+    shortest: Any
+    longest: Any
 
-    def init(self, terms: Any, t0: Numbers, t1: Any, y0: Array, *others: Any, **named: Any) -> Any:
-        first, state = super().init(terms, t0, t1, y0, *others, **named)
-        wish = on_grid(first - t0)
-        return self._up_to_instant(t0 + wish, y0), Control(
-            state, wish, jnp.zeros_like(y0), jax.lax.stop_gradient(jnp.abs(y0)), jnp.zeros_like(y0)
-        )
+    def init(self, terms: Any, t0: Array, t1: Array, core: Array, dt0: Any, args: Any, solver: Any) -> Control:
+        order = solver.error_order(terms)
+        first, state = self.pid.init(terms, t0, t1, core, dt0, args, solver.func, order)
+        nothing = jnp.zeros_like(core)
+        return Control(state, self._allowed(first - t0), nothing, jax.lax.stop_gradient(jnp.abs(core)), nothing)
 
-    def adapt_step_size(  # pyright: ignore[reportIncompatibleMethodOverride]
-        self, t0: Numbers, t1: Any, y0: Array, y1_candidate: Array, args: Any, y_error: Array, error_order: int,
-        controller_state: Control,
-    ) -> Any:  # fmt: skip
+    def adapted(
+        self, t0: Array, t1: Array, core0: Array, core1: Array, args: Any, error: Array, order: int, before: Control
+    ) -> tuple[Array, Control, Array]:
+        """Whether a step counts, what is carried on, and whether the next one would be too short."""
         # What is not finite is a step that failed, and must not become a step size.
-        scale, states = jnp.abs(y0) * self.rtol + self.atol, self.layout.states
-        has_failed = ~(jnp.all(jnp.isfinite(y_error)) & jnp.all(jnp.isfinite(self.layout.core(y1_candidate))))
-        if not self.layout.has_status:  # with events this is told before they set states
-            has_failed |= has_leapt(y0[states], y1_candidate[states], jnp.asarray(self.atol)[states] / self.rtol)
-        error = jnp.where(has_failed, jnp.inf, jnp.abs(y_error))
-        y1 = jnp.where(jnp.isfinite(y1_candidate), y1_candidate, y0)
-        keep, next_t0, next_t1, jump, inner, result = super().adapt_step_size(
-            t0, t1, y0, y1, args, error, error_order, controller_state.inner
+        n = len(self.sizes)
+        has_failed = ~(jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core1)))
+        has_failed |= has_leapt(core0[:n], core1[:n], self.sizes)
+        error = jnp.where(has_failed, jnp.inf, jnp.abs(error))
+        y1 = jnp.where(jnp.isfinite(core1), core1, core0)
+        keep, next_t0, next_t1, _, inner, _ = self.pid.adapt_step_size(
+            t0, t1, core0, y1, args, error, order, before.inner
         )
-        wish = on_grid(next_t1 - next_t0)
+        wish = self._allowed(next_t1 - next_t0)
         # A step that was cut short says little of how long the next one may be.
-        wish = jnp.where(keep & (t1 - t0 < controller_state.wish), jnp.maximum(wish, controller_state.wish), wish)
-        wish = jax.lax.stop_gradient(self._no_farther(wish, keep, t0, t1, y1_candidate, controller_state))
-        result = diffrax.RESULTS.where(wish < self.shortest, diffrax.RESULTS.dt_min_reached, result)
-        held = jax.lax.stop_gradient
-        largest = jnp.maximum(controller_state.largest, jnp.where(keep, jnp.abs(y1), 0.0))
-        total = controller_state.total + jnp.where(keep, error, 0.0)
-        control = Control(inner, wish, held(error / scale), held(largest), held(total))
-        if not self.layout.has_status:
-            return keep, next_t0, next_t0 + wish, jump, control, result
-        cut = y1_candidate[self.layout.cut]
-        is_cut = keep & (cut < jnp.inf)
-        has_ended = keep & ~is_cut & (y1_candidate[self.layout.outcome] != 0)
-        result = diffrax.RESULTS.where(has_ended, diffrax.RESULTS.event_occurred, result)
-        next_t0 = jnp.where(is_cut, t0, jnp.where(keep, y1_candidate[self.layout.moment], t0))
-        status = jnp.where(keep & ~is_cut, y1_candidate, y0)
-        is_next = is_cut | (~keep & ~has_failed & (cut - t0 < BENT * (t1 - t0)))
-        next_t1 = jnp.where(is_next, cut, self._up_to_instant(next_t0 + wish, status))
-        return keep & ~is_cut, next_t0, jax.lax.stop_gradient(next_t1), jump, control, result
+        wish = jnp.where(keep & (t1 - t0 < before.wish), jnp.maximum(wish, before.wish), wish)
+        scale, held = jnp.abs(core0) * self.pid.rtol + self.pid.atol, jax.lax.stop_gradient
+        largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
+        total = before.total + jnp.where(keep, error, 0.0)
+        control = Control(inner, held(wish), held(error / scale), held(largest), held(total))
+        return jnp.asarray(keep), control, wish < self.shortest
 
-    def _no_farther(self, wish: Array, keep: Numbers, t0: Numbers, t1: Array, y: Array, before: Control) -> Array:
-        """The wish, which after an event grows to no more than `FAR` times the way to it.
+    def _allowed(self, width: Numbers) -> Array:
+        return jax.lax.stop_gradient(jnp.minimum(on_grid(width), self.longest))
 
-        Where solutions between events are polynomials, error estimates vanish. Steps would grow until they are so much
-        longer than the time to the next event that errors of rounding count.
-        """
-        if not self.layout.has_status:
-            return wish
-        moment = y[self.layout.moment]
-        most = jnp.maximum(before.wish, FAR * (moment - t0))
-        return jnp.where(keep & (moment < t1), jnp.minimum(wish, most), wish)
 
-    def _up_to_instant(self, t1: Numbers, y: Array) -> Numbers:
-        """The end of a step, or the instant before it at which something is known to happen."""
-        if not self.layout.has_status:
-            return t1
-        return jnp.minimum(t1, y[self.layout.next_instant])
+def step_sizes(settings: Settings, given: Given) -> StepSizes:
+    """Tolerances per variable; the integrals, energies above all, count as of size 1."""
+    numbers, nominals = given.numbers, settings.system.nominals
+    span = jnp.abs(numbers.t1 - numbers.t0)
+    pid = diffrax.PIDController(numbers.rtol, numbers.rtol * sizes_of(settings), norm=root_mean_square)
+    shortest = 1e-14 * span if numbers.dtmin is None else numbers.dtmin
+    return StepSizes(pid, nominals, shortest, jnp.inf if numbers.dtmax is None else numbers.dtmax)
 
 
 def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
@@ -119,30 +96,18 @@ def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
 
 
 def sizes_of(settings: Settings) -> np.ndarray:
-    """The typical sizes of the elements of the vector; what is not a state counts as of size 1."""
-    return np.concatenate([settings.system.nominals, np.ones(settings.layout.size - settings.layout.n_states)])
+    """The typical sizes of the elements of the core; an integral counts as of size 1."""
+    return np.concatenate([settings.system.nominals, np.ones(settings.n_extra)])
 
 
-def is_rejected(settings: Settings, rtol: Numbers, y0: Array, y1: Array, error: Array) -> Array:
-    """Whether a step from y0 to y1 surely does not count: it has failed, its `error` is too large by more than
-    rounding, or it has to be repeated up to an event.
-    """
-    layout = settings.layout
-    scale = rtol * (sizes_of(settings) + jnp.maximum(jnp.abs(y0), jnp.abs(y1)))
-    is_kept = core_norm(layout)(error / scale) < 1.0 + SURE
-    if layout.has_status:
-        is_kept &= ~(y1[layout.cut] < jnp.inf)
-    return ~is_kept
+def is_rejected(settings: Settings, rtol: Numbers, core0: Array, core1: Array, error: Array) -> Array:
+    """Whether a step surely does not count: it has failed, or its `error` is too large by more than rounding."""
+    scale = rtol * (sizes_of(settings) + jnp.maximum(jnp.abs(core0), jnp.abs(core1)))
+    return ~(root_mean_square(error / scale) < 1.0 + SURE)
 
 
-def core_norm(layout: StateVector) -> Callable[[PyTree], PyTree]:
-    """The root mean square of what is integrated; what is only carried along has no error."""
-
-    def norm(error: Array) -> Array:
-        core = error if len(error) == layout.n_core else layout.core(error)
-        return jnp.sqrt(jnp.mean(core**2))
-
-    return norm
+def root_mean_square(error: PyTree) -> Array:
+    return jnp.sqrt(jnp.mean(error**2))
 
 
 def on_grid(width: Numbers) -> Array:

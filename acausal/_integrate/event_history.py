@@ -1,6 +1,7 @@
 """What happened in a run, as its steps hand it on."""
 
-from typing import TypeAlias
+from collections.abc import Callable
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax
@@ -8,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from .._equinox_private import written
 from .._numbers import Numbers
 
 Vector: TypeAlias = Float[Array, " n"]
@@ -55,6 +57,47 @@ class EventHistory(eqx.Module):
             self.count + jnp.sum(fired),
             *self._with_last(jax.lax.stop_gradient(when), happened),
         )
+
+    def emptied(self, n: int, size: int) -> "EventHistory":
+        """A history of one instant, with room for `size` events and n elements, that knows the last moments."""
+        n_events = self.last_happened.shape[1]
+        new = EventHistory.empty(size, n, n_events)
+        return eqx.tree_at(lambda h: (h.last_times, h.last_happened), new, (self.last_times, self.last_happened))
+
+    def padded(self, size: int) -> "EventHistory":
+        """The same with room for `size` events."""
+        more = size - len(self.times)
+        times = jnp.pad(self.times, (0, more), constant_values=jnp.inf)
+        numbers, before = (
+            jnp.pad(self.numbers, (0, more), constant_values=-1),
+            jnp.pad(self.before, ((0, more), (0, 0))),
+        )
+        return EventHistory(times, numbers, before, self.count, self.last_times, self.last_happened)
+
+    def followed_by(self, instant: "EventHistory", room: int, loop: Callable[..., Any]) -> "EventHistory":
+        """The history with the events of another instant. Its rows are written one by one, so that the room for rows
+        costs nothing in a step.
+        """
+        n = len(instant.times)
+
+        def goes_on(carry: Any) -> Array:
+            i, *_ = carry
+            return (i < jnp.minimum(instant.count, n)) & (self.count + i < room)
+
+        def write(carry: Any) -> Any:
+            i, times, numbers, before = carry
+            place, true = self.count + i, jnp.asarray(True)
+            return (
+                i + 1,
+                written(times, instant.times[i], place, true),
+                written(numbers, instant.numbers[i], place, true),
+                written(before, instant.before[i], place, true),
+            )
+
+        start = (jnp.asarray(0), self.times, self.numbers, self.before)
+        _, times, numbers, before = loop(goes_on, write, start, max_steps=n, buffers=lambda carry: carry[1:])
+        count = self.count + instant.count
+        return EventHistory(times, numbers, before, count, instant.last_times, instant.last_happened)
 
     def _with_last(self, when: Numbers, happened: Array) -> tuple[Array, Array]:
         is_any = jnp.any(happened)

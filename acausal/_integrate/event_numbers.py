@@ -3,18 +3,16 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from .._evaluate.event_set import EventEntry, EventKind, Schedule
+from .._evaluate.events import time_leaves
 from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
-from .._reduce.logic import NEVER, Circuit, Expression, circuit, relations_of
-from .conditions import EventConditions
-from .interval import Seen
+from .._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
 from .settings import Settings
 from .state_vector import StateVector
 
@@ -67,28 +65,39 @@ class EventNumbers:
         return self._mask(self._of_model("at"), True, False, False)
 
     @ft.cached_property
-    def bends(self) -> np.ndarray:
-        """Those at which equations bend, in either direction: no accepted step goes over them."""
-        return self._mask(self._of_model("kink"), False, True, False)
-
-    @ft.cached_property
-    def continuous(self) -> np.ndarray:
-        """Those by which equations may bend, but do not jump."""
-        return self.bends | self._mask(self._of_model("passing"), False, False, False)
+    def curved(self) -> np.ndarray:
+        """The zeros of functions of time by which equations change: once found, they are times known ahead."""
+        return self._mask(False, False, True, False)
 
     @ft.cached_property
     def either(self) -> np.ndarray:
         """The events that happen both when their condition becomes true and when it becomes false."""
-        return self.bends | self._mask(False, False, False, self.settings.direction is None)
+        return self.curved | self.held | self._mask(False, False, False, self.settings.direction is None)
+
+    @ft.cached_property
+    def held(self) -> np.ndarray:
+        """The conditions of `ifelse`."""
+        return self._mask(self._of_model("hold"), False, False, False)
+
+    @ft.cached_property
+    def clocks(self) -> np.ndarray:
+        """Those that repeat: what they read is what holds after all else at their instant."""
+        return self._mask(self._of_model("at") & self._repeats, False, False, False)
+
+    @property
+    def _repeats(self) -> np.ndarray:
+        entries = self.system.events.entries if self.system.events else ()
+        return np.array([entry.repeats for entry in entries for _ in range(entry.count)], bool)
+
+    @property
+    def resets_times(self) -> bool:
+        """Whether events may change the times of others, which discrete variables tell."""
+        events = self.system.events
+        return events is not None and not set(self.system.carried.discrete_places).isdisjoint(events.times.leaves)
 
     @ft.cached_property
     def stops(self) -> np.ndarray:
         return self._mask(False, False, False, True)
-
-    @property
-    def only_stops(self) -> bool:
-        """Whether nothing can happen but the end of the run."""
-        return bool(np.all(self.stops))
 
     @ft.cached_property
     def refused(self) -> np.ndarray:
@@ -107,7 +116,7 @@ class EventNumbers:
 
     @ft.cached_property
     def _done(self) -> np.ndarray:
-        return self.responds & (self.settings.is_resumed or self.settings.is_started)
+        return self.responds & ~self.held & (self.settings.is_resumed or self.settings.is_started)
 
     @ft.cached_property
     def _sets_states(self) -> np.ndarray:
@@ -134,7 +143,7 @@ class EventNumbers:
         """Those that are listed in the log."""
         events = self.system.events
         named = np.zeros(0, bool) if events is None else ~events.is_internal
-        return self._mask(self._of_model("when", "passing", "at", "refuse") & named, False, False, False)
+        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
 
     @ft.cached_property
     def targets(self) -> list[tuple[int, int, int]]:
@@ -220,52 +229,43 @@ class EventNumbers:
         return [*(expression or NEVER for expression in model), *[NEVER] * self.n_instants, *own]
 
     @ft.cached_property
-    def reads(self) -> np.ndarray:
-        """[events, margins], which events are decided by which margins."""
-        found = np.zeros((self.total, self.n_margins), bool)
-        for i, expression in enumerate(self.logic):
-            found[i, list(relations_of(expression))] = True
-        return found
+    def of_time(self) -> np.ndarray:
+        """The relations of components that read nothing that moves but the time."""
+        events, system = self.system.events, self.system
+        times = time_leaves(system.flat, system.merged)
+        found: list[bool] = []
+        if events:
+            for i, aval in enumerate(events.margins.closed.out_avals):
+                read = {events.margins.leaves[place] for place in slice_output(events.margins.closed, i).used}
+                moves = any(system.flat.is_variable(leaf) and leaf not in times for leaf in read)
+                found += [not moves] * math.prod(aval.shape)
+        return np.array(found, bool)
+
+    @property
+    def of_time_alone(self) -> np.ndarray:
+        """The same among all that have a crossing function."""
+        return np.append(self.of_time, np.zeros(self._n_own, bool))
 
     @ft.cached_property
-    def gentle(self) -> np.ndarray:
-        """The margins at whose zeros equations do not jump."""
-        return np.any(self.reads[self.continuous], axis=0) & ~np.any(self.reads[~self.continuous], axis=0)
-
-    @ft.cached_property
-    def mates(self) -> np.ndarray:
-        """[margins, ...], the gentle ones that read the same variables, and so may be the same number but for the sign,
-        as those of `x < 0` and `x > 0`; itself among them.
+    def polarity(self) -> tuple[np.ndarray, np.ndarray]:
+        """The relations that conditions read as true, and those that they read as false; what causes an event when it
+        becomes false counts as both.
         """
-        number = np.arange(self.n_margins)
-        read = zip(self._read, self.gentle, strict=True)
-        keys = [key if gentle and key is not None else i for i, (key, gentle) in enumerate(read)]
-        found = [[j for j in number if keys[j] == key] for key in keys]
-        most = max(map(len, found), default=1)
-        return unsigned([others + others[:1] * (most - len(others)) for others in found]).reshape(-1, most)
+        positive, negative = np.zeros((2, self.n_margins), bool)
+        for i, expression in enumerate(self.logic):
+            own = literals_of(expression)
+            positive[list(own["holds"] | (own["fails"] if self.either[i] else frozenset()))] = True
+            negative[list(own["fails"] | (own["holds"] if self.either[i] else frozenset()))] = True
+        return positive, negative
 
     @ft.cached_property
-    def moves(self) -> np.ndarray:
-        """Which margins change between events, too, since they read more than parameters and discrete variables."""
-        leaves, fixed = self.system.flat.leaves, ("param", "discrete")
-        moved = [read is None or any(leaves[i].declaration.role not in fixed for i in read[0]) for read in self._read]
-        return np.array(moved, bool)
-
-    @ft.cached_property
-    def _read(self) -> list[tuple[tuple[int, ...], int] | None]:
-        """The leaves that each margin of the model reads, and its place among those of one array; None for others."""
-        found: list[tuple[tuple[int, ...], int] | None] = []
-        if self.system.events:
-            margins = self.system.events.margins
-            for i, aval in enumerate(margins.closed.out_avals):
-                used = tuple(sorted(margins.leaves[place] for place in slice_output(margins.closed, i).used))
-                found += [(used, place) for place in range(math.prod(aval.shape))]
-        return found + [None] * (self.n_margins - len(found))
-
-    def conditions(self, seen: Callable[[Numbers], Seen]) -> EventConditions:
-        """The conditions of the events on a path on which margins are `seen`."""
-        bends = np.any(self.reads[self.bends], axis=0)
-        return EventConditions(seen, self.circuit, self.reads, self.either, self.moves, bends, self.gentle, self.mates)
+    def of_laws(self) -> np.ndarray:
+        """The relations that only `ifelse` reads."""
+        found = np.zeros((2, self.n_margins), bool)
+        for i, expression in enumerate(self.logic):
+            own = literals_of(expression)
+            found[int(self.held[i]), list(own["holds"] | own["fails"])] = True
+        return found[1] & ~found[0]
 
     @ft.cached_property
     def circuit(self) -> Circuit:

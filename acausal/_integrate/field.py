@@ -24,13 +24,16 @@ class Given:
     """All numbers of a run; `carried` is what is held while the core of the stepped vector moves.
 
     `counted_from` is the time farthest from zero among the start and those from which repeated events are counted; None
-    where nothing repeats.
+    where nothing repeats. `band` is the hysteresis of each relation, and `back` that
+    of its change back.
     """
 
     inputs: Inputs
     numbers: RunNumbers
     carried: Any = None
     counted_from: Any = None
+    band: Any = None
+    back: Any = None
 
     def carrying(self, carried: Array) -> "Given":
         """With what is carried along behind the states."""

@@ -92,10 +92,10 @@ def contents(system: System) -> list[object]:
         )
         for holder in holders
     ]
-    functions = [] if events is None else [events.truths, events.margins, events.times, events.actions]
+    functions = [] if events is None else [events.margins, events.times, events.actions]
     return [
         *(flat.leaves, flat.n_nodes, holders, flat.across, flat.flow_sets, flat.split),
-        *([] if events is None else [events.entries]),
+        *([] if events is None else [events.entries, events.logic]),
         [(f.closed, f.leaves) for f in functions],
         _choice(system),
         *(system.merged.representative, system.merged.sign, system.ordered.table.variables, system.nominals),

@@ -15,9 +15,9 @@ from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
 from .changes import with_discrete
 from .field import Given
+from .iteration import TOGETHER, repeated
 from .run_events import RunEvents
 from .search import is_met
-from .settle import TOGETHER, repeated
 from .starting import Start
 
 
@@ -96,10 +96,12 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
         y = layout.with_part(y, layout.states, states)
         here = events.here(t0, y, found)
-        return _Point(x, y, holds, here.truths, here.values, lack), here.truths & ~holds & matters
+        truths = events.hold(here.margins > 0)
+        return _Point(x, y, holds, truths, here.values, lack), events.begun(truths, holds) & matters
 
     def lasts(point: _Point) -> Numbers:
-        after = with_discrete(events, point.y, point.values, point.truths & matters)
+        changes = jnp.where(events.either, point.truths != point.holds, point.truths)
+        after = with_discrete(events, point.y, point.values, changes & matters)
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
     def next_round(r: _Round) -> _Round:
@@ -113,7 +115,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         number = jnp.where(is_trial & is_better, 0, r.tried)
         tried = jnp.asarray(single)[jnp.minimum(number, len(single) - 1)] if len(single) else fired
         y = with_discrete(events, kept.y, kept.values, jnp.where(tries, tried, fired))
-        holds = kept.truths & (kept.holds | fired)
+        holds = jnp.where(events.either, jnp.where(fired, kept.truths, kept.holds), kept.truths & (kept.holds | fired))
         return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
 
     def goes_on(r: _Round) -> Array:

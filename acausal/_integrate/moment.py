@@ -13,24 +13,18 @@ from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
 STILL = 1e-8  # rate of a margin, as a share of that on the path of a step, below which only an error moved it to zero
-BACK = 4.0  # rates before a bend are taken so many times as far back, so that rounding cannot put them beyond it
 LEAST = 1e-150  # rate of a margin that has decayed to where numbers lose their digits
 
 
 class Approach(NamedTuple):
-    """How a step comes to the moment of an event: a time just `before` it, and where events may bend equations, `back`,
-    the vector then less that at the moment; the `pace`, how fast the margin of each event changes there on the path of
-    the step; the `sides`, which relations hold from the moment on, and how far from `zero` margins may be there by
-    rounding. The `lag` of rates is what they miss of those on the path where stiff components multiply their errors, if
-    there is one.
+    """How a step comes to the moment of an event: a time just `before` it, and the `pace`, how fast the margin of each
+    event changes there on the path of the step. The `lag` of rates is what they miss of those on the path where stiff
+    components multiply their errors, if there is one.
     """
 
     before: Numbers
     pace: Array
-    sides: Array
-    zero: Array
     lag: Callable[[Array], Array] | None = None
-    back: Array | None = None
 
 
 class Laws(Protocol):
@@ -61,8 +55,7 @@ def carried_to_moment(
     where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own;
     neither has one that decays to zero, of which the error of a step makes the sign change. There the path of the step
     passes zero while by the equations nothing moves any more. The rates f are those up to the moment, at the time
-    `before`, since equations may change their law with it; and where they bend, at the vector that is there, some times
-    as far back.
+    `before`, since equations may change their law with it.
     """
     del laws, number, approach, due, given
     return t, ys
@@ -78,9 +71,8 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
     def rates(t: Numbers, ys: Array, given: PyTree) -> Numbers:
         return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
 
-    early, back = jax.lax.stop_gradient((approach.before - t, approach.back))
-    before = (early + moment, there) if back is None else (BACK * early + moment, there + BACK * back)
-    f, df = pushed(rates, (*before, given), (dt, dys, dgiven))
+    early = jax.lax.stop_gradient(approach.before - t)
+    f, df = pushed(rates, (early + moment, there, given), (dt, dys, dgiven))
     # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
     dys = dys + (moment - t) * df
 

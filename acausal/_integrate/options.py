@@ -21,7 +21,7 @@ from .settings import RunNumbers
 
 T = TypeVar("T")
 SAVES = ("steps", "end", "dense")
-HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, rtol=1e-6, times=0.0)  # options of a run of no length
+HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, dtmax=1.0, rtol=1e-6, times=0.0)  # options of a run of no length
 
 
 class Demand(NamedTuple):
@@ -120,6 +120,8 @@ def demands(system: System, numbers: RunNumbers) -> list[Demand]:
         found.append(Demand(_is_positive(numbers.dt0), "dt0, the size of the first step in s, must be positive", "dt0"))
     if numbers.dtmin is not None:
         found.append(Demand(_is_positive(numbers.dtmin), "dtmin, a step in s, must be positive", "dtmin"))
+    if numbers.dtmax is not None:
+        found.append(Demand(_is_positive(numbers.dtmax), "dtmax, a step in s, must be positive", "dtmax"))
     if (times := numbers.times) is not None:
         low, high = (t0 <= t1) * t0 + (t1 < t0) * t1, (t0 <= t1) * t1 + (t1 < t0) * t0
         inside, ahead = (times >= low) & (times <= high), (times[1:] - times[:-1]) * (t1 - t0) >= 0.0
@@ -157,7 +159,7 @@ def _counts_times(system: System) -> bool:
 def _lasting(system: System) -> str | None:
     """The first event that changes something."""
     entries = () if system.events is None else system.events.entries
-    return next((entry.label(0) for entry in entries if entry.targets), None)
+    return next((entry.label(0) for entry in entries if entry.targets and entry.kind != "hold"), None)
 
 
 def check_known(system: System, numbers: RunNumbers) -> None:

@@ -108,7 +108,7 @@ class Problem:
         if self.given_unknowns:
             parts.append(lack_of_given(system, t0, y, inputs, self.given_unknowns))
         if self.conditions is not None and self.names:
-            n = len(system.flat.leaves)
+            n = len(system.flat.own_leaves)
             read = [rates[i - n] if i >= n else seen[i] if i in seen else params[i] for i in self.conditions.leaves]
             parts.append(jnp.stack(self.conditions(constants, read)))
         return jnp.concatenate(parts)
@@ -116,7 +116,7 @@ class Problem:
     @property
     def _read(self) -> tuple[list[int], list[int]]:
         """The variables whose values are needed, and those whose derivatives are."""
-        system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.leaves)
+        system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.own_leaves)
         read = () if self.conditions is None else self.conditions.leaves
         values, rates = {i for i in read if i < n and system.flat.is_variable(i)}, {i - n for i in read if i >= n}
         if initial is not None:

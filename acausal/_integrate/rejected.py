@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,35 +10,15 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .controller import is_rejected
+from .field import Given
 from .settings import Settings
-from .wrapper import Wrapper
 
-Outcome = tuple[Any, Array, PyTree, Any, diffrax.RESULTS]  # what a step of a solver returns
-Attempt = Callable[..., Outcome]
-
-
-class Rejectable(Wrapper):
-    """Steps of `solver`, of which those that are rejected have no derivatives."""
-
-    settings: Settings = eqx.field(static=True)
-
-    @property
-    def interpolation_cls(self) -> Any:  # pyright: ignore[reportIncompatibleVariableOverride, reportIncompatibleMethodOverride]
-        return self.solver.interpolation_cls
-
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any) -> Any:
-        return self.solver.init(terms, t0, t1, y0, args)
-
-    def func(self, terms: Any, t0: Any, y0: Any, args: Any) -> Any:
-        return self.solver.func(terms, t0, y0, args)
-
-    def step(self, terms: Any, t0: Any, t1: Any, y0: Any, args: Any, solver_state: Any, made_jump: Any) -> Outcome:
-        attempt = rejectable(lambda solver, *numbers: solver.step(*numbers), self.settings)
-        return attempt(self.solver, terms, t0, t1, y0, args, solver_state, made_jump)
+# A step: from the core of the vector and the numbers of the run to its end, its error, and whatever else it leaves.
+Attempt = Callable[[Array, Given, PyTree], tuple[Array, Array, PyTree]]
 
 
 def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
-    """The step that `attempt` takes of its arguments, without derivatives where it is rejected.
+    """The step that `attempt` takes, without derivatives where it is rejected.
 
     A step may be so long that the equations have no root at its end, or a slope without bound, as that of a square
     root. The controller rejects it, but reverse mode would multiply what is not used, zero, by these slopes. So the
@@ -47,22 +26,21 @@ def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
     replaces the cotangents.
     """
 
-    def counts(args: tuple[PyTree, ...], outcome: Outcome) -> Array:
-        _, _, _, _, y0, given, *_ = args
-        return ~is_rejected(settings, *jax.lax.stop_gradient((given.numbers.rtol, y0, *outcome[:2])))
+    def counts(args: tuple[Array, Given, PyTree], outcome: tuple[Array, Array, PyTree]) -> Array:
+        core, given, _ = args
+        return ~is_rejected(settings, *jax.lax.stop_gradient((given.numbers.rtol, core, *outcome[:2])))
 
-    return _masked(lambda *args: _harmless(attempt(*args), settings.layout.core), counts)
+    return _masked(lambda *args: _harmless(*attempt(*args)), counts)
 
 
-def _harmless(outcome: Outcome, core: Callable[[Any], Array]) -> Outcome:
+def _harmless(core: Array, error: Array, others: PyTree) -> tuple[Array, Array, PyTree]:
     """The outcome of a step; of a failed one the error is infinite, and what else is not finite is zero."""
-    y, error, *others = outcome
-    is_good = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core(y)))
-    finite = jax.tree.map(lambda x: jnp.where(is_good | jnp.isfinite(x), x, jnp.zeros_like(x)), (y, *others))
-    return finite[0], jnp.where(is_good, error, jnp.inf), *finite[1:]
+    is_good = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core))
+    finite = jax.tree.map(lambda x: jnp.where(is_good | jnp.isfinite(x), x, jnp.zeros_like(x)), (core, others))
+    return finite[0], jnp.where(is_good, error, jnp.inf), finite[1]
 
 
-def _masked(function: Callable[..., PyTree], is_good: Callable[..., Array]) -> Callable[..., PyTree]:
+def _masked(function: Callable[..., PyTree], is_good: Callable[..., Array]) -> Callable[..., Any]:
     """A function whose derivatives are zero where its arguments and its value are not good."""
 
     def pushed(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[PyTree, PyTree]:

@@ -5,7 +5,6 @@ import functools as ft
 from collections.abc import Callable
 from typing import NamedTuple
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -14,21 +13,22 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._compiled_once import compiled_once
-from .._diffrax_private import solve
 from .._evaluate.initial import initial_state
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
 from .._indices import first_true
-from .adjoint import BothModes, Forwards
+from .adjoint import BOTH_MODES, FORWARDS, Kind, kind_of_loop
+from .carry import Carry
 from .derivative import differentiable
-from .event_state import ACCUMULATED
 from .field import Given
+from .iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
+from .loop import Run
 from .options import harmless, sentences, unmet
 from .result import Result
+from .run_events import RunEvents
 from .settings import RunNumbers, Settings
-from .settle import CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .solution import Solution
-from .stepping import begin_run, controller_of, solver_of, term_of
+from .starting import begin
 from .unresolved import are_unresolved
 
 
@@ -39,19 +39,19 @@ def run(settings: Settings, given: Given) -> Solution:
     wrong = unmet(settings.system, numbers)
     safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
     if settings.adjoint is not None:
-        return _solution(settings, safe, _integrated(settings, settings.adjoint, safe), wrong)
+        return _solution(settings, safe, _integrated(settings, kind_of_loop(settings.adjoint), safe), wrong)
     leaves, structure = jax.tree.flatten(safe)
     others: list[PyTree] = []  # what is the same for all numbers
 
-    def with_adjoint(adjoint: diffrax.AbstractAdjoint) -> Callable[[list[Array]], PyTree]:
+    def with_loop(kind: Kind) -> Callable[[list[Array]], PyTree]:
         def arrays(leaves: list[Array]) -> PyTree:
-            found, rest = eqx.partition(_integrated(settings, adjoint, structure.unflatten(leaves)), eqx.is_array)
+            found, rest = eqx.partition(_integrated(settings, kind, structure.unflatten(leaves)), eqx.is_array)
             others[:] = [rest]
             return found
 
         return arrays
 
-    integrated = differentiable(with_adjoint(Forwards()), with_adjoint(BothModes()), _saved(settings, numbers))
+    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
     return _solution(settings, safe, eqx.combine(found, *others), wrong)
 
@@ -61,7 +61,7 @@ class _Integrated(NamedTuple):
 
     start: Array
     bad_starts: Array
-    raw: diffrax.Solution
+    end: Carry
 
 
 def _packed(settings: Settings, given: Given) -> Given:
@@ -69,27 +69,12 @@ def _packed(settings: Settings, given: Given) -> Given:
     return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
 
 
-def _integrated(settings: Settings, adjoint: diffrax.AbstractAdjoint, given: Given) -> _Integrated:
-    given, numbers = _packed(settings, given), given.numbers
-    y0, bad_starts = initial_state(settings.system, numbers.t0, given.inputs)
-    is_reversible = not isinstance(adjoint, diffrax.ForwardMode)
-    given, y0, events, memory = begin_run(settings, given, y0, is_reversible=is_reversible)
-    raw = solve(
-        diffrax.ODETerm(term_of(settings)),
-        solver_of(settings, events, memory, is_reversible=is_reversible),
-        numbers.t0,
-        numbers.t1,
-        numbers.dt0,
-        y0,
-        given,
-        saveat=_saves(settings, numbers),
-        stepsize_controller=controller_of(settings, given),
-        adjoint=adjoint,
-        max_steps=settings.max_steps,
-        throw=False,
-        progress_meter=settings.progress,
-    )
-    return _Integrated(y0, bad_starts, raw)
+def _integrated(settings: Settings, kind: Kind, given: Given) -> _Integrated:
+    given = _packed(settings, given)
+    y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
+    events = RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
+    given, begun = begin(settings, given, y0, events)
+    return _Integrated(begun.y, bad_starts, Run(settings, given, events, kind).all_steps(begun))
 
 
 def _saved(settings: Settings, numbers: RunNumbers) -> int:
@@ -103,51 +88,44 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
     return points[settings.save] * settings.layout.size
 
 
-def _saves(settings: Settings, numbers: RunNumbers) -> diffrax.SaveAt:
-    saves = {"end": diffrax.SubSaveAt(t1=True)}
-    if settings.save == "steps":
-        saves["path"] = diffrax.SubSaveAt(t0=True, steps=True)
-    elif settings.save == "times":
-        saves["path"] = diffrax.SubSaveAt(ts=numbers.times)
-    return diffrax.SaveAt(
-        subs=saves, dense=settings.save == "dense", solver_state=settings.has_events, controller_state=True
-    )
-
-
 def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> Solution:
     """The solution; `wrong` are the demands on its numbers that are not met."""
     system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
-    y0, _, raw = integrated
-    assert raw.ts is not None
-    assert raw.ys is not None
-    assert raw.controller_state is not None
-    control, largest = raw.controller_state, raw.controller_state.largest[layout.states]
-    path = "path" if "path" in raw.ts else "end"
-    t_end, y_end = raw.ts["end"][0], raw.ys["end"][0]
+    y0, _, end = integrated
+    forward, control, largest = given.direction, end.control, end.control.largest[: layout.n_states]
+    t_end, y_end = forward * end.t, end.y
+    ts, ys = (t_end[None], y_end[None]) if settings.save in ("end", "dense") else (forward * end.rows.ts, end.rows.ys)
     result, culprit = _outcome(settings, given, integrated, wrong)
+    n_accepted = end.n_accepted
+    stats = {
+        "max_steps": settings.max_steps,
+        "num_accepted_steps": n_accepted,
+        "num_rejected_steps": end.n_steps - n_accepted,
+        "num_steps": end.n_steps,
+    }
     return Solution(
         t1=t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf),
         result=result,
-        stats=raw.stats,
+        stats=stats,
         _start=(jnp.asarray(numbers.t0, float), y0[layout.point]),
         _end=(t_end, y_end[layout.point]),
-        _path=(raw.ts[path], raw.ys[path][:, layout.point]),
+        _path=(ts, ys[:, layout.point]),
         _end_integrals=y_end[layout.integrals][: settings.n_integrals],
-        _path_integrals=raw.ys[path][:, layout.integrals][:, : settings.n_integrals],
+        _path_integrals=ys[:, layout.integrals][:, : settings.n_integrals],
         _culprit=culprit,
         _params={},
         _inputs=dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots)),
-        _dense=raw.interpolation,
+        _dense=end.pieces,
         _losses=y_end[layout.losses],
         _peaks=_peaks(settings, given, y_end),
-        _errors=control.error[layout.states],
+        _errors=control.error[: layout.n_states],
         _largest=largest,
-        _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[layout.states]),
-        _history=None if system.events is None else raw.solver_state.events.history,  # pyright: ignore[reportOptionalMemberAccess]
+        _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[: layout.n_states]),
+        _history=None if system.events is None else end.history,
         system=system,
         _solver=settings.solver,
         _layout=layout,
-        _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin")},
+        _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin", "dtmax")},
         _choices=settings.choices,
         _demands=sentences(system, numbers),
         _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
@@ -164,13 +142,10 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
 def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> tuple[Result, Array]:
     """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    _, bad_starts, raw = integrated
-    assert raw.ts is not None
-    assert raw.ys is not None
-    t, y = raw.ts["end"][0], raw.ys["end"][0]
+    _, bad_starts, end = integrated
+    t, y, why = given.direction * end.t, end.y, end.outcome
     bound = system.carried.with_discrete(inputs, y[layout.point])
     everything = system.evaluate_all(t, y[layout.point], bound)
-    why = y[layout.outcome] if settings.has_events else jnp.asarray(0.0)
     no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
     rules = [  # of all that apply the first one counts
         ([wrong], Result.bad_option),
@@ -183,14 +158,17 @@ def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: A
         ([why == CONTRADICTED], Result.bad_reset),
         ([why == ENDLESS], Result.events_endless),
         ([why == ACCUMULATED], Result.events_accumulate),
-        ([raw.result == diffrax.RESULTS.dt_min_reached], Result.step_too_small),
-        ([raw.result == diffrax.RESULTS.max_steps_reached], Result.too_many_steps),
+        ([end.failed], Result.step_too_small),
+        (
+            [(end.n_steps >= settings.max_steps) & (end.t < given.direction * given.numbers.t1) & (why == 0)],
+            Result.too_many_steps,
+        ),
         ([why == STOPPED], Result.stopped),
     ]
     index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)
     result = Result.reached_end if settings.stop is None else Result.never_stopped
     culprit, ends = jnp.asarray(-1), np.cumsum([sum(mask.size for mask in masks) for masks, _ in rules]).tolist()
-    for begin, end, (_, outcome) in zip([0, *ends], ends, rules, strict=False):
-        is_it = (index >= begin) & (index < end)
-        result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - begin, culprit)
+    for low, high, (_, outcome) in zip([0, *ends], ends, rules, strict=False):
+        is_it = (index >= low) & (index < high)
+        result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - low, culprit)
     return result, culprit

@@ -1,7 +1,8 @@
 """All that can happen in a run, as functions of a point."""
 
 import dataclasses
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import jax
@@ -12,25 +13,26 @@ from jax import Array
 from .._evaluate.event_set import Schedule
 from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
-from .._indices import behind_filler
 from .._numbers import Numbers, Truth
-from .conditions import sign_of
+from .._reduce.nominal import nominal_size
+from .crossing import Conditions, sign_of
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
+from .interval import Seen
 from .schedule import farthest, last_before, next_after
+
+RESOLUTION = 1e-12  # hysteresis of relations, as a share of the terms that they compare
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # multiples of it are spread evenly
 
 
 class Here(NamedTuple):
-    """What is at a point: which conditions hold at the start of a run, where numbers may be equal, or the margins of
-    relations later on; the new values that events would set, the energy stored (after the start), and whether the stop
-    condition is exactly zero.
+    """What is at a point: the margins of the relations, the new values that events would set, and the energy stored
+    (after the start).
     """
 
-    truths: Array
     margins: Array
     values: list[Array]
     stored: Array
-    is_zero: Array
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,48 +87,95 @@ class RunEvents(EventNumbers):
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
 
-    def _truths(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
-        """The conditions as they are written; a margin of equal numbers may have any sign by rounding."""
-        events = self.system.events
-        found = events.truths([values[leaf] for leaf in events.truths.leaves]) if events else []
-        parts = [_spread(found, behind_filler(~self.scheduled[: self.n_model + self.n_instants]), False)]
-        if self.n_curved:
-            parts.append(self._curved(t, y, given) > 0)
-        if self.settings.stop:
-            parts.append(self._stop(given, values)[None] > 0)
-        return jnp.concatenate(parts)
+    def begun(self, now: Array, before: Array) -> Array:
+        """Which conditions cause an event when they change so."""
+        return (now & ~before) | (self.either & before & ~now)
 
-    def true(self, above: Array) -> Array:
-        """Which conditions hold where these relations do."""
-        sign = sign_of(above)
+    def hold(self, truths: Array) -> Array:
+        """Which conditions hold for these truths of the relations."""
+        sign = sign_of(truths)
         return self.circuit(sign, -sign) > 0
+
+    def renewed(self, t: Numbers, truths: Array, margins: Array, given: Given) -> Array:
+        """The truths of the relations at a point: those within their bands keep theirs."""
+        return jnp.where(jnp.abs(margins) > self.band(t, given), margins > 0, truths)
+
+    def truths_at_start(self, t: Numbers, margins: Array, given: Given) -> Array:
+        """The truths of the relations at the start of a run. If it goes on from another one, those within their bands
+        count as not yet met: if they are about to be, that happens in this run.
+        """
+        if not self.settings.is_resumed:
+            return margins > 0
+        positive, negative = self.polarity
+        met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, margins > 0))
+        return jnp.where(jnp.abs(margins) <= self.band(t, given), met, margins > 0)
+
+    def conditions(self, see: Callable[[Numbers], Seen], t: Numbers, armed: Array, given: Given) -> Conditions:
+        """The conditions on a path on which crossing functions are seen so, up to a time; relations that are not
+        `armed` have changed, and were not far from that since.
+        """
+        positive, negative = self.polarity
+        band = jnp.where(armed, self.band(t, given), jnp.maximum(self.band(t, given), given.back))
+        return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
+
+    def band(self, t: Numbers, given: Given) -> Array:
+        """The hysteresis of each relation at a time: for relations of time alone, half the resolution of time."""
+        return jnp.where(self.of_time_alone, 0.5 * given.tick(t), given.band)
+
+    def bands(self, given: Given) -> tuple[Array, Array]:
+        """The hysteresis of each relation, and that of its change back: shares of the size of its terms where all
+        variables have their nominal sizes. The first is that of rounding. The second is, for laws in pieces, the error
+        of the run: what comes to rest on a corner would otherwise pass it to and fro by errors. Relations of time
+        alone and the stop condition have none here.
+        """
+        events = self.system.events
+        if events is None:
+            return jnp.zeros(self.n_margins), jnp.zeros(self.n_margins)
+        sizes = [self._typical(leaf, given) for leaf in events.sizes.leaves]
+        found = [jnp.ravel(size) for size in events.sizes(sizes)]
+        own = jnp.concatenate([jnp.zeros(0), *found])
+        size = jnp.where(jnp.isfinite(own) & ~self.of_time, own, 0.0)
+        size = jax.lax.stop_gradient(jnp.concatenate([size, jnp.zeros(self._n_own)]))
+        rtol = jax.lax.stop_gradient(given.numbers.rtol)
+        return RESOLUTION * size, jnp.where(self.of_laws, jnp.maximum(rtol, RESOLUTION), RESOLUTION) * size
+
+    def _typical(self, leaf: int, given: Given) -> Numbers:
+        """The value of a parameter, a number near the nominal size of a variable, another one for each, and zero for a
+        discrete variable, which may be far away until it is set.
+        """
+        flat = self.system.flat.leaves[leaf]
+        if flat.declaration.role == "discrete":
+            return jnp.zeros(flat.stack + flat.sizes)
+        if not self.system.flat.is_variable(leaf):
+            return jnp.asarray(given.inputs.params.leaves[leaf], float)
+        shape = flat.stack + flat.sizes
+        numbers = leaf + np.arange(math.prod(shape))
+        return jnp.asarray(nominal_size(flat) * (0.5 + 0.5 * np.modf(numbers * GOLDEN)[0]).reshape(shape))
 
     def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
         """What holds at a point, and what events would change there."""
         system, events, stop = self.system, self.system.events, self.settings.stop
         stored = None if is_start else self.settings.stored
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
-        decides = events and (events.truths if is_start else events.margins)
-        wanted |= {*decides.leaves, *events.actions.leaves} if events and decides else set()
+        wanted |= {*events.margins.leaves, *events.actions.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
         values = values_of(ordinary, t, point, given, store, wanted)
-        none, constants = jnp.zeros(0), jax.lax.stop_gradient((t, y, given, values))
-        truths, margins = (self._truths(*constants), none) if is_start else (none, self._margins(*constants))
+        margins = self._margins(*jax.lax.stop_gradient((t, y, given, values)))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
         energy = stored(given.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
         return Here(
-            truths,
             margins,
             [jnp.ravel(value) for value in actions],
             jnp.asarray(energy, float),
-            self._stop(given, values) == 0 if stop and is_start else jnp.asarray(False),
         )
 
     def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
         events, far = self.system.events, given.direction * jnp.inf
-        since = t if done is None else jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf))
+        since = t
+        if done is not None:  # times as close to the start as rounding tells have happened, too
+            since = jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf)) + 0.5 * given.tick(t)
         since = jnp.broadcast_to(since, self.total)
         own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, given)]
         parts = [_spread(own, self._place_of_time, far)]

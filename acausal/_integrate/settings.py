@@ -15,6 +15,8 @@ from .solvers._rosenbrock import AbstractRosenbrock
 from .state_vector import StateVector
 from .user_function import UserFunction
 
+AT_ONCE = 8  # events of one instant that are recorded, besides two of each
+
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
@@ -43,6 +45,12 @@ class Settings:
         return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
     @property
+    def room_at_once(self) -> int:
+        """How many events of one instant are recorded."""
+        events = self.system.events
+        return min(self.max_events, AT_ONCE + (0 if events is None else 2 * events.total))
+
+    @property
     def choices(self) -> tuple[tuple[str, str | int | None], ...]:
         """The options that are no numbers, as text, and the limits."""
         solver = f"{type(self.solver).__module__.partition('.')[0]}.{type(self.solver).__name__}"
@@ -62,7 +70,6 @@ class Settings:
             n_discrete=system.carried.n_discrete,
             n_losses=0 if self.stored is None or events is None else events.total,
             n_peaks=0 if self.peaks is None else self.peaks.n_outputs,
-            has_status=self.has_events,
             n_integrals=self.n_extra,
         )
 
@@ -112,3 +119,4 @@ class RunNumbers:
     stored: list[Numbers]  # and in the energy
     unmet: Numbers | None = None  # 1 where no start values meet the initial equations of components, else 0
     past: Past | None = None  # what has happened before the run
+    dtmax: Array | None = None

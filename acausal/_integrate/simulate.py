@@ -63,6 +63,7 @@ def simulate(
     solver: diffrax.AbstractSolver | None = None,
     dt0: ArrayLike | None = None,
     dtmin: ArrayLike | None = None,
+    dtmax: ArrayLike | None = None,
     max_steps: int = MAX_STEPS,
     max_events: int = MAX_EVENTS,
     adjoint: diffrax.AbstractAdjoint | None = None,
@@ -90,6 +91,7 @@ def simulate(
     - `solver`: `Rodas3P()` or a solver of diffrax; None: `Rodas5P()`.
     - `dt0`: first step in s; None: guessed from the vector field.
     - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time span.
+    - `dtmax`: largest step in s, for events of what varies faster than the steps tell; None: no limit.
     - `max_steps`: most steps, rejected ones included.
     - `max_events`: how many events are recorded; what comes later happens, but is not listed.
     - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
@@ -151,6 +153,7 @@ def simulate(
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
         dtmin=None if dtmin is None else number(dtmin, "dtmin"),
+        dtmax=None if dtmax is None else number(dtmax, "dtmax"),
         rtol=number(rtol, "rtol", "1"),
         times=times_of(save),
         stop=stop_constants,

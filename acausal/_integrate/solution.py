@@ -26,7 +26,7 @@ from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
-from .dense import points_at
+from .dense import Pieces, points_at
 from .energy import EnergyAccount, stored
 from .event_history import EventHistory
 from .event_log import EventLog
@@ -64,7 +64,7 @@ class Solution(eqx.Module, Generic[M]):
     _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
     _params: dict[int, Array]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
-    _dense: diffrax.DenseInterpolation | None
+    _dense: Pieces | None
     _losses: Array  # energies lost at events
     _peaks: Array  # values and times
     _errors: Array  # of the states in the last step, in tolerances
@@ -115,7 +115,7 @@ class Solution(eqx.Module, Generic[M]):
         rows = shared(len(ts))
         ts_padded, ys_padded = ((x if is_traced(x) else np.asarray(x))[rows] for x in (ts, ys))
         leaves, structure = jax.tree_util.tree_flatten(self._view(ts_padded, ys_padded))
-        cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.leaves]
+        cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.own_leaves]
         reached = slice(len(ts))
         return structure.unflatten([chosen(x, reached) if c else x for x, c in zip(leaves, cut, strict=True)])
 
@@ -130,15 +130,21 @@ class Solution(eqx.Module, Generic[M]):
             raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
         t = jnp.asarray(t, float)
 
-        points = over_batch(ft.partial(points_at, self.system, self._solver, self._layout, t), jnp.ndim(self.t1))
-        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), points(self._dense, self._inputs))
+        read = ft.partial(points_at, self.system, self._solver, self._layout, t)
+        t0, t1 = self._numbers["t0"], self._numbers["t1"]
+        assert t0 is not None
+        assert t1 is not None
+        forward = jnp.where(t1 < t0, -1.0, 1.0)
+        forward = jnp.broadcast_to(forward, jnp.shape(self.t1))
+        points = over_batch(read, jnp.ndim(self.t1))(self._dense, self._inputs, forward, self._start[1])
+        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), points)
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)
         numbers = trajectories(self.system, batch, ts, ys, self._inputs)
-        leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.leaves))]
+        leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.own_leaves))]
         # Indexing an array of components must find the time axis in all of its leaves.
-        for i, flat_leaf in enumerate(self.system.flat.leaves):
+        for i, flat_leaf in enumerate(self.system.flat.own_leaves):
             if i not in numbers and flat_leaf.stack:
                 along = jnp.expand_dims(leaves[i], range(batch, jnp.ndim(ts)))
                 leaves[i] = jnp.broadcast_to(along, jnp.shape(ts) + jnp.shape(leaves[i])[batch:])

@@ -1,14 +1,9 @@
 """Dense output of a step that may end before the solver's own."""
 
-import dataclasses
-from collections.abc import Callable
-
 import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax import Array
-from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .course import Course, on_course
@@ -63,15 +58,3 @@ class Span(diffrax.AbstractLocalInterpolation):
         start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
         stretch = jnp.where(end == start, 1, end - start) / jnp.where(end == start, 1, inner.t1 - inner.t0)
         return t + ((t - inner.t0) * stretch - (t - start))
-
-
-@dataclasses.dataclass(frozen=True)
-class SpanOf:
-    """Makes spans; equal for one kind of inner interpolation, since jax compiles anew for another one."""
-
-    inner: Callable[..., diffrax.AbstractLocalInterpolation]
-    layout: StateVector
-
-    def __call__(self, *, t0: Numbers, t1: Numbers, begin: Array, end: Array, carried: Vector, **info: PyTree) -> Span:
-        inner = self.inner(t0=begin, t1=end, **info["inner"])
-        return Span(t0, t1, inner, carried, self.layout, info.get("course"))

@@ -1,5 +1,6 @@
 """What is at the start of a run, before anything is integrated: past events, and what they lead to."""
 
+import dataclasses
 from typing import NamedTuple
 
 import diffrax
@@ -11,23 +12,90 @@ from .._declare.past import Past
 from .._evaluate.event_set import EventSet
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .adjoint import BothModes
+from .event_history import EventHistory
 from .field import Given
+from .iteration import CONTRADICTED, REFUSED, settle
+from .moment import Approach
+from .peaks import Peaks
 from .result import Result, sentence
 from .run_events import RunEvents
 from .settings import RunNumbers, Settings
-from .settle import CONTRADICTED, REFUSED
 from .solvers import Rodas5P
-from .stepping import begin_run
+from .state_vector import Vector
+
+
+class Begun(NamedTuple):
+    """The start of a run: the vector after what happens there, the truths of relations and the conditions that hold,
+    when scheduled events are due, what happened, and why the run ends there, 0 if it does not.
+    """
+
+    y: Vector
+    truths: Array
+    holds: Array
+    due: Array
+    history: EventHistory | None
+    outcome: Array
+
+
+def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None) -> tuple[Given, Begun]:
+    """The start of a run from its states, and the numbers of the run, from when it counts among them."""
+    system, layout, numbers = settings.system, settings.layout, given.numbers
+    values = given.inputs.params.leaves
+    discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
+    guess = system.starts.values(given.inputs, system.carried.memory)
+    y = jnp.concatenate([y0, guess, *discrete, jnp.zeros(layout.size - layout.discrete.stop)])
+    if events is None:
+        y = _with_peaks(settings, given, _remembered(settings, given, y))
+        nothing = jnp.zeros(0, bool)
+        return given, Begun(y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0))
+    t0 = numbers.t0
+    given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
+    band, back = events.bands(given)
+    given = dataclasses.replace(given, band=band, back=back)
+    past = events.past(t0, y, given)
+    n_kept = layout.size if settings.save == "steps" else 0
+    history = EventHistory.empty(settings.room_at_once, n_kept, events.n_model)
+    none = jnp.zeros(events.total, bool)
+    begins = none if settings.is_started else jnp.isfinite(past)
+    if settings.is_resumed:
+        begins &= past >= t0 - given.tick(t0)
+    if numbers.past is not None:
+        begins &= past > numbers.past.time + given.tick(numbers.past.time)
+    approach = Approach(t0, jnp.zeros(events.total))  # nothing has led here
+    truths, due = jnp.zeros(events.n_margins, bool), jnp.zeros(events.total)
+    settled = settle(events, t0, approach, y, begins, truths, none, due, history, given, order=past)
+    y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
+    due = events.due(t0, y, given, events.past(t0, y, given))
+    y = _with_peaks(settings, given, y)
+    history = settled.history.padded(settings.max_events)
+    return given, Begun(y, settled.truths, settled.holds, due, history, settled.outcome)
+
+
+def _remembered(settings: Settings, given: Given, y: Array) -> Array:
+    system, layout = settings.system, settings.layout
+    if not system.carried.memory:
+        return y
+    new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
+    return layout.with_part(y, layout.memory, new)
+
+
+def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
+    if settings.peaks is None:
+        return y
+    t0 = given.direction * given.numbers.t0
+    return settings.layout.with_part(y, settings.layout.peaks, Peaks(settings).begun(t0, y, given))
 
 
 class Start(NamedTuple):
-    """The events of a model, the stepped vector after those at the start, and the conditions that hold there."""
+    """The events of a model, the stepped vector after those at the start, the conditions that hold there, and why a run
+    would end there, 0 if it would not.
+    """
 
     events: RunEvents
     given: Given
     y: Array
     holds: Array
+    outcome: Array
 
     @property
     def states(self) -> Array:
@@ -37,11 +105,6 @@ class Start(NamedTuple):
     def discrete(self) -> Array:
         """The discrete variables, one after the other."""
         return self.y[self.events.layout.discrete]
-
-    @property
-    def outcome(self) -> Array:
-        """0, or why a run ends at its start."""
-        return self.y[self.events.layout.outcome]
 
 
 def start_of(
@@ -59,14 +122,13 @@ def start_of(
     """
     none = diffrax.NoProgressMeter()
     settings = Settings(
-        system, None, None, None, None, None, "end", Rodas5P(), BothModes(), 1, 1, none, is_started, is_search=is_search
+        system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, none, is_started, is_search=is_search
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     given = Given(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
-    given, y, events, memory = begin_run(settings, given, states)
-    assert events is not None
-    assert memory is not None
-    return Start(events, given, y, memory.holds)
+    events = RunEvents(settings, settings.layout, is_reversible=True)
+    given, begun = begin(settings, given, states, events)
+    return Start(events, given, begun.y, begun.holds, begun.outcome)
 
 
 def why_ended(system: System, outcome: float, holds: Array) -> str:

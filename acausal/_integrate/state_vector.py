@@ -9,21 +9,15 @@ from jaxtyping import Array, Float
 from .._numbers import Numbers
 
 Vector: TypeAlias = Float[Array, " n"]
-STATUS = 4  # numbers that a step leaves about itself: see `StateVector`
 
 
 @dataclasses.dataclass(frozen=True)
 class StateVector:
-    """[states, memory, discrete variables, energies lost, peaks, status, integrals], each part possibly empty.
+    """[states, memory, discrete variables, energies lost, peaks, integrals], each part possibly empty.
 
     `states` are those of the system, in mass-matrix form with its algebraic unknowns. `memory` holds the unknowns of
     the last iterations, and `peaks` values, then times. States and integrals are the *core*, which a solver integrates;
-    all between them is *carried* along and changes between steps only. The status of a step:
-
-    - `outcome`: 0, or why the run ends here;
-    - `moment`: when the step really ended, at an event before its planned end;
-    - `cut`: where it had better end, infinite if it is good as it is;
-    - `next_instant`: the next time at which something is known to happen.
+    all between them is *carried* along and changes between steps only.
     """
 
     n_states: int
@@ -31,7 +25,6 @@ class StateVector:
     n_discrete: int
     n_losses: int
     n_peaks: int
-    has_status: bool
     n_integrals: int
 
     @property
@@ -60,33 +53,13 @@ class StateVector:
         return slice(self.losses.stop, self.losses.stop + 2 * self.n_peaks)
 
     @property
-    def status(self) -> slice:
-        return slice(self.peaks.stop, self.peaks.stop + STATUS * self.has_status)
-
-    @property
-    def outcome(self) -> int:
-        return self.status.start
-
-    @property
-    def moment(self) -> int:
-        return self.status.start + 1
-
-    @property
-    def cut(self) -> int:
-        return self.status.start + 2
-
-    @property
-    def next_instant(self) -> int:
-        return self.status.start + 3
-
-    @property
     def integrals(self) -> slice:
-        return slice(self.status.stop, self.status.stop + self.n_integrals)
+        return slice(self.peaks.stop, self.peaks.stop + self.n_integrals)
 
     @property
     def carried(self) -> slice:
         """What the solver does not see."""
-        return slice(self.memory.start, self.status.stop)
+        return slice(self.memory.start, self.peaks.stop)
 
     @property
     def size(self) -> int:

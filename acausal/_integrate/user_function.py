@@ -154,7 +154,7 @@ def _trace(
         _check_real(results, what)
         return [jnp.asarray(value, float) for value in results]
 
-    shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
+    shapes = [leaf.stack + leaf.sizes for leaf in flat.own_leaves]
     try:
         closed = jax.make_jaxpr(of_leaves)(*structs(shapes * n_views))
     except AttributeError as error:

@@ -62,9 +62,22 @@ class Kind:
     names: tuple[str, ...] = dataclasses.field(compare=False)  # of the leaves, within the component
     depth: int  # of arrays around it, where it holds arrays itself; else 0
 
+    @property
+    def n_own(self) -> int:
+        """How many slots are leaves of the component; those behind are the truths that `ifelse` holds."""
+        return self.structure.num_leaves
+
+    @property
+    def own(self) -> "Kind":
+        """The kind without the truths that `ifelse` holds."""
+        n = self.n_own
+        if len(self.sizes) == n:
+            return self
+        return dataclasses.replace(self, sizes=self.sizes[:n], declarations=self.declarations[:n], names=self.names[:n])
+
     def component(self, leaves: Sequence[Any]) -> Any:
         """One component of this kind with the given leaves."""
-        return deepened(self.structure.unflatten(leaves), -self.depth)
+        return deepened(self.structure.unflatten(leaves[: self.n_own]), -self.depth)
 
 
 @dataclasses.dataclass(eq=False)
@@ -75,6 +88,12 @@ class Instances:
     paths: list[str]  # one for each member
     stacks: list[tuple[int, ...]]
     first_leaf: list[int]
+    first_truth: list[int] = dataclasses.field(default_factory=list)  # the leaves of the truths that `ifelse` holds
+
+    def leaf(self, entry: int, slot: int) -> int:
+        """The number of the leaf behind a slot of an entry of `paths`."""
+        n = self.kind.n_own
+        return self.first_leaf[entry] + slot if slot < n else self.first_truth[entry] + slot - n
 
     @ft.cached_property
     def counts(self) -> np.ndarray:
@@ -99,6 +118,9 @@ class Instances:
 @dataclasses.dataclass(eq=False)
 class FlatModel:
     """Numbered leaves and nodes of a model, its component instances, and the outcome of its connections.
+
+    Behind the leaves of the model come those of the truths that `ifelse` holds: discrete variables without a place in
+    the model.
 
     `across` lists pairs of nodes that are merged. A row of `flow_sets` lists (node, sign) whose signed sum is zero.
     """
@@ -127,9 +149,14 @@ class FlatModel:
         return self.leaves[leaf].declaration.is_variable
 
     @property
+    def own_leaves(self) -> list[FlatLeaf]:
+        """Those of the model itself."""
+        return self.leaves[: self.structure.num_leaves]
+
+    @property
     def root_fields(self) -> tuple[str, ...]:
         """Names of the model's own parts, parameters and variables."""
-        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.leaves))
+        return tuple(dict.fromkeys(leaf.path.partition(".")[0].partition("[")[0] for leaf in self.own_leaves))
 
     @ft.cached_property
     def discrete_leaves(self) -> list[int]:
@@ -148,7 +175,7 @@ class FlatModel:
     @ft.cached_property
     def leaf_names(self) -> dict[str, tuple[int, int]]:
         """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
-        return {leaf.name(i): (number, i) for number, leaf in enumerate(self.leaves) for i in range(leaf.count)}
+        return {leaf.name(i): (number, i) for number, leaf in enumerate(self.own_leaves) for i in range(leaf.count)}
 
     def node_name(self, node: int) -> str:
         leaf = self.leaves[self.leaf_of_node[node]]
@@ -157,9 +184,10 @@ class FlatModel:
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
         """The first node behind each slot of each instance; -1 where the slot is a parameter."""
         rows = []
-        slots = np.arange(len(instances.kind.sizes))
+        slots, n_truths = np.arange(instances.kind.n_own), len(instances.kind.sizes) - instances.kind.n_own
         for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):
             firsts = self.firsts[first_leaf + slots]
             elements = np.array([self.leaves[first_leaf + slot].count for slot in slots], dtype=int) // count
-            rows.append(np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements))
+            own = np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements)
+            rows.append(np.pad(own, ((0, 0), (0, n_truths)), constant_values=-1))
         return np.concatenate(rows)

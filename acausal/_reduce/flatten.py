@@ -16,7 +16,9 @@ from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
 from .connections import Joints
 from .flat_model import FlatLeaf, FlatModel, Instances, Kind
+from .held import TRUTH
 from .required import is_held_to, own_records, required
+from .stated import shapes_held
 
 
 def flatten(model: Component, *, split: bool = False) -> FlatModel:
@@ -46,11 +48,32 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
         for path in holder.paths:
             for sentence in required(holder.kind).never:
                 complain(ParameterError(f"{join(path, sentence)}."))
+    for holder in instances:
+        walker.leaves += _truths(holder, len(walker.leaves))
     name = type(model).__name__
     starters = list(walker.starters.values())
     return FlatModel(
         structure, walker.leaves, walker.n_nodes, instances, composites, starters, across, flow_sets, name, split
     )
+
+
+def _truths(instances: Instances, first: int) -> list[FlatLeaf]:
+    """The leaves of the truths that `ifelse` holds in components of a kind, which become its last slots."""
+    kind = instances.kind
+    shapes = shapes_held(kind)
+    if not shapes:
+        return []
+    names = tuple(f"_held[{i}]" for i in range(len(shapes)))
+    declarations = (TRUTH,) * len(shapes)
+    instances.kind = dataclasses.replace(
+        kind, sizes=kind.sizes + shapes, declarations=kind.declarations + declarations, names=kind.names + names
+    )
+    instances.first_truth = [first + i * len(shapes) for i in range(len(instances.paths))]
+    return [
+        FlatLeaf(join(path, f"_held{i}"), TRUTH, stack, shape, 0, None)
+        for path, stack in zip(instances.paths, instances.stacks, strict=True)
+        for i, shape in enumerate(shapes)
+    ]
 
 
 class _Walker:

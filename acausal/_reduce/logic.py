@@ -37,9 +37,14 @@ def choice(which: Expression, if_false: Expression, if_true: Expression) -> Expr
     return either(both(negation(which), if_false), both(which, if_true))
 
 
-def relations_of(a: Expression) -> frozenset[int]:
-    """The numbers of the relations in an expression."""
-    return frozenset().union(*({part} if isinstance(part, int) else relations_of(part) for part in a[1:]))
+def literals_of(a: Expression) -> dict[str, frozenset[int]]:
+    """The numbers of the relations that an expression reads as true ("holds"), and of those that it reads as false
+    ("fails").
+    """
+    if len(a) == 2:
+        return {"holds": frozenset(), "fails": frozenset(), a[0]: frozenset({a[1]})}
+    parts = [literals_of(part) for part in a[1:]]
+    return {key: frozenset().union(*(part[key] for part in parts)) for key in ("holds", "fails")}
 
 
 def mapped(function: Callable[..., Expression], *arrays: np.ndarray) -> np.ndarray:

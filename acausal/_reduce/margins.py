@@ -1,7 +1,7 @@
-"""Conditions as relations and their logic; the margin of a relation is a number that is positive where it holds."""
+"""Conditions as relations and their logic; the crossing function of a relation is positive where it holds."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -42,40 +42,48 @@ _FOLDED: dict[str, Callable[..., Expression]] = {"reduce_and": both, "reduce_or"
 _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 
 
-def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[list[Array], list[np.ndarray]]:
-    """The margins of the relations that the outputs of a jaxpr are made of, and for each output an array of expressions
-    in the elements of the margins, which are numbered one after the other.
+class Relations(NamedTuple):
+    """Relations, as arrays of `margins` and of `sizes`: how large the terms are that a margin is the difference of."""
+
+    margins: list[Array]
+    sizes: list[Array]
+
+
+def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[Relations, list[np.ndarray]]:
+    """The relations that the outputs of a jaxpr are made of, and for each output an array of expressions in the
+    elements of the margins, which are numbered one after the other.
 
     The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign. What
     is neither a relation between real numbers nor made of them, such as a comparison of modes, has the margin 1 or -1.
     A real output is its own margin.
     """
-    margins: list[Array] = []
-    outputs = _walk(closed, [(value, None) for value in inputs], margins)
-    return margins, [_expressions(value, found, margins) for value, found in outputs]
+    found = Relations([], [])
+    outputs = _walk(closed, [(value, None) for value in inputs], found)
+    return found, [_expressions(value, logic, found) for value, logic in outputs]
 
 
-def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], margins: list[Array]) -> list[_Known]:
+def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], relations: Relations) -> list[_Known]:
     """The values of the outputs with their expressions."""
 
     def outputs(eqn: JaxprEqn, args: list[_Known]) -> list[_Known]:
         inner = called(eqn)
         if inner is not None:
-            return _walk(inner, args, margins)
+            return _walk(inner, args, relations)
         first, *others = bind(eqn, [value for value, _ in args])
-        return [(first, _logic(eqn, args, margins)), *((other, None) for other in others)]
+        return [(first, _logic(eqn, args, relations)), *((other, None) for other in others)]
 
     return interpreted(closed, inputs, outputs, lambda value: (jnp.asarray(value), None))
 
 
-def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Array]) -> np.ndarray | None:
+def _logic(eqn: JaxprEqn, args: Sequence[_Known], relations: Relations) -> np.ndarray | None:
     name = eqn.primitive.name
     if name in _RELATIONS and is_floating(eqn.invars[0]):
-        return _relation(_RELATIONS[name](*(value for value, _ in args)), margins)
+        values = [value for value, _ in args]
+        return _relation(_RELATIONS[name](*values), jnp.abs(values[0]) + jnp.abs(values[1]), relations)
     if any(value.dtype != bool for value, _ in args) or all(found is None for _, found in args):
         return None
     if name in _LOGIC:
-        return mapped(_LOGIC[name], *(_expressions(value, found, margins) for value, found in args))
+        return mapped(_LOGIC[name], *(_expressions(value, found, relations) for value, found in args))
     found = args[0][1]
     if name in _FOLDED and found is not None:
         return folded(_FOLDED[name], found, eqn.params["axes"])
@@ -87,13 +95,15 @@ def _logic(eqn: JaxprEqn, args: Sequence[_Known], margins: list[Array]) -> np.nd
     return None
 
 
-def _expressions(value: Array, found: np.ndarray | None, margins: list[Array]) -> np.ndarray:
+def _expressions(value: Array, found: np.ndarray | None, relations: Relations) -> np.ndarray:
     if found is not None:
         return found
-    return _relation(jnp.where(value, 1.0, -1.0) if value.dtype == bool else value, margins)
+    margin = jnp.where(value, 1.0, -1.0) if value.dtype == bool else value
+    return _relation(margin, jnp.abs(margin), relations)
 
 
-def _relation(margin: Array, margins: list[Array]) -> np.ndarray:
-    first, shape = sum(np.size(earlier) for earlier in margins), np.shape(margin)
-    margins.append(margin)
+def _relation(margin: Array, size: Array, relations: Relations) -> np.ndarray:
+    first, shape = sum(np.size(earlier) for earlier in relations.margins), np.shape(margin)
+    relations.margins.append(margin)
+    relations.sizes.append(jnp.broadcast_to(size, shape))
     return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(margin)).reshape(shape))

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,11 +12,13 @@ from jax import Array
 
 from .._declare.component import Equation
 from .._errors import ModelError
+from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .bounds import check_bounds
 from .flat_model import Kind
 from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
-from .jaxpr import check_effects, structs
+from .held import Held, with_truths
+from .jaxpr import check_effects, slice_outputs, structs
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
 from .traced import check_derivatives, tracing
@@ -42,8 +44,44 @@ def initial_templates(kind: Kind) -> tuple[Template, ...]:
     return _stated(kind, "initial_equations")
 
 
+class _Traced(NamedTuple):
+    """A method as it is traced: its inputs, the equations in it, and whether the units of each are to be checked."""
+
+    inputs: list[Input]
+    held: Held
+    checks: dict[str, bool]
+
+
+def shapes_held(kind: Kind) -> tuple[tuple[int, ...], ...]:
+    """The shapes of the truths that `ifelse` holds in the equations of a kind."""
+    return _traced(kind.own, "equations").held.shapes
+
+
+def conditions_held(kind: Kind) -> ClosedJaxpr:
+    """The conditions of `ifelse` in the equations of a kind, from all its slots.
+
+    Raises `ModelError` where one reads a derivative.
+    """
+    inputs, held, _ = _traced(kind.own, "equations")
+    read = slice_outputs(held.conditions, slice(0, len(held.shapes))).used
+    for i in read:
+        if i < len(inputs) and inputs[i].order:
+            name = kind.names[inputs[i].slot]
+            raise ModelError(
+                f"{kind.cls.__name__}.equations: a condition of ifelse reads d.{name}. Declare a variable that equals "
+                "it, and compare that."
+            )
+
+    def conditions(*slots: Array) -> list[Array]:
+        own, truths = slots[: kind.n_own], slots[kind.n_own :]
+        rates = [jnp.zeros_like(own[item.slot]) for item in inputs if item.order]
+        return list(jaxpr_as_fun(held.conditions)(*own, *rates, *truths))
+
+    return jax.make_jaxpr(conditions)(*structs(kind.sizes))
+
+
 @ft.cache
-def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
+def _traced(kind: Kind, method: str) -> _Traced:
     where = f"{kind.cls.__name__}.{method}"
     roles = [declaration.role for declaration in kind.declarations]
     variables = [slot for slot, declaration in enumerate(kind.declarations) if declaration.is_variable]
@@ -68,12 +106,20 @@ def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
     check_effects(closed, where)
     check_bounds(closed, where)
     check_derivatives(closed, where)
+    held = with_truths(closed, where) if method == "equations" else Held(closed, closed, ())
+    return _Traced(inputs, held, checks)
+
+
+@ft.cache
+def _stated(kind: Kind, method: str) -> tuple[Template, ...]:
+    inputs, held, checks = _traced(kind.own, method)
+    inputs = inputs + [Input(kind.n_own + i, 0, "discrete") for i in range(len(held.shapes))]
     signs = []
     for item in inputs:
         sign = kind.declarations[item.slot].sign
         signs.append(_SIGNS[sign.name if sign else None])
     return tuple(
-        dataclasses.replace(sliced(name, kind, closed, i, inputs, signs, 0), check_units=check)
+        dataclasses.replace(sliced(name, kind, held.equations, i, inputs, signs, 0), check_units=check)
         for i, (name, check) in enumerate(checks.items())
     )
 

@@ -13,7 +13,7 @@ from .._reduce.flat_model import FlatModel, Kind
 
 def accounting_composites(flat: FlatModel) -> Iterator[tuple[str, Kind]]:
     """The path of each such composite, and its kind; those of an array of components once."""
-    view = flat.structure.unflatten(range(len(flat.leaves)))
+    view = flat.structure.unflatten(range(flat.structure.num_leaves))
     yield from _below(flat, view, "", 0)
 
 

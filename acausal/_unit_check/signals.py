@@ -36,11 +36,11 @@ def _problem(flat: FlatModel, found: dict[Dimension, int]) -> str:
 def _dimensions(flat: FlatModel) -> dict[int, Dimension]:
     """The dimension of each leaf that belongs to a component with equations, where it is known."""
     return {
-        first + slot: dimension
+        instances.leaf(entry, slot): dimension
         for instances in flat.instances
         for slot, dimension in enumerate(kind_units(instances.kind).dimensions)
         if dimension is not None
-        for first in instances.first_leaf
+        for entry in range(len(instances.paths))
     }
 
 

@@ -15,6 +15,7 @@ from .._declare.component import Component, Energy
 from .._declare.fields import join
 from .._declare.layout import complete_leaves
 from .._declare.node import Port
+from .._evaluate.event_set import EventEntry
 from .._evaluate.events import events_of
 from .._integrate.energy import accounts
 from .._numbers import Numbers
@@ -69,7 +70,7 @@ class OpenEquations:
     def given(self, component: Component) -> tuple[Params, Modes]:
         """The parameters and modes of a component of the same structure."""
         leaves, _ = complete_leaves(component)
-        pairs = list(zip(self.flat.leaves, leaves, strict=True))
+        pairs = list(zip(self.flat.own_leaves, leaves, strict=True))
         params = [np.asarray(value, float) for leaf, value in pairs if leaf.declaration.role == "param"]
         modes = [
             np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack + leaf.sizes)
@@ -83,7 +84,7 @@ class OpenEquations:
         leaves, _ = complete_leaves(self.component)
         x = [
             np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack).ravel()
-            for leaf, value in zip(self.flat.leaves, leaves, strict=True)
+            for leaf, value in zip(self.flat.own_leaves, leaves, strict=True)
             if leaf.declaration.is_variable
         ]
         runs = [np.full(leaf.count, float(leaf.declaration.role == "time")) for leaf in self.variables]
@@ -94,7 +95,7 @@ class OpenEquations:
         return [
             jnp.reshape(x[leaf.first : leaf.first + leaf.count], leaf.stack) if leaf.declaration.is_variable
             else next(mode if leaf.declaration.role == "discrete" else param)
-            for leaf in self.flat.leaves
+            for leaf in self.flat.own_leaves
         ]  # fmt: skip
 
     def _view(self, x: jax.Array, params: Params, modes: Modes) -> Component:
@@ -182,11 +183,11 @@ class OpenEquations:
         if self._events is None:
             return before, modes, jnp.asarray(False)
         leaves = self._leaves(x, params, modes)
-        truths = iter(self._events.truths([leaves[i] for i in self._events.truths.leaves]))
-        values = iter(self._events.actions([leaves[i] for i in self._events.actions.leaves]))
+        everything = [*leaves, *(np.zeros(leaf.stack + leaf.sizes) for leaf in self.flat.leaves[len(leaves) :])]
+        truths = self._events.hold(everything)
+        values = iter(self._events.actions([everything[i] for i in self._events.actions.leaves]))
         new, now, refused, earlier = list(leaves), [], jnp.asarray(False), iter(before)
-        for entry in self._events.entries:
-            truth = jnp.asarray(False) if entry.kind == "at" else next(truths)
+        for entry, truth in zip(self._entries, truths, strict=False):
             refused |= jnp.any(truth) if entry.kind == "refuse" else False
             now.append(jnp.broadcast_to(truth, entry.stack))
             fires = now[-1] & ~next(earlier)
@@ -194,13 +195,18 @@ class OpenEquations:
                 shape = np.shape(leaves[target])
                 fired = jnp.reshape(fires, fires.shape + (1,) * (len(shape) - fires.ndim))
                 new[target] = jnp.where(fired, jnp.broadcast_to(value, shape), new[target])
-        is_mode = [leaf.declaration.role == "discrete" for leaf in self.flat.leaves]
+        is_mode = [leaf.declaration.role == "discrete" for leaf in self.flat.own_leaves]
         return now, [value for value, kept in zip(new, is_mode, strict=True) if kept], refused
+
+    @property
+    def _entries(self) -> list[EventEntry]:
+        """The events that components state; those of `ifelse`, which come last, follow from the equations."""
+        entries = self._events.entries if self._events is not None else ()
+        return [entry for entry in entries if entry.kind != "hold"]
 
     def quiet(self, k: int) -> list[np.ndarray]:
         """The conditions of events at k points, none of which holds."""
-        entries = self._events.entries if self._events is not None else ()
-        return [np.zeros((k, *entry.stack), bool) for entry in entries]
+        return [np.zeros((k, *entry.stack), bool) for entry in self._entries]
 
 
 def _stated(node: Any, d: Any, path: str) -> dict[str, Numbers]:

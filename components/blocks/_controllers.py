@@ -5,9 +5,7 @@ from typing import Any, ClassVar, Self
 
 from acausal import (
     Component,
-    Discrete,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -21,7 +19,7 @@ from acausal import (
     unbounded,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ._interfaces import SISO, Input, Output
 
 
@@ -76,7 +74,6 @@ class LimitedController(Component, partial=True):
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
     x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
     y_unlimited: Var[Scalar, ""] = 0.0  # what y would be without limits
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the lower limit, 1 within, 2 at the upper one
     u_s: Input = Input()  # set point
     u_m: Input = Input()  # measured value
     y: Output = Output()
@@ -88,11 +85,8 @@ class LimitedController(Component, partial=True):
         error, excess = self.u_s.value - self.u_m.value, self.y.value - self.y_unlimited
         return dict(
             integral=eq(self.Ti * d.x, error + excess / (self.k * self.Ni)),
-            limit=eq(self.y.value, pieces.limited(self.y_unlimited, self.piece, self.y_min, self.y_max)),
+            limit=eq(self.y.value, limited(self.y_unlimited, self.y_min, self.y_max)),
         )
-
-    def events(self) -> Events:
-        return pieces.passes(self.y_unlimited, self.piece, self.y_min, self.y_max)
 
     def _proportional_integral(self) -> Scalar:
         return self.wp * self.u_s.value - self.u_m.value + self.x

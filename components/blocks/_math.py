@@ -5,9 +5,8 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Requirements, Scalar, Vector, eq, require
+from acausal import Component, Equations, Param, Requirements, Scalar, Vector, eq, ifelse, require
 
-from .. import _pieces as pieces
 from .._checks import numbers
 from ._interfaces import SI2SO, SISO, Input, Output
 
@@ -67,27 +66,18 @@ class Division(SI2SO):
         return dict(quotient=eq(self.y.value, self.u1.value / self.u2.value))
 
 
-class Comparing(SI2SO, partial=True):
-    """A block for which it matters which input is larger; that they cross is an event."""
-
-    piece: Discrete[Scalar, "1"] = 0.0  # 1 while u1 is the larger one
-
-    def events(self) -> Events:
-        return pieces.passes(self.u1.value - self.u2.value, self.piece, 0.0)
-
-
-class Minimum(Comparing):
-    """y = min(u1, u2) (MSL `Min`)."""
+class Minimum(SI2SO):
+    """y = min(u1, u2) (MSL `Min`); that they cross is an event."""
 
     def equations(self, d: Self) -> Equations:
-        return dict(minimum=eq(self.y.value, jnp.where(self.piece > 0.5, self.u2.value, self.u1.value)))
+        return dict(minimum=eq(self.y.value, ifelse(self.u1.value > self.u2.value, self.u2.value, self.u1.value)))
 
 
-class Maximum(Comparing):
-    """y = max(u1, u2) (MSL `Max`)."""
+class Maximum(SI2SO):
+    """y = max(u1, u2) (MSL `Max`); that they cross is an event."""
 
     def equations(self, d: Self) -> Equations:
-        return dict(maximum=eq(self.y.value, jnp.where(self.piece > 0.5, self.u1.value, self.u2.value)))
+        return dict(maximum=eq(self.y.value, ifelse(self.u1.value > self.u2.value, self.u1.value, self.u2.value)))
 
 
 class Function(SISO):

@@ -15,7 +15,6 @@ from acausal import (
     Scalar,
     Var,
     eq,
-    kink,
     nonnegative,
     positive,
     prefer,
@@ -24,7 +23,6 @@ from acausal import (
     when,
 )
 
-from .. import _pieces as pieces
 from .._limit import limited
 from ._interfaces import SISO, Input, Output
 
@@ -34,17 +32,13 @@ class Range(SISO, partial=True):
 
     u_max: Param[Scalar, "", unbounded]  # upper bound
     u_min: Param[Scalar, "", unbounded]  # lower bound
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 below the bounds, 1 within, 2 above
 
     def requirements(self) -> Requirements:
         return (require(self.u_min < self.u_max, "u_min must be smaller than u_max"),)
 
     def within(self) -> Scalar:
         """The input, or the bound that it is beyond."""
-        return pieces.limited(self.u.value, self.piece, self.u_min, self.u_max)
-
-    def events(self) -> Events:
-        return pieces.passes(self.u.value, self.piece, self.u_min, self.u_max)
+        return limited(self.u.value, self.u_min, self.u_max)
 
 
 class Limiter(Range):
@@ -72,19 +66,15 @@ class SlewRateLimiter(SISO):
     falling: Param[Scalar, "", positive, unbounded]  # steepest fall, a positive number
     Td: Param[Scalar, "s", positive] = 1e-3  # time constant
     x: Var[Scalar, "", prefer] = 0.0  # y; its start value
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 while it falls as fast as it can, 2 while it rises so
 
     def _rate(self) -> Scalar:
         return (self.u.value - self.x) / self.Td
 
     def equations(self, d: Self) -> Equations:
         return dict(
-            slew=eq(d.x, pieces.limited(self._rate(), self.piece, -self.falling, self.rising)),
+            slew=eq(d.x, limited(self._rate(), -self.falling, self.rising)),
             output=eq(self.y.value, self.x),
         )
-
-    def events(self) -> Events:
-        return pieces.passes(self._rate(), self.piece, -self.falling, self.rising)
 
 
 class Play(SISO):
@@ -103,10 +93,6 @@ class Play(SISO):
             follow=eq(self.T * d.x, lead - limited(lead, -0.5 * self.width, 0.5 * self.width)),
             output=eq(self.y.value, self.x),
         )
-
-    def events(self) -> Events:
-        lead = self.u.value - self.x
-        return dict(_above=kink(lead - 0.5 * self.width), _below=kink(lead + 0.5 * self.width))
 
 
 class Switch(Component):

@@ -2,9 +2,9 @@
 
 from typing import Self
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, eq
+from acausal import Component, Equations, Param, Scalar, eq
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ._interfaces import Input, Output
 
 
@@ -21,14 +21,10 @@ class PWMAverage(Component):
     """
 
     duty_min: Param[Scalar, "1"] = 0.0  # 0 for one direction, -1 for both
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 below the limits of the duty, 1 within, 2 above
     duty: Input = Input()
     supply: Input = Input()  # in V
     y: Output = Output()  # in V
 
     def equations(self, d: Self) -> Equations:
-        duty = pieces.limited(self.duty.value, self.piece, self.duty_min, 1.0)
+        duty = limited(self.duty.value, self.duty_min, 1.0)
         return dict(average=eq(self.y.value, self.supply.value * duty))
-
-    def events(self) -> Events:
-        return pieces.passes(self.duty.value, self.piece, self.duty_min, 1.0)

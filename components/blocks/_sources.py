@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, at, eq, positive
+from acausal import Component, Equations, Events, Param, Scalar, at, eq, positive
 
 from .._limit import limited
 from ._interfaces import Output, SignalSource
@@ -40,13 +40,9 @@ class Step(SignalSource):
     height: Param[Scalar, ""]  # height of the step
     offset: Param[Scalar, ""] = 0.0  # value before it
     start_time: Param[Scalar, "s"] = 0.0  # time of the step
-    on: Discrete[Scalar, "1"] = 0.0  # 1 from the step on
 
     def equations(self, d: Self) -> Equations:
-        return dict(step=eq(self.y.value, self.offset + self.height * self.on))
-
-    def events(self) -> Events:
-        return dict(step=at(self.start_time, on=1.0))
+        return dict(step=eq(self.y.value, self.offset + jnp.where(self.t < self.start_time, 0.0, self.height)))
 
 
 class Ramp(SignalSource):

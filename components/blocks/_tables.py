@@ -4,9 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Literal, Self
 
 from acausal import (
-    Discrete,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -15,7 +13,6 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .._checks import sampled
 from .._tables import cubic_in_samples, linear, located, monotone_cubic
 from ._interfaces import SI2SO, SISO
@@ -23,9 +20,9 @@ from ._interfaces import SI2SO, SISO
 Extrapolation = Literal["hold", "linear"]
 
 
-def _argument(u: Scalar, points: Vector, piece: Scalar, extrapolation: Extrapolation) -> Scalar:
+def _argument(u: Scalar, points: Vector, extrapolation: Extrapolation) -> Scalar:
     """u, or beyond the table its end where the outermost value is held."""
-    return located(u, points, piece)[0] if extrapolation == "hold" else u
+    return located(u, points)[0] if extrapolation == "hold" else u
 
 
 def _known(extrapolation: str) -> Requirements:
@@ -45,7 +42,6 @@ class Table1D(SISO):
 
     points: Param[Vector, ""]  # increasing values of u
     values: Param[Vector, ""]  # y at these points
-    piece: Discrete[Scalar, "1"] = 0.0  # number of points below u
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
@@ -53,12 +49,9 @@ class Table1D(SISO):
         return _known(self.extrapolation) + sampled(self, "values", "points")
 
     def equations(self, d: Self) -> Equations:
-        u = _argument(self.u.value, self.points, self.piece, self.extrapolation)
+        u = _argument(self.u.value, self.points, self.extrapolation)
         curve = monotone_cubic if self.smooth else linear
-        return dict(table=eq(self.y.value, curve(u, self.points, self.values, self.piece)))
-
-    def events(self) -> Events:
-        return pieces.passes_through(self.u.value, self.piece, self.points)
+        return dict(table=eq(self.y.value, curve(u, self.points, self.values)))
 
 
 class Table2D(SI2SO):
@@ -74,8 +67,6 @@ class Table2D(SI2SO):
     points1: Param[Vector, ""]  # increasing values of u1
     points2: Param[Vector, ""]  # increasing values of u2
     values: Param[Vector, ""]  # y; a row for each point of u1, a column for each of u2
-    piece1: Discrete[Scalar, "1"] = 0.0  # number of points below u1
-    piece2: Discrete[Scalar, "1"] = 0.0  # number of points below u2
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 
@@ -83,12 +74,8 @@ class Table2D(SI2SO):
         return _known(self.extrapolation) + sampled(self, "values", "points1", "points2")
 
     def equations(self, d: Self) -> Equations:
-        u1 = _argument(self.u1.value, self.points1, self.piece1, self.extrapolation)
-        u2 = _argument(self.u2.value, self.points2, self.piece2, self.extrapolation)
+        u1 = _argument(self.u1.value, self.points1, self.extrapolation)
+        u2 = _argument(self.u2.value, self.points2, self.extrapolation)
         curve = cubic_in_samples if self.smooth else linear
-        row = curve(u1, self.points1, self.values, self.piece1)
-        return dict(table=eq(self.y.value, curve(u2, self.points2, row, self.piece2)))
-
-    def events(self) -> Events:
-        first = pieces.passes_through(self.u1.value, self.piece1, self.points1, name="piece1")
-        return first | pieces.passes_through(self.u2.value, self.piece2, self.points2, name="piece2")
+        row = curve(u1, self.points1, self.values)
+        return dict(table=eq(self.y.value, curve(u2, self.points2, row)))

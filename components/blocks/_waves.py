@@ -9,13 +9,10 @@ from typing import ClassVar, Self
 import jax.numpy as jnp
 
 from acausal import (
-    Discrete,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
-    at,
     eq,
     nonnegative,
     positive,
@@ -23,7 +20,6 @@ from acausal import (
 )
 
 from .._limit import limited
-from . import _intervals as intervals
 from ._interfaces import SignalSource
 
 
@@ -42,35 +38,25 @@ class Pulse(Periodic):
     """A rectangle wave: offset + amplitude for the first part of each period, offset for the rest."""
 
     width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
-    on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
 
     def requirements(self) -> Requirements:
         return (require(self.width <= 1.0, "width must be at most 1"),)
 
     def equations(self, d: Self) -> Equations:
-        return dict(pulse=eq(self.y.value, self.offset + self.amplitude * self.on))
-
-    def events(self) -> Events:
-        fall = self.start_time + self.width * self.period
-        return dict(
-            fall=at(fall, every=self.period, on=0.0),
-            rise=at(self.start_time, every=self.period, on=jnp.where(self.width > 0.0, 1.0, 0.0)),
-        )
+        # Counted from rise and from fall: each edge is a step of a stair of its own, whatever the rounding.
+        risen = jnp.floor((self.t - self.start_time) / self.period)
+        fallen = jnp.floor((self.t - self.start_time) / self.period - self.width)
+        is_on = jnp.where(self.t < self.start_time, 0.0, risen - fallen)
+        return dict(pulse=eq(self.y.value, self.offset + self.amplitude * is_on))
 
 
 class SawTooth(Periodic):
     """Rises from offset to offset + amplitude in each period, and falls back at once."""
 
-    began: Discrete[Scalar, "s"] = 0.0  # time at which this period did
-    on: Discrete[Scalar, "1"] = 0.0  # 1 from `start_time` on
-
     def equations(self, d: Self) -> Equations:
-        shape = self.on * (self.t - self.began) / self.period
+        turns = (self.t - self.start_time) / self.period
+        shape = jnp.where(self.t < self.start_time, 0.0, turns - jnp.floor(turns))
         return dict(saw_tooth=eq(self.y.value, self.offset + self.amplitude * shape))
-
-    def events(self) -> Events:
-        began = intervals.began(self.t, self.start_time, self.period)
-        return dict(fall=at(self.start_time, every=self.period, began=began, on=1.0))
 
 
 class Trapezoid(Periodic):

@@ -5,10 +5,8 @@ from typing import Any, Self
 import jax.numpy as jnp
 
 from acausal import (
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -23,7 +21,6 @@ from acausal import (
     shape,
 )
 
-from .. import _pieces as pieces
 from .._checks import numbers, sampled
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ..thermal import HeatPort
@@ -49,7 +46,6 @@ class Battery(TwoPin):
     C: Param[Vector, "F", positive]  # of the RC pairs
     soc: Var[Scalar, "1", prefer] = 1.0  # state of charge
     v_rc: Var[Vector, "V", prefer, shape("pairs")]  # voltages of the RC pairs
-    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the state of charge
     heat: HeatPort | None = None
 
     def __init__(
@@ -81,7 +77,7 @@ class Battery(TwoPin):
         return self.R0 * self.i**2 + jnp.sum(self.v_rc**2 / self.R)
 
     def equations(self, d: Self) -> Equations:
-        ocv = monotone_cubic(self.soc, self.charges, self.voltages, self.piece)
+        ocv = monotone_cubic(self.soc, self.charges, self.voltages)
         heat = {} if self.heat is None else dict(heat=eq(self.heat.Q_flow, -self._loss()))
         return (
             super().equations(d)
@@ -93,11 +89,8 @@ class Battery(TwoPin):
             )
         )
 
-    def events(self) -> Events:
-        return pieces.passes_through(self.soc, self.piece, self.charges)
-
     def energy(self) -> Energy:
-        chemical = self.Q * monotone_cubic_integral(self.soc, self.charges, self.voltages, self.piece)
+        chemical = self.Q * monotone_cubic_integral(self.soc, self.charges, self.voltages)
         lost = 0.0 if self.heat is not None else self._loss()
         return Energy(stored=chemical + jnp.sum(0.5 * self.C * self.v_rc**2), dissipated=lost)
 

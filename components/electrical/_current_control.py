@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from acausal import Energy, Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
 from .._limit import limited
 from ..blocks import Input
@@ -51,14 +51,6 @@ class CurrentControlledBridge(TwoPort):
             limits=eq(self.m, limited(self.unlimited, -self.m_max, self.m_max)),
             voltages=eq(self.v2, self.m * self.v1 + 2.0 * self.Ron * self.i2),
             currents=eq(self.i1, -self.m * self.i2),
-        )
-
-    def events(self) -> Events:
-        return dict(
-            _most=kink(self.u.value - self.i_max),
-            _least=kink(self.u.value + self.i_max),
-            _high=kink(self.unlimited - self.m_max),
-            _low=kink(self.unlimited + self.m_max),
         )
 
     def energy(self) -> Energy:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from acausal import Param, Record, Scalar, nonnegative, positive
+from acausal import Param, Record, Scalar, ifelse, nonnegative, positive
 
 _ANGLES = 48  # of the voltage, among which the largest torque is looked for
 _HALVINGS = 40
@@ -110,13 +110,14 @@ class DqMachine(Record):
         smallest currents that do so, whatever the torque: they are above i_max, and the machine brakes. A drive must
         not be turned so fast. w is the electrical speed in rad/s.
         """
-        sign = jnp.where(torque < 0.0, -1.0, 1.0)  # a motor that turns the other way has the same currents, but -i_q
+        sign = ifelse(torque < 0.0, -1.0, 1.0)  # a motor that turns the other way has the same currents, but -i_q
         most = self.most_per_ampere(i_max)
-        wanted = jnp.minimum(sign * torque, self.torque(most))
+        asked, possible = sign * torque, self.torque(most)
+        wanted = ifelse(asked < possible, asked, possible)
         easy = self.least_for(wanted)
         weakened = self._at_voltage(wanted, sign * w, v_max, i_max)
         fits = self.voltage(easy, sign * w) <= v_max
-        return DqCurrents(jnp.where(fits, easy.d, weakened.d), sign * jnp.where(fits, easy.q, weakened.q))
+        return DqCurrents(ifelse(fits, easy.d, weakened.d), sign * ifelse(fits, easy.q, weakened.q))
 
     def _of_voltage(self, w: Scalar, v: Scalar) -> _Ellipse:
         """The currents at v_d = -v sin(angle), v_q = v cos(angle)."""

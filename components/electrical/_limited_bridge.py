@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from acausal import Energy, Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive
 
 from .._limit import limited
 from ..blocks import Input
@@ -32,15 +32,6 @@ class CurrentLimitedBridge(TwoPort):
             limits=eq(self.m, limited(wanted, low, high)),
             voltages=eq(self.v2, self.m * self.v1 + 2.0 * self.Ron * self.i2),
             currents=eq(self.i1, -self.m * self.i2),
-        )
-
-    def events(self) -> Events:
-        wanted = self.band * limited(self.duty.value, -1.0, 1.0)
-        return dict(
-            _high=kink(self.duty.value - 1.0),
-            _low=kink(self.duty.value + 1.0),
-            _most=kink(wanted - self.i_max - self.i2),
-            _least=kink(wanted + self.i_max - self.i2),
         )
 
     def energy(self) -> Energy:

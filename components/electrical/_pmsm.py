@@ -8,14 +8,13 @@ from acausal import (
     Component,
     Energy,
     Equations,
-    Events,
     Flow,
     Param,
     Port,
     Scalar,
     Var,
     eq,
-    kink,
+    ifelse,
     positive,
     prefer,
 )
@@ -114,8 +113,11 @@ class Inverter(Component):
     u_d: Input = Input()  # wanted modulation
     u_q: Input = Input()
 
+    def _square(self) -> Scalar:
+        return self.u_d.value**2 + self.u_q.value**2
+
     def _size(self) -> Scalar:
-        return jnp.sqrt(jnp.maximum(self.u_d.value**2 + self.u_q.value**2, self.m_max**2))
+        return ifelse(self._square() > self.m_max**2, jnp.sqrt(jnp.maximum(self._square(), self.m_max**2)), self.m_max)
 
     def equations(self, d: Self) -> Equations:
         share, v_dc = self.m_max / self._size(), self.p.v - self.n.v
@@ -127,9 +129,6 @@ class Inverter(Component):
             voltage_q=eq(self.machine.v_q, self.m_q * v_dc),
             power=eq(self.p.i, -1.5 * (self.m_d * self.machine.i_d + self.m_q * self.machine.i_q)),
         )
-
-    def events(self) -> Events:
-        return dict(_limit=kink(self.u_d.value**2 + self.u_q.value**2 - self.m_max**2))
 
 
 class PMSMDrive(TwoPin):
@@ -176,16 +175,6 @@ class PMSMDrive(TwoPin):
 
     def _loss(self) -> Scalar:
         return 1.5 * self.machine.Rs * (self.i_d**2 + self.i_q**2)
-
-    def events(self) -> Events:
-        m, sign = self.machine, jnp.where(self.wanted < 0.0, -1.0, 1.0)
-        most = m.torque(m.most_per_ampere(self.i_max))
-        easy = m.least_for(jnp.minimum(sign * self.wanted, most))
-        return dict(
-            _full=kink(sign * self.wanted - most),
-            _corner=kink(m.voltage(easy, sign * m.p * self.w) - self._v_max()),
-            _less=kink(sign * (self.wanted - self.torque) - 1e-9 * most),
-        )
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.J * self.w**2 + 0.5 * self.C * self.v**2, dissipated=self._loss())

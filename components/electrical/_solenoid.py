@@ -4,10 +4,8 @@ from typing import Self
 
 from acausal import (
     Component,
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -20,7 +18,6 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .._checks import sampled
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ..translational import Flange as Rod
@@ -80,7 +77,6 @@ class DataSheetSolenoid(Component):
     Psi: Var[Scalar, "Wb", prefer] = 0.0  # flux linkage
     i: Var[Scalar, "A"] = 0.0  # current from p to n
     L: Var[Scalar, "H", positive] = 1e-3  # inductance
-    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the position
     p: Pin = Pin()
     n: Pin = Pin()
     rod: Rod = Rod()
@@ -89,7 +85,7 @@ class DataSheetSolenoid(Component):
         return (*sampled(self, "forces", "positions"), require(self.forces >= 0.0, "forces must be nonnegative"))
 
     def equations(self, d: Self) -> Equations:
-        table = self.positions, self.forces, self.piece
+        table = self.positions, self.forces
         return dict(
             kirchhoff=eq(self.p.i + self.n.i),
             current=eq(self.i, self.p.i),
@@ -98,9 +94,6 @@ class DataSheetSolenoid(Component):
             coil=eq(self.p.v - self.n.v, self.R * self.i + d.Psi),
             force=eq(self.rod.f, -((self.i / self.rated) ** 2) * monotone_cubic(self.rod.s, *table)),
         )
-
-    def events(self) -> Events:
-        return pieces.passes_through(self.rod.s, self.piece, self.positions)
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.Psi * self.i, dissipated=self.R * self.i**2)

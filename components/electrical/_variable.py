@@ -6,10 +6,8 @@ import jax.numpy as jnp
 
 from acausal import (
     Component,
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Scalar,
     Var,
@@ -19,7 +17,7 @@ from acausal import (
     prefer,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..blocks import Input
 from ..thermal import HeatPort
 from ._interfaces import Pin, TwoPin
@@ -87,17 +85,13 @@ class Potentiometer(Component):
     """
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance from p to n
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the end n, 1 between the ends, 2 at the end p
     p: Pin = Pin()
     n: Pin = Pin()
     contact: Pin = Pin()
     u: Input = Input()
 
     def _share(self) -> Scalar:
-        return pieces.limited(self.u.value, self.piece, 0.0, 1.0)
-
-    def events(self) -> Events:
-        return pieces.passes(self.u.value, self.piece, 0.0, 1.0)
+        return limited(self.u.value, 0.0, 1.0)
 
     def equations(self, d: Self) -> Equations:
         share = self._share()

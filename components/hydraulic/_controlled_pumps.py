@@ -5,7 +5,19 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Connections, Equations, Events, Param, Scalar, Var, connect, eq, kink, positive, prefer
+from acausal import (
+    Component,
+    Connections,
+    Equations,
+    Param,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    ifelse,
+    positive,
+    prefer,
+)
 
 from .._limit import limited
 from ..blocks import Input
@@ -38,9 +50,6 @@ class CompensatedPump(ControlledPump, partial=True):
     p_set: Param[Scalar, "Pa", positive]  # pressure at which it delivers no more
     band: Param[Scalar, "Pa", positive]  # from full to no displacement
 
-    def events(self) -> Events:
-        return super().events() | dict(_full=kink(self._excess() - 1.0), _none=kink(self._excess()))
-
     def _compensated(self) -> Scalar:
         return limited(self._excess(), 0.0, 1.0)
 
@@ -70,13 +79,8 @@ class PowerLimitedPump(CompensatedPump):
     def target(self) -> Scalar:
         full, compensated = self._full_power(), self._compensated()
         is_much = full > self.power
-        share = jnp.where(is_much, self.power / jnp.where(is_much, full, self.power), 1.0)
-        return jnp.where(compensated < share, compensated, share)
-
-    def events(self) -> Events:
-        full = self._full_power()
-        other = kink(full * self._compensated() - self.power)
-        return super().events() | dict(_matches=kink(full - self.power), _other=other)
+        share = ifelse(is_much, self.power / jnp.where(is_much, full, self.power), 1.0)
+        return ifelse(compensated < share, compensated, share)
 
     def _full_power(self) -> Scalar:
         return self.displacement * self.w * self.dp
@@ -97,7 +101,7 @@ class LoadSensingPump(ControlledPump):
 
     def target(self) -> Scalar:
         sensed, most = self._excesses()
-        return limited(jnp.where(sensed < most, sensed, most), 0.0, 1.0)
+        return limited(ifelse(sensed < most, sensed, most), 0.0, 1.0)
 
     def _excesses(self) -> tuple[Scalar, Scalar]:
         sensed = (self.load.p + self.margin - self.b.p) / self.band
@@ -105,13 +109,6 @@ class LoadSensingPump(ControlledPump):
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(senses=eq(self.load.q))
-
-    def events(self) -> Events:
-        sensed, most = self._excesses()
-        return super().events() | dict(
-            _full=kink(sensed - 1.0), _none=kink(sensed),
-            _full_set=kink(most - 1.0), _none_set=kink(most), _other=kink(sensed - most),
-        )  # fmt: skip
 
 
 class ServoPump(Component):

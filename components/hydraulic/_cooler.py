@@ -4,8 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Equations, Events, Param, Scalar, eq, kink, nonnegative, positive
+from acausal import Equations, Param, Scalar, eq, nonnegative, positive
 
+from .._limit import absolute
 from ..thermal import HeatPort
 from ._interfaces import TwoPort
 
@@ -34,12 +35,9 @@ class Cooler(TwoPort):
             warmed=eq(self.coolant.Q_flow, -heat),
         )
 
-    def events(self) -> Events:
-        return dict(_turns=kink(self.q))
-
     def _conductance(self) -> Scalar:
         """Q per difference of temperature."""
-        capacity = self.density * self.specific_heat * jnp.where(self.q < 0.0, -self.q, self.q)
+        capacity = self.density * self.specific_heat * absolute(self.q)
         # So little flow leaves with the temperature of the coolant; the quotient would be one by zero.
         is_slow = capacity < 1e-2 * self.UA
         return jnp.where(is_slow, capacity, -capacity * jnp.expm1(-self.UA / jnp.where(is_slow, self.UA, capacity)))

@@ -7,9 +7,7 @@ import jax.numpy as jnp
 from acausal import (
     Component,
     Connections,
-    Discrete,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -21,7 +19,7 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..translational import Flange
 from ._heating import temperature
 from ._interfaces import FluidPort
@@ -92,7 +90,6 @@ class EndCushion(Resistance):
     sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where s grows away from the end, -1 where it falls
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 at the end, 1 closing, 2 away from it
     rod: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -101,11 +98,8 @@ class EndCushion(Resistance):
             require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),
         )
 
-    def events(self) -> Events:
-        return pieces.passes(self._way(), self.piece, 0.0, 1.0)
-
     def equations(self, d: Self) -> Equations:
-        area = self.gap + (self.area - self.gap) * pieces.limited(self._way(), self.piece, 0.0, 1.0)
+        area = self.gap + (self.area - self.gap) * limited(self._way(), 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
         p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
         width = transition(liquid, p, T, self.area, c, self.transition_reynolds)

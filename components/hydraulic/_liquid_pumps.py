@@ -15,7 +15,6 @@ from acausal import (
     Scalar,
     Var,
     eq,
-    kink,
     nonnegative,
     positive,
     prefer,
@@ -132,6 +131,3 @@ class VariablePump(LiquidPump):
 
     def share(self) -> Scalar:
         return limited(self.u.value, -1.0, 1.0)
-
-    def events(self) -> Events:
-        return super().events() | dict(_most=kink(self.u.value - 1.0), _least=kink(self.u.value + 1.0))

@@ -8,10 +8,8 @@ import jax.numpy as jnp
 from acausal import (
     Component,
     Connections,
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -24,7 +22,7 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited, positive_part
 from ..translational import Flange
 from ._heating import lost
 from ._interfaces import FluidPort
@@ -35,14 +33,10 @@ class RodValve(Resistance, partial=True):
     """A restriction that the travel of a rod opens or closes, along a way from 0 to 1."""
 
     sense: Param[Scalar, "1", nonzero] = 1.0  # 1 or -1, the direction of s along the way
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 before the way, 1 on it, 2 behind it
     rod: Flange = Flange()
 
     def requirements(self) -> Requirements:
         return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
-
-    def events(self) -> Events:
-        return pieces.passes(self._travel(), self.piece, 0.0, 1.0)
 
     @abc.abstractmethod
     def _travel(self) -> Scalar:
@@ -85,7 +79,7 @@ class MeteringEdge(RodValve):
         return (self.sense * self.rod.s - self.lap) / self.stroke
 
     def _opening(self) -> Scalar:
-        return self.stroke * pieces.limited(self._travel(), self.piece, 0.0, 1.0)
+        return self.stroke * limited(self._travel(), 0.0, 1.0)
 
     def _flow_force(self) -> Scalar:
         coefficient = 2.0 * self.discharge_coefficient * self.velocity_coefficient * jnp.cos(self.jet)
@@ -150,7 +144,7 @@ class DecelerationValve(RodValve):
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
 
     def equations(self, d: Self) -> Equations:
-        share = 1.0 - pieces.limited(self._travel(), self.piece, 0.0, 1.0) + self.leakage
+        share = 1.0 - limited(self._travel(), 0.0, 1.0) + self.leakage
         conductance = share * self.rated_flow / jnp.sqrt(self.rated_drop)
         return super().equations(d) | dict(
             law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
@@ -164,4 +158,4 @@ class DecelerationValve(RodValve):
         return (self.sense * self.rod.s - self.start) / self.length
 
     def _depth(self) -> Scalar:
-        return self.length * jnp.where(self.piece < 0.5, 0.0, self._travel())
+        return self.length * positive_part(self._travel())

@@ -2,11 +2,9 @@
 
 from typing import Self
 
-import jax.numpy as jnp
+from acausal import Equations, Param, Scalar, Var, eq, positive
 
-from acausal import Discrete, Equations, Events, Param, Scalar, Var, eq, positive
-
-from .. import _pieces as pieces
+from .._limit import absolute, positive_part
 from ._interfaces import FluidPort
 from ._spool_valves import FourEdges
 
@@ -21,7 +19,6 @@ class SixWayValve(FourEdges):
     bypass_flow: Param[Scalar, "m3/s", positive]  # through the open bypass, at rated_drop
     closed: Param[Scalar, "1", positive] = 0.6  # |u| from which on the bypass is closed
     q_cd: Var[Scalar, "m3/s"] = 0.0  # flow from c to d
-    piece_cd: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 and 2 partly open, 3 closed: how many knots u is above
     c: FluidPort = FluidPort()
     d: FluidPort = FluidPort()
 
@@ -33,14 +30,8 @@ class SixWayValve(FourEdges):
             flow_d=eq(self.d.q, -self.q_cd),
         )
 
-    def events(self) -> Events:
-        share = self.u.value / self.closed
-        return super().events() | pieces.passes(share, self.piece_cd, -1.0, 0.0, 1.0, name="piece_cd")
-
     def _loss(self) -> Scalar:
         return super()._loss() + (self.c.p - self.d.p) * self.q_cd
 
     def _bypass(self) -> Scalar:
-        share = self.u.value / self.closed
-        closing = jnp.where(self.piece_cd < 1.5, 1.0 + share, 1.0 - share)
-        return jnp.where(jnp.abs(self.piece_cd - 1.5) < 1.0, closing, 0.0)
+        return positive_part(1.0 - absolute(self.u.value / self.closed))

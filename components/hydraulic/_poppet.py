@@ -5,10 +5,8 @@ from typing import Self
 import jax.numpy as jnp
 
 from acausal import (
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -20,7 +18,7 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..translational import Flange
 from ._heating import lost
 from ._valves import Resistance, turbulent_flow
@@ -46,15 +44,11 @@ class PoppetValve(Resistance):
     discharge_coefficient: Param[Scalar, "1", positive] = 0.65  # C_d
     velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
     v: Var[Scalar, "m/s"] = 0.0  # speed of the rod
     rod: Flange = Flange()
 
     def requirements(self) -> Requirements:
         return (require(jnp.abs(self.sense) == 1.0, "sense must be 1 or -1"),)
-
-    def events(self) -> Events:
-        return pieces.passes(self._lift(), self.piece, 0.0, 1.0)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -73,7 +67,7 @@ class PoppetValve(Resistance):
         return self.sense * (self.rod.s - self.seated) / self.stroke
 
     def _opening(self) -> Scalar:
-        return self.width * self.stroke * pieces.limited(self._lift(), self.piece, 0.0, 1.0)
+        return self.width * self.stroke * limited(self._lift(), 0.0, 1.0)
 
     def _metered(self) -> Scalar:
         conductance = self.discharge_coefficient * self._opening() * jnp.sqrt(2.0 / self.density)

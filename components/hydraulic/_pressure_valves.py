@@ -5,9 +5,9 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Equations, Events, Param, Scalar, Var, eq, kink, nonnegative, positive, prefer
+from acausal import Equations, Param, Scalar, Var, eq, ifelse, nonnegative, positive, prefer
 
-from .._limit import limited
+from .._limit import limited, positive_part
 from ._interfaces import FluidPort
 from ._valves import Resistance, turbulent_flow
 
@@ -37,9 +37,6 @@ class PilotedValve(Resistance, partial=True):
             opening=eq(self.tau * d.x, limited(self.excess() / self.band, 0.0, 1.0) - self.x),
             law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
         )
-
-    def events(self) -> Events:
-        return dict(_closed=kink(self.excess()), _open=kink(self.excess() - self.band))
 
 
 class PilotReliefValve(PilotedValve):
@@ -124,13 +121,10 @@ class PilotCheckValve(PilotedValve):
 
     def excess(self) -> Scalar:
         push = self.pilot.p - self.a.p
-        return self.dp + self.ratio * jnp.where(push > 0.0, push, 0.0) - self.cracking
+        return self.dp + self.ratio * positive_part(push) - self.cracking
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(senses=eq(self.pilot.q))
-
-    def events(self) -> Events:
-        return super().events() | dict(_pushes=kink(self.pilot.p - self.a.p))
 
 
 class BypassCompensator(PilotedValve):
@@ -162,9 +156,6 @@ class FlowControlValve(Resistance):
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
 
     def equations(self, d: Self) -> Equations:
-        dp = jnp.where(self.dp < self.margin, self.dp, self.margin)
+        dp = ifelse(self.dp < self.margin, self.dp, self.margin)
         law = turbulent_flow(dp, self.flow / jnp.sqrt(self.margin), self.transition_pressure)
         return super().equations(d) | dict(law=eq(self.q, law))
-
-    def events(self) -> Events:
-        return dict(_regulates=kink(self.dp - self.margin))

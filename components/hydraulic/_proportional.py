@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from acausal import Component, Connections, Equations, Events, Param, Scalar, Var, connect, eq, kink, positive, prefer
+from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq, positive, prefer
 
 from .._limit import limited
 from ..blocks import SISO, Input, Play, SecondOrder
@@ -59,10 +59,6 @@ class PilotStage(SISO):
             second=eq(d.x, self.rate * self.z),
             output=eq(self.y.value, self.x),
         )
-
-    def events(self) -> Events:
-        error, u = self._error(), self.u.value
-        return dict(_most=kink(error - 1.0), _least=kink(error + 1.0), _end=kink(u - 1.0), _other_end=kink(u + 1.0))
 
     def _error(self) -> Scalar:
         return self.w / (2.0 * self.D * self.rate) * (limited(self.u.value, -1.0, 1.0) - self.x)

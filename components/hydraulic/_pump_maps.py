@@ -5,10 +5,11 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 
-from acausal import Events, Param, Requirements, Scalar, Vector, kink, nonnegative, positive, refuse
+from acausal import Events, Param, Requirements, Scalar, Vector, nonnegative, positive, refuse
 
 from .._checks import sampled
-from .._tables import clamped, monotone_cubic
+from .._limit import absolute, limited
+from .._tables import monotone_cubic
 from ._pump_losses import PumpLosses
 
 
@@ -52,12 +53,10 @@ class MappedLosses(PumpLosses):
     def events(self, dp: Scalar, w: Scalar) -> Events:
         is_beyond = (jnp.abs(dp) > self.pressures[-1]) | (jnp.abs(w) > self.speeds[-1])
         return dict(
-            _pressure=kink(jnp.abs(dp) - self.pressures[0]),
-            _speed=kink(jnp.abs(w) - self.speeds[0]),
             beyond=refuse(is_beyond, "pressure or speed is beyond the map of losses: extend the map"),
         )
 
     def _at(self, samples: Vector, dp: Scalar, w: Scalar) -> Scalar:
-        dp, w = (clamped(jnp.abs(x), knots) for x, knots in ((dp, self.pressures), (w, self.speeds)))
+        dp, w = (limited(absolute(x), knots[0], knots[-1]) for x, knots in ((dp, self.pressures), (w, self.speeds)))
         along = jnp.asarray(jax.vmap(lambda row: monotone_cubic(dp, self.pressures, row))(samples))
         return monotone_cubic(w, self.speeds, along)

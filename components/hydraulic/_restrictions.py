@@ -4,9 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Equations, Events, Param, Requirements, Scalar, eq, nonnegative, positive, require
+from acausal import Equations, Param, Requirements, Scalar, eq, nonnegative, positive, require
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..blocks import Input
 from ._heating import temperature
 from ._liquids import AnyLiquid
@@ -56,17 +56,13 @@ class VariableOrifice(Resistance):
     leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
     u: Input = Input()
 
     def requirements(self) -> Requirements:
         return (require(self.leak <= self.area, "leak must be at most area"),)
 
-    def events(self) -> Events:
-        return pieces.passes(self.u.value, self.piece, 0.0, 1.0)
-
     def equations(self, d: Self) -> Equations:
-        area = self.leak + (self.area - self.leak) * pieces.limited(self.u.value, self.piece, 0.0, 1.0)
+        area = self.leak + (self.area - self.leak) * limited(self.u.value, 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
         p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
         width = transition(liquid, p, T, self.area, c, self.transition_reynolds)

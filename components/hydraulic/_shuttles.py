@@ -4,7 +4,7 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Events, Param, Scalar, eq, kink, nonnegative, positive
+from acausal import Component, Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
 from .._limit import limited
 from ._interfaces import FluidPort
@@ -37,9 +37,6 @@ class ShuttleValve(Component):
             flow=eq(self.a.q + self.b.q + self.c.q),
         )
 
-    def events(self) -> Events:
-        return dict(_at_a=kink(self._lead() - 1.0), _at_b=kink(self._lead() + 1.0))
-
     def energy(self) -> Energy:
         return Energy(dissipated=(self.a.p - self.c.p) * self.a.q + (self.b.p - self.c.p) * self.b.q)
 
@@ -71,13 +68,6 @@ class PurgeValve(Component):
             edge_b=eq(self.b.q, self._edge(self.b.p, lead)),
             flow=eq(self.a.q + self.b.q + self.c.q),
         )
-
-    def events(self) -> Events:
-        lead, width = self.a.p - self.b.p, self.threshold + self.band
-        return dict(
-            _opens_a=kink(lead + self.threshold), _open_a=kink(lead + width),
-            _opens_b=kink(lead - self.threshold), _open_b=kink(lead - width),
-        )  # fmt: skip
 
     def energy(self) -> Energy:
         return Energy(dissipated=(self.a.p - self.c.p) * self.a.q + (self.b.p - self.c.p) * self.b.q)

@@ -7,9 +7,7 @@ import jax.numpy as jnp
 from acausal import (
     Component,
     Connections,
-    Discrete,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -20,8 +18,8 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .._checks import ends_at
+from .._limit import limited
 from ..electrical import Pin, Solenoid
 from ..translational import Damper, Fixed, Flange, HardStop, Mass, Spring
 from ._interfaces import FluidPort
@@ -39,14 +37,10 @@ class LiftValve(Resistance):
     density: Param[Scalar, "kg/m3", positive]  # rho
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
     rod: Flange = Flange()
 
-    def events(self) -> Events:
-        return pieces.passes(self.rod.s / self.stroke, self.piece, 0.0, 1.0)
-
     def equations(self, d: Self) -> Equations:
-        share = pieces.limited(self.rod.s / self.stroke, self.piece, 0.0, 1.0)
+        share = limited(self.rod.s / self.stroke, 0.0, 1.0)
         conductance = self.discharge_coefficient * self.area * share * jnp.sqrt(2.0 / self.density)
         return super().equations(d) | dict(
             no_force=eq(self.rod.f),

@@ -7,10 +7,8 @@ import jax.numpy as jnp
 
 from acausal import (
     Component,
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -21,7 +19,7 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..blocks import Input
 from ..thermal import HeatPort
 from ._heating import heating, lost
@@ -66,8 +64,8 @@ class Spool(Component, partial=True):
     def _opening(self, sense: float, lap: Scalar) -> Scalar:
         return (sense * self.u.value - lap) / (1.0 - lap)
 
-    def _edge(self, dp: Scalar, opening: Scalar, piece: Scalar) -> Scalar:
-        return self._flow(dp, pieces.limited(opening, piece, 0.0, 1.0) + self.leakage)
+    def _edge(self, dp: Scalar, opening: Scalar) -> Scalar:
+        return self._flow(dp, limited(opening, 0.0, 1.0) + self.leakage)
 
     def _flow(self, dp: Scalar, share: Scalar) -> Scalar:
         conductance = self.rated_flow / jnp.sqrt(self.rated_drop) * share
@@ -79,8 +77,6 @@ class ThreeWayValve(Spool):
 
     q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
     q_at: Var[Scalar, "m3/s"] = 0.0  # and from a to t
-    supply: Discrete[Scalar, "1"] = 1.0  # piece of that edge: 0 closed, 1 partly open, 2 fully open
-    drain: Discrete[Scalar, "1"] = 1.0
     p: FluidPort = FluidPort()
     t: FluidPort = FluidPort()
     a: FluidPort = FluidPort()
@@ -88,17 +84,11 @@ class ThreeWayValve(Spool):
     def equations(self, d: Self) -> Equations:
         supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
         return super().equations(d) | dict(
-            edge_pa=eq(self.q_pa, self._edge(self.p.p - self.a.p, supply, self.supply)),
-            edge_at=eq(self.q_at, self._edge(self.a.p - self.t.p, drain, self.drain)),
+            edge_pa=eq(self.q_pa, self._edge(self.p.p - self.a.p, supply)),
+            edge_at=eq(self.q_at, self._edge(self.a.p - self.t.p, drain)),
             flow_p=eq(self.p.q, self.q_pa),
             flow_t=eq(self.t.q, -self.q_at),
             flow_a=eq(self.a.q, self.q_at - self.q_pa),
-        )
-
-    def events(self) -> Events:
-        supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
-        return pieces.passes(supply, self.supply, 0.0, 1.0, name="supply") | pieces.passes(
-            drain, self.drain, 0.0, 1.0, name="drain"
         )
 
     def _loss(self) -> Scalar:
@@ -112,32 +102,25 @@ class FourEdges(Spool, partial=True):
     q_pb: Var[Scalar, "m3/s"] = 0.0
     q_at: Var[Scalar, "m3/s"] = 0.0
     q_bt: Var[Scalar, "m3/s"] = 0.0
-    piece_pa: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
-    piece_pb: Discrete[Scalar, "1"] = 1.0
-    piece_at: Discrete[Scalar, "1"] = 1.0
-    piece_bt: Discrete[Scalar, "1"] = 1.0
     p: FluidPort = FluidPort()
     t: FluidPort = FluidPort()
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
 
-    def _edges(self) -> dict[str, tuple[Any, Any, Any, Any]]:
-        """Of each edge its flow, pressure drop, opening and piece."""
+    def _edges(self) -> dict[str, tuple[Any, Any, Any]]:
+        """The flow, the pressure drop and the opening of each edge."""
         p, t, a, b = self.p.p, self.t.p, self.a.p, self.b.p
         to_a, to_b = self._opening(1.0, self.lap), self._opening(-1.0, self.lap)
         from_a, from_b = self._opening(-1.0, self.lap_return), self._opening(1.0, self.lap_return)
         return dict(
-            pa=(self.q_pa, p - a, to_a, self.piece_pa),
-            pb=(self.q_pb, p - b, to_b, self.piece_pb),
-            at=(self.q_at, a - t, from_a, self.piece_at),
-            bt=(self.q_bt, b - t, from_b, self.piece_bt),
+            pa=(self.q_pa, p - a, to_a),
+            pb=(self.q_pb, p - b, to_b),
+            at=(self.q_at, a - t, from_a),
+            bt=(self.q_bt, b - t, from_b),
         )
 
     def equations(self, d: Any) -> Equations:
-        laws = {
-            f"edge_{name}": eq(q, self._edge(dp, opening, piece))
-            for name, (q, dp, opening, piece) in self._edges().items()
-        }
+        laws = {f"edge_{name}": eq(q, self._edge(dp, opening)) for name, (q, dp, opening) in self._edges().items()}
         return (
             super().equations(d)
             | laws
@@ -149,14 +132,8 @@ class FourEdges(Spool, partial=True):
             )
         )
 
-    def events(self) -> Events:
-        found: Events = {}
-        for name, (_, _, opening, piece) in self._edges().items():
-            found |= pieces.passes(opening, piece, 0.0, 1.0, name=f"piece_{name}")
-        return found
-
     def _loss(self) -> Scalar:
-        return sum(dp * q for q, dp, _, _ in self._edges().values())
+        return sum(dp * q for q, dp, _ in self._edges().values())
 
 
 class FourWayValve(FourEdges):

@@ -4,9 +4,9 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive
 
-from .. import _pieces as pieces
+from .._limit import limited
 from ..blocks import Input
 from ..thermal import HeatPort
 from ._heating import heating, lost
@@ -84,14 +84,10 @@ class OnOffValve(Resistance):
     density: Param[Scalar, "kg/m3", positive]  # rho
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
-    piece: Discrete[Scalar, "1"] = 1.0  # 0 closed, 1 partly open, 2 fully open
     u: Input = Input()
 
-    def events(self) -> Events:
-        return pieces.passes(self.u.value, self.piece, 0.0, 1.0)
-
     def equations(self, d: Self) -> Equations:
-        x = pieces.limited(self.u.value, self.piece, 0.0, 1.0)
+        x = limited(self.u.value, 0.0, 1.0)
         area = self.area * x**2 * (1.0 + 2.0 * (1.0 - x))
         conductance = self.discharge_coefficient * area * jnp.sqrt(2.0 / self.density)
         return super().equations(d) | dict(

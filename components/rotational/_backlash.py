@@ -2,10 +2,9 @@
 
 from typing import Self
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative
 
-from .. import _contact as contact
-from .. import _pieces as pieces
+from .._limit import absolute, limited
 from ._interfaces import Compliant
 
 
@@ -22,18 +21,17 @@ class ElastoBacklash(Compliant):
     play: Param[Scalar, "rad", nonnegative]  # total play
     phi_rel0: Param[Scalar, "rad"] = 0.0  # relative angle in the middle of the play
     w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
-    contact: Discrete[Scalar, "1"] = 1.0  # 0 at the lower stop, 1 within the play, 2 at the upper stop
-    damped: Discrete[Scalar, "1"] = 1.0  # 0 or 2 where the damping is limited
 
     def _beyond(self) -> Scalar:
         x, half = self.phi_rel - self.phi_rel0, 0.5 * self.play
-        return x - pieces.limited(x, self.contact, -half, half)
+        return x - limited(x, -half, half)
 
     def _most(self) -> Scalar:
-        return pieces.size(self.c * self._beyond(), self.contact)
+        return absolute(self.c * self._beyond())
 
     def _damping(self) -> Scalar:
-        return contact.damping(self.d * self.w_rel, self._most(), self.damped, self.contact != 1.0)
+        most = self._most()
+        return limited(self.d * self.w_rel, -most, most)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -43,9 +41,3 @@ class ElastoBacklash(Compliant):
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.c * self._beyond() ** 2, dissipated=self._damping() * self.w_rel)
-
-    def events(self) -> Events:
-        x, half = self.phi_rel - self.phi_rel0, 0.5 * self.play
-        place = x - contact.SLACK * (1.0 - self.contact)
-        ends = pieces.passes(place, self.contact, -half, half, name="contact")
-        return ends | contact.limits(self.d, self.w_rel, self._most(), self.damped, self.contact != 1.0)

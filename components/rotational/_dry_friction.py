@@ -23,7 +23,6 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
 from .._friction_laws import stribeck
@@ -121,7 +120,6 @@ class BearingFriction(ShaftFriction):
     speeds: Param[Vector, "rad/s"]  # increasing, from 0
     torques: Param[Vector, "N.m"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
-    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the speed
 
     def requirements(self) -> Requirements:
         return (
@@ -132,13 +130,10 @@ class BearingFriction(ShaftFriction):
         )
 
     def sliding(self, speed: Scalar) -> Scalar:
-        return linear(speed, self.speeds, self.torques, self.piece)
+        return linear(speed, self.speeds, self.torques)
 
     def breakaway(self) -> Scalar:
         return self.peak * self.torques[0]
-
-    def events(self) -> Events:
-        return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
 
 class StribeckFriction(ShaftFriction):

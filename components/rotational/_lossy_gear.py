@@ -24,7 +24,6 @@ from acausal import (
     when,
 )
 
-from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import increasing
 from .._tables import linear
@@ -70,7 +69,6 @@ class LossyGear(Component):
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
     moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
     driver: Discrete[Scalar, "1"] = 1.0  # 1 where a drives b, -1 where b drives a; no matter while stuck
-    piece: Discrete[Scalar, "1"] = 0.0  # number of rows below the speed
     a: Flange = Flange()
     b: Flange = Flange()
 
@@ -101,7 +99,7 @@ class LossyGear(Component):
         """The torques at a that turn the gear in a direction, 1 or -1, where a drives b and where b drives a."""
         row = self.losses[0, 1:]
         if len(self.losses) > 1:
-            row = linear(stick_slip.along(self.mode, self.w), self.losses[:, 0], self.losses[:, 1:], self.piece)
+            row = linear(stick_slip.along(self.mode, self.w), self.losses[:, 0], self.losses[:, 1:])
         eta1, eta2, bearing1, bearing2 = row
         return (self.x + direction * bearing1) / eta1, eta2 * (self.x + direction * bearing2)
 
@@ -129,8 +127,6 @@ class LossyGear(Component):
             self.mode, self.moving, self.w, self.path,
             low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
         )  # fmt: skip
-        if len(self.losses) > 1:
-            known |= pieces.passes_through(stick_slip.along(self.mode, self.w), self.piece, self.losses[:, 0])
         driving, driven = self._torques(self.mode)
         more = self.mode * (driving - driven)  # what a has to give more where it drives
         rubs = stick_slip.rubs(self.mode)

@@ -3,10 +3,8 @@
 from typing import Self
 
 from acausal import (
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -18,8 +16,8 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .._friction_laws import bristle_energy, bristle_force, bristle_slip, stribeck
+from .._limit import absolute
 from ._interfaces import ToGround
 
 
@@ -40,14 +38,13 @@ class LuGreFriction(ToGround):
     C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "rad", prefer] = 0.0  # deflection of the bristles
     slip: Var[Scalar, "rad/s"] = 0.0  # speed at which they slide
-    forward: Discrete[Scalar, "1"] = 0.0  # 1 while it moves forward
 
     def requirements(self) -> Requirements:
         return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)
 
     def _slip(self) -> Scalar:
         level = stribeck(self.w, self.Tc, self.Ts, self.ws)
-        return bristle_slip(pieces.size(self.w, self.forward), self.z, self.stiffness, level)
+        return bristle_slip(absolute(self.w), self.z, self.stiffness, level)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -55,9 +52,6 @@ class LuGreFriction(ToGround):
             bristles=eq(d.z, self.w - self.slip),
             friction=eq(self.flange.tau, self._torque()),
         )
-
-    def events(self) -> Events:
-        return pieces.passes(self.w, self.forward, 0.0, name="forward")
 
     def _torque(self) -> Scalar:
         return bristle_force(self.w, self.slip, self.z, stiffness=self.stiffness, damping=self.damping, viscous=self.C)

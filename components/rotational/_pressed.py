@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from acausal import Discrete, Events, Param, Requirements, Scalar, nonnegative, positive, refuse, require
+from acausal import Events, Param, Requirements, Scalar, nonnegative, positive, refuse, require
 
-from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
+from .._limit import positive_part
 from ..blocks import Input
 from ._dry_friction import CouplingFriction, DryFriction, ShaftFriction
 
@@ -62,23 +62,18 @@ class OneWayClutch(Pressed, CouplingFriction):
     after an impact, the run ends with an error: it cannot share an impulse.
     """
 
-    pressing: Discrete[Scalar, "1"] = 0.0  # 1 while u > 0
-
     def pressed(self) -> Array | bool:
         return True
 
     def normal(self) -> Scalar:
-        return jnp.where(self.pressing < 0.5, 0.0, self.u.value)
+        return positive_part(self.u.value)
 
     def events(self) -> Events:
-        pressing = pieces.passes(self.u.value, self.pressing, 0.0, name="pressing")
         locked = ("backward", "reverse", "tear", "release")
         events = {name: event for name, event in super().events().items() if name not in locked}
         against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
-        return (
-            {name: _never_backward(event) for name, event in events.items()}
-            | pressing
-            | dict(against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a."))
+        return {name: _never_backward(event) for name, event in events.items()} | dict(
+            against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a.")
         )
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonzero
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero
 
-from .. import _pieces as pieces
+from .._limit import absolute
 from ..blocks import Input
 from ._interfaces import Compliant, ToGround
 
@@ -81,17 +81,13 @@ class QuadraticSpeedDependentTorque(ToGround):
 
     torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
     w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
-    forward: Discrete[Scalar, "1"] = 0.0  # 1 while w > 0
     one_sign: bool = True
-
-    def events(self) -> Events:
-        return {} if self.one_sign else pieces.passes(self.w, self.forward, 0.0, name="forward")
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drive=eq(self.flange.tau, -self._drive()))
 
     def _drive(self) -> Scalar:
-        square = self.w**2 if self.one_sign else self.w * pieces.size(self.w, self.forward)
+        square = self.w**2 if self.one_sign else self.w * absolute(self.w)
         return self.torque * square / self.w_nominal**2
 
     def energy(self) -> Energy:

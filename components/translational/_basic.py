@@ -3,19 +3,15 @@
 from collections.abc import Mapping
 from typing import Any, Self
 
-import jax.numpy as jnp
-
 from acausal import (
     Component,
     Energy,
     Equations,
-    Events,
     Param,
     Record,
     Scalar,
     Var,
     eq,
-    kink,
     magnitude,
     nonnegative,
     positive,
@@ -23,6 +19,7 @@ from acausal import (
 )
 
 from .._checks import numbers
+from .._limit import positive_part
 from .._starts import placed
 from ._interfaces import Compliant, Flange
 
@@ -216,14 +213,11 @@ class DualRateSpring(Compliant):
 
     def _beyond(self) -> Scalar:
         x = self.s_rel0 - self.s_rel - self.knee
-        return jnp.where(x > 0.0, x, 0.0)
+        return positive_part(x)
 
     def equations(self, d: Self) -> Equations:
         x = self.s_rel0 - self.s_rel
         return super().equations(d) | dict(law=eq(self.f, -self.c_1 * x - (self.c_2 - self.c_1) * self._beyond()))
-
-    def events(self) -> Events:
-        return dict(_knee=kink(self.s_rel0 - self.s_rel - self.knee))
 
     def energy(self) -> Energy:
         x = self.s_rel0 - self.s_rel

@@ -8,19 +8,18 @@ from acausal import (
     Component,
     Energy,
     Equations,
-    Events,
     Param,
     Record,
     Requirements,
     Scalar,
     Var,
     eq,
-    kink,
     nonnegative,
     positive,
     require,
 )
 
+from .._limit import positive_part
 from ._interfaces import Compliant, Flange
 
 
@@ -132,13 +131,10 @@ class DiscSpring(Compliant):
 
     def _deflection(self) -> Scalar:
         x = self.s_rel0 - self.s_rel
-        return jnp.where(x > 0.0, x, 0.0) / self.series
+        return positive_part(x) / self.series
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(law=eq(self.f, -self.parallel * self.disc.force(self._deflection())))
-
-    def events(self) -> Events:
-        return dict(_free=kink(self.s_rel0 - self.s_rel))
 
     def energy(self) -> Energy:
         return Energy(stored=self.series * self.parallel * self.disc.work(self._deflection()))

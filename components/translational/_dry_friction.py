@@ -23,7 +23,6 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .. import _stick_slip as stick_slip
 from .._checks import sampled
 from .._friction_laws import stribeck, tustin
@@ -110,7 +109,6 @@ class SupportFriction(DryFriction):
     speeds: Param[Vector, "m/s"]  # increasing, from 0
     forces: Param[Vector, "N"]  # at these speeds
     peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
-    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below the speed
 
     def requirements(self) -> Requirements:
         return (
@@ -121,13 +119,10 @@ class SupportFriction(DryFriction):
         )
 
     def sliding(self, speed: Scalar) -> Scalar:
-        return linear(speed, self.speeds, self.forces, self.piece)
+        return linear(speed, self.speeds, self.forces)
 
     def breakaway(self) -> Scalar:
         return self.peak * self.forces[0]
-
-    def events(self) -> Events:
-        return super().events() | pieces.passes_through(self._along(), self.piece, self.speeds)
 
 
 class StribeckFriction(DryFriction):

@@ -5,22 +5,20 @@ from typing import Self
 import jax.numpy as jnp
 
 from acausal import (
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
     Var,
     eq,
+    ifelse,
     nonnegative,
     positive,
     require,
 )
 
-from .. import _contact as contact
-from .. import _pieces as pieces
+from .._limit import limited
 from ._interfaces import Compliant
 
 TINY = 1e-100  # in place of zero, where powers have no derivatives
@@ -40,8 +38,6 @@ class ElastoGap(Compliant):
     n: Param[Scalar, "1", positive] = 1.0  # exponent, at least 1; 1.5 for a Hertzian point contact
     s_ref: Param[Scalar, "m", positive] = 1.0  # with 1 m, c has the number that it has in N/m^n
     v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
-    apart: Discrete[Scalar, "1"] = 1.0  # 1 while there is no contact
-    damped: Discrete[Scalar, "1"] = 1.0  # 0 or 2 where the damping is limited
 
     def requirements(self) -> Requirements:
         return (require(self.n >= 1.0, "n must be at least 1"),)
@@ -49,13 +45,14 @@ class ElastoGap(Compliant):
     def _power(self, exponent: Scalar) -> Scalar:
         """x to a power, 0 where there is no contact. As |x|^(n-1) x, it goes on smoothly where contact ends."""
         x = (self.s_rel0 - self.s_rel) / self.s_ref
-        return jnp.where(self.apart > 0.5, 0.0, jnp.maximum(jnp.abs(x), TINY) ** (exponent - 1.0) * x)
+        return ifelse(x > 0.0, jnp.maximum(jnp.abs(x), TINY) ** (exponent - 1.0) * x, 0.0)
 
     def _elastic(self) -> Scalar:
         return self.c * self.s_ref * self._power(self.n)
 
     def _damping(self) -> Scalar:
-        return contact.damping(self.d * self.v_rel, self._elastic(), self.damped, self.apart < 0.5)
+        most = self._elastic()
+        return limited(self.d * self.v_rel, -most, most)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -66,8 +63,3 @@ class ElastoGap(Compliant):
     def energy(self) -> Energy:
         stored = self.c * self.s_ref**2 / (self.n + 1.0) * self._power(self.n + 1.0)
         return Energy(stored=stored, dissipated=self._damping() * self.v_rel)
-
-    def events(self) -> Events:
-        place = self.s_rel - contact.SLACK * (1.0 - self.apart)
-        ends = pieces.passes(place, self.apart, self.s_rel0, name="apart")
-        return ends | contact.limits(self.d, self.v_rel, self._elastic(), self.damped, self.apart < 0.5)

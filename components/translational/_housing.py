@@ -4,10 +4,8 @@ from typing import Self
 
 from acausal import (
     Component,
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -16,7 +14,6 @@ from acausal import (
     nonnegative,
 )
 
-from .. import _pieces as pieces
 from .._checks import sampled
 from .._tables import monotone_cubic, monotone_cubic_integral
 from ._interfaces import Flange
@@ -49,7 +46,6 @@ class TabulatedSpring(Component):
 
     positions: Param[Vector, "m"]  # increasing
     forces: Param[Vector, "N"]  # at these positions
-    piece: Discrete[Scalar, "1"] = 0.0  # number of samples below s
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -60,11 +56,8 @@ class TabulatedSpring(Component):
         return monotone_cubic(s, self.positions, self.forces)
 
     def equations(self, d: Self) -> Equations:
-        force = monotone_cubic(self.flange.s, self.positions, self.forces, self.piece)
+        force = monotone_cubic(self.flange.s, self.positions, self.forces)
         return dict(characteristic=eq(self.flange.f, force))
 
-    def events(self) -> Events:
-        return pieces.passes_through(self.flange.s, self.piece, self.positions)
-
     def energy(self) -> Energy:
-        return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces, self.piece))
+        return Energy(stored=monotone_cubic_integral(self.flange.s, self.positions, self.forces))

@@ -3,10 +3,8 @@
 from typing import Self
 
 from acausal import (
-    Discrete,
     Energy,
     Equations,
-    Events,
     Param,
     Requirements,
     Scalar,
@@ -18,8 +16,8 @@ from acausal import (
     require,
 )
 
-from .. import _pieces as pieces
 from .._friction_laws import bristle_energy, bristle_force, bristle_slip, stribeck
+from .._limit import absolute
 from ._interfaces import ToGround
 
 
@@ -40,14 +38,13 @@ class LuGreFriction(ToGround):
     C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "m", prefer] = 0.0  # deflection of the bristles
     slip: Var[Scalar, "m/s"] = 0.0  # speed at which they slide
-    forward: Discrete[Scalar, "1"] = 0.0  # 1 while it moves forward
 
     def requirements(self) -> Requirements:
         return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)
 
     def _slip(self) -> Scalar:
         level = stribeck(self.v, self.Fc, self.Fs, self.vs)
-        return bristle_slip(pieces.size(self.v, self.forward), self.z, self.stiffness, level)
+        return bristle_slip(absolute(self.v), self.z, self.stiffness, level)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -55,9 +52,6 @@ class LuGreFriction(ToGround):
             bristles=eq(d.z, self.v - self.slip),
             friction=eq(self.flange.f, self._force()),
         )
-
-    def events(self) -> Events:
-        return pieces.passes(self.v, self.forward, 0.0, name="forward")
 
     def _force(self) -> Scalar:
         return bristle_force(self.v, self.slip, self.z, stiffness=self.stiffness, damping=self.damping, viscous=self.C)

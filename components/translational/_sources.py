@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
-from acausal import Discrete, Energy, Equations, Events, Param, Scalar, Var, eq, nonzero
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonzero
 
-from .. import _pieces as pieces
+from .._limit import absolute
 from ..blocks import Input
 from ._interfaces import Compliant, ToGround
 
@@ -81,17 +81,13 @@ class QuadraticSpeedDependentForce(ToGround):
 
     force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
     v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
-    forward: Discrete[Scalar, "1"] = 0.0  # 1 while v > 0
     one_sign: bool = True
-
-    def events(self) -> Events:
-        return {} if self.one_sign else pieces.passes(self.v, self.forward, 0.0, name="forward")
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drive=eq(self.flange.f, -self._drive()))
 
     def _drive(self) -> Scalar:
-        square = self.v**2 if self.one_sign else self.v * pieces.size(self.v, self.forward)
+        square = self.v**2 if self.one_sign else self.v * absolute(self.v)
         return self.force * square / self.v_nominal**2
 
     def energy(self) -> Energy:

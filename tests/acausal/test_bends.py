@@ -7,9 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, kink, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, ifelse, simulate, when
 
 BESIDE = [0.0, 1e-15, -1e-15, 1e-8, -1e-8, 1e-5, -1e-5, 1e-3, -1e-3, 0.03, -0.03]
+
+
+def above(x: Any) -> Any:
+    return ifelse(x > 0.0, x, 0.0)
 
 
 class Swing(Component):
@@ -27,12 +31,11 @@ class Swing(Component):
         return dict(
             x=eq(d.x, self.v, check_units=False),
             v=eq(d.v, -(self.w**2) * self.x, check_units=False),
-            q=eq(d.q, jnp.maximum(self.x - self.c, 0.0), check_units=False),
+            q=eq(d.q, above(self.x - self.c), check_units=False),
         )
 
     def events(self) -> Events:
         return dict(
-            bend=kink(self.x - self.c),
             tick=at(self.T, n=self.n + 1.0),
             turn=when(self.v < -0.5 * self.w, n=self.n + 10.0),
         )
@@ -92,10 +95,7 @@ class Filtered(Component):
     x: Var[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
-        return dict(x=eq(d.x, jnp.maximum(self.t**2 - self.T, 0.0) - self.k * self.x, check_units=False))
-
-    def events(self) -> Events:
-        return dict(bend=kink(self.t**2 - self.T))
+        return dict(x=eq(d.x, above(self.t**2 - self.T) - self.k * self.x, check_units=False))
 
 
 def test_a_step_that_goes_on_to_a_kink_has_the_derivatives_before_it() -> None:
@@ -142,10 +142,7 @@ class Decay(Component):
     q: Var[Scalar, "s"] = 0.0
 
     def equations(self, d: Self) -> Equations:
-        return dict(y=eq(d.y, -self.a * self.y), q=eq(d.q, jnp.maximum(self.y, 0.0)))
-
-    def events(self) -> Events:
-        return dict(bend=kink(self.y))
+        return dict(y=eq(d.y, -self.a * self.y), q=eq(d.q, above(self.y)))
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-8])

@@ -26,7 +26,6 @@ from acausal import (
     at,
     connect,
     eq,
-    passing,
     positive,
     repeat,
     simulate,
@@ -316,7 +315,6 @@ def test_reset_that_contradicts_a_constraint_is_named() -> None:
     [
         (when, {"z": 1.0}, "changes z, which does not exist"),
         (when, {"T": 1.0}, "a param"),
-        (passing, {"x": 1.0}, "events: low changes x, which jumps then: state it by `when`"),
     ],
 )
 def test_events_change_what_can_change(event: Any, changes: dict[str, Any], message: str) -> None:

@@ -14,9 +14,9 @@ from acausal._reduce.logic import (
     differ,
     either,
     folded,
+    literals_of,
     mapped,
     negation,
-    relations_of,
 )
 
 N = 4
@@ -71,8 +71,8 @@ def test_bounds_hold_for_all_that_lies_between(seed: int) -> None:
 def test_arrays_of_expressions() -> None:
     relations = mapped(lambda k: ("holds", int(k)), np.arange(6).reshape(2, 3))
     folds = folded(both, relations, [1])
-    assert [relations_of(a) for a in folds] == [{0, 1, 2}, {3, 4, 5}]
-    assert relations_of(folded(either, relations, [0, 1]).item()) == set(range(6))
+    assert [literals_of(a)["holds"] for a in folds] == [{0, 1, 2}, {3, 4, 5}]
+    assert literals_of(folded(either, relations, [0, 1]).item())["holds"] == set(range(6))
 
 
 def test_equal_parts_are_computed_once() -> None:

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, kink, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, ifelse, simulate, when
 
 
 class Driven(Component, partial=True):
@@ -32,10 +32,10 @@ class Known(Driven):
 
 
 class Bent(Driven):
-    """Besides, an equation may bend."""
+    """Besides, an equation has a law in two pieces, which are the same."""
 
-    def events(self) -> Events:
-        return dict(bend=kink(self.y))
+    def rate(self) -> Scalar:
+        return super().rate() * ifelse(self.y > 0.0, 1.0, 1.0)
 
 
 class Scheduled(Driven):
@@ -56,7 +56,7 @@ class Searched(Driven):
     n: Discrete[Scalar, "1"] = 0.0
 
     def events(self) -> Events:
-        return dict(bend=kink(self.y), count=when(self.y > 0.2, n=self.n + 1.0))
+        return dict(count=when(self.y > 0.2, n=self.n + 1.0))
 
 
 @pytest.mark.parametrize("model", [Known, Bent, Scheduled, Searched])

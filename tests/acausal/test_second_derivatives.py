@@ -4,10 +4,21 @@ from typing import Any, Self
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import pytest
 
-from acausal import Component, Connections, Equations, Events, Param, Scalar, Var, connect, eq, kink, replace, simulate
+from acausal import (
+    Component,
+    Connections,
+    Equations,
+    Param,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    ifelse,
+    replace,
+    simulate,
+)
 from components.translational import Damper, DualRateSpring, Fixed, Mass
 from docs.drive import drive
 
@@ -34,10 +45,10 @@ class Bent(Component):
     y: Var[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
-        return dict(x=eq(d.x, 1.0, check_units=False), y=eq(d.y, jnp.abs(self.x - self.p), check_units=False))
+        return dict(x=eq(d.x, 1.0, check_units=False), y=eq(d.y, self._distance(), check_units=False))
 
-    def events(self) -> Events:
-        return dict(passes=kink(self.x - self.p))
+    def _distance(self) -> Scalar:
+        return ifelse(self.x < self.p, self.p - self.x, self.x - self.p)
 
 
 class Swing(Component):

@@ -20,9 +20,10 @@ from acausal import (
     at,
     connect,
     eq,
+    ifelse,
+    segment,
     simulate,
 )
-from components import _pieces as pieces
 from components.blocks import FirstOrder, Limiter, Ramp, Table1D
 
 
@@ -39,10 +40,9 @@ class Broken(Component):
     u: Var[Scalar, "1"] = 0.0
     total: Var[Scalar, "s"] = 0.0
     v: Discrete[Scalar, "1/s"] = 1.0
-    piece: Discrete[Scalar, "1"] = 0.0
 
     def line(self) -> Scalar:
-        piece, rises = jnp.asarray(self.piece).astype(int), self.slopes[1:-1] * jnp.diff(self.knots)
+        piece, rises = segment(self.u, self.knots), self.slopes[1:-1] * jnp.diff(self.knots)
         values = jnp.concatenate([jnp.zeros(2), jnp.cumsum(rises)])
         starts = jnp.concatenate([self.knots[:1], self.knots])
         return values[piece] + self.slopes[piece] * (self.u - starts[piece])
@@ -51,8 +51,7 @@ class Broken(Component):
         return dict(move=eq(d.u, self.v), total=eq(d.total, self.line()))
 
     def events(self) -> Events:
-        jump = at(self.T, u=self.place, v=self.then)
-        return pieces.passes_through(self.u, self.piece, self.knots) | dict(jump=jump)
+        return dict(jump=at(self.T, u=self.place, v=self.then))
 
 
 def total(t1: float, **data: Any) -> Any:
@@ -72,16 +71,15 @@ def total(t1: float, **data: Any) -> Any:
 @pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-10, 1e-6, 1e-3])
 @pytest.mark.parametrize("v", [1.0, -1.0])
 def test_close_knots(gap: float, v: float) -> None:
-    found, exact = total(2.0, u=-v, v=v, knots=[0.0, gap], slopes=[1.0, 2.0, 3.0], piece=0.0 if v > 0 else 2.0)
+    found, exact = total(2.0, u=-v, v=v, knots=[0.0, gap], slopes=[1.0, 2.0, 3.0])
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
-@pytest.mark.parametrize("piece", [0.0, 1.0, 2.0])
 @pytest.mark.parametrize("v", [1.0, -1.0])
 @pytest.mark.parametrize("knots", [[0.5, 0.5], [0.5, 0.8], [0.2, 0.5]])
-def test_starts_on_knots(knots: list[float], v: float, piece: float) -> None:
-    """Whatever piece is stated, u leaves the knot, comes back by a jump, and passes it."""
-    data = dict(u=0.5, v=v, T=1.0, place=0.5 + 0.7 * v, then=-v, knots=knots, slopes=[1.0, 2.0, 4.0], piece=piece)
+def test_starts_on_knots(knots: list[float], v: float) -> None:
+    """u leaves the knot, comes back by a jump, and passes it."""
+    data = dict(u=0.5, v=v, T=1.0, place=0.5 + 0.7 * v, then=-v, knots=knots, slopes=[1.0, 2.0, 4.0])
     found, exact = total(3.0, **data)
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
@@ -90,7 +88,7 @@ def test_starts_on_knots(knots: list[float], v: float, piece: float) -> None:
 @pytest.mark.parametrize("u", [2.5, 0.5, -2.5])
 @pytest.mark.parametrize("place", [0.0, 1e-13, -1e-13, 1.0])
 def test_jumps_onto_a_knot(u: float, place: float, then: float) -> None:
-    data = dict(u=u, v=0.0, T=1.0, place=place, then=then, knots=[0.0, 1.0], slopes=[1.0, 2.0, 4.0], piece=1.0)
+    data = dict(u=u, v=0.0, T=1.0, place=place, then=then, knots=[0.0, 1.0], slopes=[1.0, 2.0, 4.0])
     found, exact = total(2.0, **data)
     np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-9)
 
@@ -126,14 +124,10 @@ class Rectified(Component):
 
     x: Var[Scalar, "1"] = 1e6
     v: Var[Scalar, "1"] = 0.0
-    piece: Discrete[Scalar, "1"] = 1.0
 
     def equations(self, d: Self) -> Equations:
-        pull = jnp.where(self.piece > 0.5, 1.0, 4.0) * self.x + 0.5 * self.v
+        pull = ifelse(self.x > 0.0, 1.0, 4.0) * self.x + 0.5 * self.v
         return dict(x=eq(d.x, self.v, check_units=False), v=eq(d.v, -pull, check_units=False))
-
-    def events(self) -> Events:
-        return pieces.passes(self.x, self.piece, 0.0)
 
 
 def test_a_signal_that_becomes_small_passes_its_knots() -> None:

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate
-from components import _pieces as pieces
+from acausal import Component, Equations, Param, Scalar, Time, Var, eq, simulate
+from components._limit import limited
 
 RTOL = 1e-9 * 1.1 ** np.arange(100.0)
 
@@ -24,22 +24,16 @@ class Loop(Component):
     s: Var[Scalar, "1"] = 0.0
     v: Var[Scalar, "1"] = 0.0
     p: Var[Scalar, "1"] = 0.0
-    supply: Discrete[Scalar, "1"] = 1.0
-    drain: Discrete[Scalar, "1"] = 1.0
 
     def equations(self, d: Self) -> Equations:
         lack = 0.012 - 0.001 * jnp.maximum(self.t - self.start, 0.0) ** 3 - self.x
         swing = 314.0 * (self.gain * (lack + self.z) - self.s) - 1.6 * self.v
-        supply = pieces.limited(self.s, self.supply, 0.0, 1.0) * jnp.sqrt(jnp.abs(4.0 - self.p) + 1e-6)
-        drain = pieces.limited(-self.s, self.drain, 0.0, 1.0) * jnp.sqrt(jnp.abs(self.p) + 1e-6)
+        supply = limited(self.s, 0.0, 1.0) * jnp.sqrt(jnp.abs(4.0 - self.p) + 1e-6)
+        drain = limited(-self.s, 0.0, 1.0) * jnp.sqrt(jnp.abs(self.p) + 1e-6)
         flow = 0.5 * (self.p - 1.0 - 100.0 * self.x)
         rates = dict(x=(d.x, flow), z=(d.z, 0.5 * lack), s=(d.s, self.v), v=(d.v, 314.0 * swing))
         rates |= dict(p=(d.p, 1000.0 * (supply - drain - flow)))
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
-
-    def events(self) -> Events:
-        supply = pieces.passes(self.s, self.supply, 0.0, 1.0, name="supply")
-        return supply | pieces.passes(-self.s, self.drain, 0.0, 1.0, name="drain")
 
 
 def end(rtol: Any, gain: Any = 20.0, start: Any = 8.0) -> tuple[Any, Any, Any]:

@@ -10,9 +10,7 @@ import pytest
 from acausal import (
     Component,
     Connections,
-    Discrete,
     Equations,
-    Events,
     Param,
     Result,
     Scalar,
@@ -22,7 +20,6 @@ from acausal import (
     eq,
     simulate,
 )
-from components import _pieces as pieces
 from components._tables import linear
 from components.blocks import Integrator, Ramp, Sine, Sum, Table1D
 from components.hydraulic import LaminarResistance, PilotCheckValve, Volume
@@ -81,18 +78,12 @@ class Sprung(Component):
     push: Param[Scalar, "1"]
     x: Var[Scalar, "1"]
     v: Var[Scalar, "1"] = 0.0
-    place: Discrete[Scalar, "1"] = 3.0
-    speed: Discrete[Scalar, "1"] = 3.0
 
     def equations(self, d: Self) -> Equations:
-        pull = linear(self.x, self.places, self.pulls, self.place)
-        drag = linear(self.v, self.speeds, self.drags, self.speed)
+        pull = linear(self.x, self.places, self.pulls)
+        drag = linear(self.v, self.speeds, self.drags)
         rates = dict(x=(d.x, self.v), v=(d.v, self.push - pull - drag))
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
-
-    def events(self) -> Events:
-        along = pieces.passes_through(self.x, self.place, self.places, name="place")
-        return along | pieces.passes_through(self.v, self.speed, self.speeds, name="speed")
 
 
 def _table(rng: np.random.Generator, steepest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -115,7 +106,7 @@ def test_random_springs_and_dampers_by_tables() -> None:
         (places, pulls), (speeds, drags) = _table(rng, 4.0), _table(rng, 3.0)
         for x in (0.0, places[3], places[4] + 0.3):
             data = dict(places=places, pulls=pulls, speeds=speeds, drags=drags, push=10.0 ** rng.uniform(-1.0, 1.0))
-            data |= dict(x=x, place=float(np.sum(x >= places)))
+            data |= dict(x=x)
             has_ended, exact = compiled(1e-10, 3.0, **data)
             assert has_ended
             for rtol in (1e-4, 1e-6, 1e-8):

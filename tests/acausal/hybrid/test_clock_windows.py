@@ -5,7 +5,6 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate
 
@@ -63,11 +62,6 @@ def test_windows_that_end_between_ticks() -> None:
     compared(first, every, times)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="A tick at the end of a window happens there, and again at the start of the next one if rounding has it so.",
-)
 def test_windows_that_end_at_ticks() -> None:
     """Exactly, or as many roundings away as two ways to compute the same time."""
     first, every = clocks()
@@ -86,11 +80,6 @@ def begun(first: Any, every: Any, t0: Any) -> Any:
     return final.ticks
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="A clock that began long before the run and is due at its start ticks there for the past, and once more.",
-)
 def test_a_clock_that_is_due_at_the_start_ticks_there_once() -> None:
     """However long before the start it began."""
     turns = np.array([0, 1, 3, 10, 1000, 10**7, 17, 123456])

@@ -5,7 +5,6 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 from acausal import (
     Component,
@@ -68,9 +67,6 @@ def test_what_is_scheduled_for_later_happens_then() -> None:
     np.testing.assert_allclose(found, np.tile(expected, 2), atol=1e-9)
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="An `at` whose time an event sets to the present or the past is lost."
-)
 def test_in_a_run_what_is_scheduled_for_now_or_earlier_happens_at_once() -> None:
     draw = np.random.default_rng(2)
     first = np.array([0.0, 0.0, *draw.uniform(0.1, 1.9, 6)])  # the first two at the start
@@ -138,11 +134,6 @@ def test_duties_that_are_shares_of_a_period() -> None:
     compared(offset, 0.0 * offset, 1.0 + 0.0 * offset)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="A pulse too short for the time to change is never ended: its end is an `at` for the present instant.",
-)
 def test_duties_below_rounding() -> None:
     """Constant ones, and those at the zeros of sines."""
     tiny = np.array([1e-17, 1e-16, 1e-15, -1e-17, -1e-16, 3e-17])

@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Equations, Param, Scalar, Var, eq, simulate
+from acausal import Component, Equations, JumpWarning, Param, Scalar, Var, eq, ifelse, simulate
 
 END = 1.0
 
 
 class Rising(Component):
-    """x' = a up to x = c and b beyond, by a plain where; y' = x y."""
+    """x' = a up to x = c and b beyond; y' = x y."""
 
     a: Param[Scalar, "1/s"]
     b: Param[Scalar, "1/s"]
@@ -22,7 +22,7 @@ class Rising(Component):
     y: Var[Scalar, "1"] = 1.0
 
     def equations(self, d: Self) -> Equations:
-        rate = jnp.where(self.x > self.c, self.b, self.a)
+        rate = ifelse(self.x > self.c, self.b, self.a)
         return dict(x=eq(d.x, rate), y=eq(d.y, self.x * self.y, check_units=False))
 
 
@@ -54,9 +54,21 @@ def test_values(found: Any) -> None:
     np.testing.assert_allclose(found[0], jax.vmap(exactly)(POINTS), rtol=1e-6)
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="The instant of a jump by a plain where has no derivative."
-)
 @pytest.mark.parametrize("mode", [1, 2], ids=["forward", "reverse"])
 def test_derivatives(found: Any, mode: int) -> None:
     np.testing.assert_allclose(found[mode], jax.vmap(jax.jacfwd(exactly))(POINTS), rtol=1e-5, atol=1e-5)
+
+
+class Plain(Component):
+    """The same by a plain where, between fixed numbers."""
+
+    c: Param[Scalar, "1"]
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, jnp.where(self.x > self.c, 3.0, 1.0), check_units=False))
+
+
+def test_a_plain_where_that_jumps_is_warned_of() -> None:
+    with pytest.warns(JumpWarning, match=r"Plain\.equations: x may jump .*ifelse"):
+        simulate(Plain(c=0.3), END, save="end")

@@ -5,7 +5,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 from _sampled_train import Instants, N, drawn, held, train
 
 from acausal import simulate
@@ -16,12 +15,6 @@ BEGINS = (0, 0, 0, -3, 4, -7, 0)
 INTERVALS = np.array([0.1, 0.1, 0.037, 0.1, 0.1, 1.0 / 3.0, 0.7])
 AT_START = Instants(0, (0, 1, 2), (0, 1), 0, [(0, 1), (0, 2), (0, 1)], 0)
 LEVEL = 5e-4  # less than any jump of a source
-
-late = pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="A sampler reads a Step or a Pulse of its own instant before the jump, and so holds it one sample late.",
-)
 
 
 def drawn_trains() -> list[Instants]:
@@ -56,7 +49,6 @@ def saved(instants: Instants, h: Any, begin: Any) -> Any:
     return outputs(sol)[:, ::2], outputs(sol)[:, 1::2]
 
 
-@late
 def test_samplers_read_what_holds_after_the_jumps_of_their_instant() -> None:
     trains = drawn_trains()
     np.testing.assert_allclose(saved(*stacked(trains))[0], expected(trains), atol=1e-7)
@@ -68,11 +60,6 @@ def test_samplers_read_jumps_of_equations() -> None:
     np.testing.assert_allclose(saved(*stacked(trains))[0], expected(trains), atol=1e-7)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="A value that is saved at an instant is the old or the new one, as rounding has it, not always the old one.",
-)
 def test_what_is_saved_at_an_instant_is_what_held_before_it() -> None:
     middles, instants = saved(*stacked(drawn_trains()))
     np.testing.assert_allclose(instants, middles[:, :, :-1], atol=1e-7)
@@ -101,7 +88,6 @@ def test_a_run_that_a_sample_stops_ends_after_all_samples_of_its_instant() -> No
         np.testing.assert_allclose(found, wanted, atol=1e-7)
 
 
-@late
 def test_a_run_is_stopped_by_a_sample_of_a_jump_of_its_instant() -> None:
     trains = drawn_trains()
     for found, wanted in zip(stopped(*stacked(trains)), stops(trains), strict=True):

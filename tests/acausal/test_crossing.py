@@ -10,11 +10,8 @@ import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
-from acausal._integrate.band import Band
-from acausal._integrate.conditions import EventConditions
-from acausal._integrate.found import Start
+from acausal._integrate.crossing import Conditions, first_crossing
 from acausal._integrate.interval import Seen, seen
-from acausal._integrate.look import look
 
 Pair = Float[Array, "2"]
 N = 48
@@ -135,29 +132,19 @@ def test_short_peaks_of_a_solution() -> None:
     np.testing.assert_allclose(first, arc / w, rtol=1e-3)
 
 
-def test_a_margin_that_is_infinite_is_looked_at_once() -> None:
+def test_a_crossing_function_that_is_infinite_is_looked_at_once() -> None:
     """As that of a stop on one side only, whose other side is infinitely far away."""
     times: list[float] = []
 
-    def margins(t: Any) -> Any:
+    def functions(t: Any) -> Any:
         jax.debug.callback(lambda t: times.append(float(t)), t)
         return jnp.stack([t - jnp.inf, jnp.inf - t, t - 20.0])
 
-    look_at = ft.partial(seen, margins)
-    conditions = EventConditions(
-        look_at,
-        lambda holds, fails: holds,
-        np.eye(3, dtype=bool),
-        np.zeros(3, bool),
-        np.ones(3, bool),
-        np.zeros(3, bool),
-        np.zeros(3, bool),
-        np.arange(3)[:, None],
-    )
-    none, holds, end = jnp.zeros(3, bool), jnp.array([False, True, False]), jnp.asarray(0.5)
+    none = np.zeros(3, bool)
+    conditions = Conditions(ft.partial(seen, functions), lambda holds, fails: holds, none, jnp.zeros(3), none, none)
+    truths, yes = jnp.array([False, True, False]), jnp.asarray(True)
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
-    start = Start(unknown, jnp.asarray(False), holds, none, jnp.zeros(3), Band.at_start(3))
-    looked = look(conditions, start, (end, end), 10.0, 1e-12, 1e-6)
+    looked = first_crossing(conditions, unknown, ~yes, truths, jnp.asarray(0.5), 1e-12, yes)
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]

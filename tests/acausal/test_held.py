@@ -1,4 +1,4 @@
-"""Margins that go to and fro about zero by rounding, or by the error of a step."""
+"""Laws in pieces whose crossing functions come to rest at zero, or are zero for a while."""
 
 from typing import Any, Self
 
@@ -7,50 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, kink, passing, simulate
-from acausal._integrate.band import Band
-
-NONE, ALL, HERE, FAR = jnp.zeros(1, bool), jnp.ones(1, bool), jnp.array([1e-9]), jnp.array([1.0])
-BENDS, NO_BENDS = np.ones(1, bool), np.zeros(1, bool)
-
-
-def used(*ends: float) -> Band:
-    """After steps that end there, and a passage."""
-    band = Band.at_start(1)
-    for end in ends:
-        band = band.after(jnp.array([end]), NONE, HERE, FAR, 1e-6)
-    return band.after(0.0 * HERE, ALL, FAR, FAR, 1e-6)
-
-
-def test_a_first_passage_widens_no_band() -> None:
-    np.testing.assert_allclose(used(-2.0).half_width(NO_BENDS, 1e-6), 2e-12)
-    np.testing.assert_allclose(used(-2.0).half_width(BENDS, 1e-4), 2e-5)  # of a kink
-
-
-def test_a_passage_back_by_less_than_the_error_widens_the_band_until_the_margin_is_far() -> None:
-    once = used(-2.0).after(0.0 * HERE, ALL, HERE, FAR, 1e-6)
-    np.testing.assert_allclose(once.half_width(NO_BENDS, 1e-6), 1e-8)
-    np.testing.assert_allclose(once.after(0.0 * HERE, ALL, HERE, 0.0 * FAR, 1e-6).half_width(NO_BENDS, 1e-6), 1e-7)
-    np.testing.assert_allclose(once.after(1e3 * HERE, NONE, HERE, FAR, 1e-6).half_width(NO_BENDS, 1e-6), 1e-8)
-    np.testing.assert_allclose(once.after(FAR, NONE, HERE, FAR, 1e-6).half_width(NO_BENDS, 1e-6), 2e-12)
-
-
-def test_a_passage_back_by_more_than_the_error_is_one() -> None:
-    again = used(-2.0).after(0.0 * HERE, ALL, 1e-3 * FAR, FAR, 1e-6)
-    np.testing.assert_allclose(again.half_width(NO_BENDS, 1e-6), 2e-12)
-
-
-def test_another_limit_begins_anew_and_rounding_is_none() -> None:
-    band = used(-2.0).after(0.0 * HERE, ALL, HERE, FAR, 1e-6)
-    assert band.without(FAR) == Band.at_start(1)
-    assert band.without(1e-3 * HERE) == band
-
-
-def test_margins_of_one_size_have_the_widest_band_of_both() -> None:
-    band = Band(jnp.array([1e-9, 1e-7, 1e-5]), jnp.ones(3), jnp.zeros(3))
-    mates = np.array([[0, 1], [1, 0], [2, 2]])
-    np.testing.assert_array_equal(band.shared(jnp.array([-0.5, 0.5, 0.5]), mates).widened, [1e-7, 1e-7, 1e-5])
-    np.testing.assert_array_equal(band.shared(jnp.array([-0.5, 0.4, 0.5]), mates).widened, band.widened)
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, ifelse, simulate
 
 
 class Bilinear(Component):
@@ -62,11 +19,8 @@ class Bilinear(Component):
 
     def equations(self, d: Self) -> Equations:
         reach = self.x - self.place
-        pull = jnp.where(reach > 0.0, 4e4, 1e4) * reach + 100.0 * self.v
+        pull = ifelse(reach > 0.0, 4e4, 1e4) * reach + 100.0 * self.v
         return dict(x=eq(d.x, self.v), v=eq(d.v, -pull, check_units=False))
-
-    def events(self) -> Events:
-        return dict(stiffens=kink(self.x - self.place))
 
 
 @pytest.mark.parametrize("place", [0.1, 1.0, 3.0, 30.0])
@@ -92,16 +46,10 @@ class Equalised(Component):
     rise: Param[Scalar, "1/s"] = 0.0
     a: Var[Scalar, "1"] = 3e7
     b: Var[Scalar, "1"] = 3e7
-    piece: Discrete[Scalar, "1"] = 1.0
 
     def equations(self, d: Self) -> Equations:
-        q = jnp.where(self.piece > 0.5, 1.0, 3.0) * self.k * (self.a - self.b)
+        q = ifelse(self.a > self.b, 1.0, 3.0) * self.k * (self.a - self.b)
         return dict(a=eq(d.a, self.rise - q), b=eq(d.b, self.rise + q))
-
-    def events(self) -> Events:
-        more = self.a - self.b
-        up = passing((more > 0.0) & (self.piece < 0.5), piece=1.0)
-        return dict(up=up, down=passing((more < 0.0) & (self.piece > 0.5), piece=0.0))
 
 
 @pytest.mark.parametrize("k", [1.0, 1e3])
@@ -128,17 +76,12 @@ class Throttled(Component):
     a: Var[Scalar, "1"] = 3e7
     b: Var[Scalar, "1"] = 3e7
     q: Var[Scalar, "1"] = 0.0
-    piece: Discrete[Scalar, "1"] = 1.0
 
     def equations(self, d: Self) -> Equations:
-        law = jnp.where(self.piece > 0.5, 1.0, 3.0) * self.q
+        law = ifelse(self.q > 0.0, 1.0, 3.0) * self.q
         rates = dict(a=(d.a, self.rise - 100.0 * self.q), b=(d.b, self.rise + 100.0 * self.q))
         rates |= dict(law=(law + 0.1 * jnp.sin(self.q), self.a - self.b))
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
-
-    def events(self) -> Events:
-        up = passing((self.q > 0.0) & (self.piece < 0.5), piece=1.0)
-        return dict(up=up, down=passing((self.q < 0.0) & (self.piece > 0.5), piece=0.0))
 
 
 @pytest.mark.parametrize("rise", [0.0, 1e4])
@@ -155,6 +98,10 @@ def test_a_margin_that_is_searched_for_does_not_pass_to_and_fro(rise: float) -> 
             assert steps < 1000
 
 
+def within(x: Scalar, low: float, high: float) -> Scalar:
+    return ifelse(x < low, low, ifelse(x > high, high, x))
+
+
 class Distance(Component):
     """The integral of how far a signal is from zero, on which it stays for a while."""
 
@@ -164,14 +111,12 @@ class Distance(Component):
 
     def signal(self) -> Scalar:
         if self.kind == "clipped":
-            return jnp.clip(self.t - 1.0, 0.0, 1.0)
-        return jnp.sin(self.t) - jnp.clip(jnp.sin(self.t), -0.3, 0.3)
+            return within(self.t - 1.0, 0.0, 1.0)
+        return jnp.sin(self.t) - within(jnp.sin(self.t), -0.3, 0.3)
 
     def equations(self, d: Self) -> Equations:
-        return dict(t=eq(d.t, 1.0), y=eq(d.y, jnp.abs(self.signal()), check_units=False))
-
-    def events(self) -> Events:
-        return dict(leaves=kink(self.signal()))
+        u = self.signal()
+        return dict(t=eq(d.t, 1.0), y=eq(d.y, ifelse(u < 0.0, -u, u), check_units=False))
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6, 1e-9])
@@ -196,15 +141,14 @@ class Off(Component):
     u: Var[Scalar, "1"] = 0.0
     y: Var[Scalar, "s"] = 0.0
     limit: Discrete[Scalar, "1"] = 1e20
-    piece: Discrete[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
-        y = jnp.where(self.piece > 0.5, self.limit, self.u)
+        y = ifelse(self.u > self.limit, self.limit, self.u)
         rates = dict(u=(d.u, 1.0), y=(d.y, y), s=(d.s, 20.0 * self.c), c=(d.c, -20.0 * self.s))
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
 
     def events(self) -> Events:
-        return dict(limits=passing(self.u > self.limit, piece=1.0), set=at(1.0, limit=2.0))
+        return dict(set=at(1.0, limit=2.0))
 
 
 @pytest.mark.parametrize("off", [1e3, 1e8, 1e11, 1e12, 1e13, 1e20])

@@ -1,0 +1,48 @@
+"""What the loop over the steps carries from step to step."""
+
+from typing import Any, NamedTuple
+
+from jax import Array
+
+from .controller import Control
+from .dense import Pieces
+from .event_history import EventHistory
+from .interval import Seen
+from .state_vector import Vector
+
+
+class Rows(NamedTuple):
+    """Saved times and vectors, of which `n` are there."""
+
+    ts: Any
+    ys: Any
+    n: Array
+
+
+class Carry(NamedTuple):
+    """What is carried from step to step; times count forwards, but for those `due`.
+
+    A relation that has changed is `armed` again once its crossing function was farther from zero than an error of the
+    run. `seen` is what was looked at at the end of the last step, unless something has `jumped` since. A number of
+    events in a row, the `crowd`, were close to the time `mark`.
+    """
+
+    t: Array
+    y: Vector
+    truths: Array
+    armed: Array
+    due: Array
+    outcome: Array
+    jumped: Array
+    seen: Seen | None
+    mark: Array
+    crowd: Array
+    inner: Any
+    control: Control
+    failed: Array
+    n_steps: Array
+    n_accepted: Array
+    history: EventHistory | None
+    rows: Rows
+    pieces: Pieces | None
+    meter: Any

@@ -1,0 +1,271 @@
+"""The first event within a step: zero crossings of relations, located on its dense output."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.flatten_util import ravel_pytree
+
+from .._compiled_once import truths_compiled_once
+from .._numbers import Numbers
+from .interval import Seen, advance, over
+
+PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
+TURN = 0.5 * math.pi  # most by which the fastest angle may turn on a part
+MOST = 200  # evaluations on one step
+
+
+class Conditions(NamedTuple):
+    """The conditions of a run along a step.
+
+    - `seen(t)`: the crossing function of each relation, positive where the relation holds, and its rate.
+    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
+    - `either`: conditions that also cause an event when they become false.
+    - `band`: the hysteresis of each crossing function: a relation has changed only beyond it.
+    - `clears`, `sets`: relations that may become false, or true, at an event without causing another one.
+    """
+
+    seen: Callable[[Numbers], Seen]
+    logic: Callable[[Array, Array], Array]
+    either: np.ndarray
+    band: Array
+    clears: np.ndarray
+    sets: np.ndarray
+
+    def hold(self, truths: Array) -> Array:
+        """Which conditions hold for these truths of the relations."""
+        sign = sign_of(truths)
+        return self.logic(sign, -sign) > 0
+
+    def begun(self, now: Array, before: Array) -> Array:
+        """Which conditions cause an event when they change so."""
+        return (now & ~before) | (self.either & before & ~now)
+
+
+class Found(NamedTuple):
+    """The first event of a step, if there is any: it happens at `t`, and not yet at `before`.
+
+    - `begins`: the conditions that cause it; `pace`: how fast the margin of each condition changes there.
+    - `truths`: of the relations from t on; without an event, at the end of the step.
+    - `end`: what is seen at the end of the step.
+    - `reached`: up to where the step was searched.
+    """
+
+    is_any: Array
+    t: Array
+    before: Array
+    begins: Array
+    pace: Array
+    truths: Array
+    shift: tuple[Array, ...]
+    end: Seen | None
+    reached: Array
+
+
+class _Part(NamedTuple):
+    """Crossing functions at both ends of an interval, with signs such that they become positive where the relation
+    changes.
+    """
+
+    q0: Array
+    q1: Array
+    p0: Array
+    p1: Array
+    width: Array
+
+    def bumps(self, band: Array) -> Array:
+        """Those that may change there and back: the tangents at both ends meet beyond zero and the band."""
+        q0, q1, p0, p1, width = self
+        q0, q1 = q0 - band, q1 - band
+        points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
+        return points & (q0 + p0 * (q1 - q0 - p1 * width) / jnp.where(points, p0 - p1, 1.0) > 0)
+
+    @property
+    def leaps(self) -> Array:
+        """Those that a stair, such as floor, may take beyond zero. They may jump where it steps, so each end is looked
+        at by its own tangent.
+        """
+        q0, q1, p0, p1, width = self
+        return (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
+
+    @property
+    def near(self) -> Array:
+        """Those that come to zero if they vary as much as their values and rates at the ends tell."""
+        q0, q1, p0, p1, width = self
+        nearest = jnp.maximum(q0, q1)
+        variation = jnp.abs(q1 - q0) + width * (jnp.abs(p0) + jnp.abs(p1))
+        return ~((nearest + variation < 0) | (nearest == -jnp.inf))
+
+
+class _Search(NamedTuple):
+    """Nothing happens before `low`, where the relations have these `truths`. Where it is `narrow`, the first event of
+    the part up to `high` is being located, by relations of which some have `crossed`.
+    """
+
+    low: Array
+    high: Array
+    end: Array
+    truths: Array
+    crossed: Array
+    narrow: Array
+    is_seen: Array
+    x: Array
+    is_found: Array
+    is_over: Array
+    count: Any
+
+
+def sign_of(truths: Array) -> Array:
+    return jnp.where(truths, 1.0, -1.0)
+
+
+def first_crossing(
+    conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
+) -> Found:
+    """The first event of a step from `start` to `end`, where relations have these `truths` at its start.
+
+    A relation changes where its crossing function has the other sign and is beyond its band. It is looked at at the end
+    of the step, and where it comes near zero, at the ends of its parts. There are four of these, and more where an
+    angle, of which a sine is taken, turns by more than a quarter in each: while nothing moves, steps are longer than
+    the periods of what makes relations vary. On each part a relation may change once, or there and back if it bends
+    one way. What causes an event is narrowed down to `short`; other changes are taken over. Relations that cross
+    within their bands at one time change together.
+
+    What `is_known` at the start is right; else it is looked at again. Where the search does not go (`goes`), as in a
+    step that is rejected, nothing is looked at.
+    """
+    length, no = end - start.t, jnp.asarray(False)
+    flat_start, unflat = ravel_pytree(start)
+    flat_end = _flat(start._replace(t=end))
+
+    def judge(low: Seen, high: Seen, s: _Search, truths: Array) -> tuple[_Part, Array, Array, Array, Array]:
+        """Of an interval: the part, the relations that change, those that bump, the conditions that begin, and whether
+        any may.
+        """
+        sign = -sign_of(truths)
+        part = _Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
+        # What an event has left beyond zero by rounding comes from there.
+        changes = (part.q1 > conditions.band) | (s.crossed & (part.q1 > jnp.maximum(part.q0, 0.0)))
+        turned = advance(low, high)
+        is_part = (PARTS * part.width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
+        turns = part.near | (((part.p0 != 0) | (part.p1 != 0)) & (turned > TURN))
+        turning = part.bumps(conditions.band) | (part.leaps & (low.steps != high.steps))
+        bumps = ~changes & jnp.where(is_part, turning, turns)
+        begins, may_begin = _told(conditions, truths, changes, bumps)
+        return part, changes, bumps, begins, may_begin
+
+    def next_point(s: _Search) -> _Search:
+        is_start, is_end = s.count == 0, s.count == 1
+        low = unflat(s.low)
+        flat_new = jax.lax.cond(s.is_seen, lambda: s.high, lambda: _flat(conditions.seen(s.x)))
+        flat_last = jnp.where(is_end, flat_new, s.end)
+        new, last = unflat(flat_new), unflat(flat_last)
+        truths = jnp.where(is_start, _leaving(conditions, s.truths, new), s.truths)
+        part, changes, bumps, begins, may_begin = judge(low, new, s, truths)
+        is_short = part.width <= short
+        passes, is_found = truths_compiled_once(
+            s.x,
+            ~is_start & (~may_begin | (is_short & ~jnp.any(begins))),
+            ~is_start & is_short & jnp.any(begins),
+        )
+        is_last = passes & (new.t >= last.t)
+        aim = low.t + part.width * _aim(part, changes, bumps, short, s.count)
+        # From the end of what passes, to the end of the narrowed part, or to the end of the next part of the step.
+        is_behind = passes & s.narrow & ~s.is_seen
+        is_first_look = is_end & ~passes  # the whole step: look at its parts
+        node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
+        width = jnp.minimum(length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
+        onward = jnp.minimum(node.t + width, last.t)
+        x = jnp.where(is_start, end, jnp.where(is_first_look | passes, onward, aim))
+        narrows = ~is_start & ~passes & ~is_first_look
+        return _Search(
+            low=jnp.where(is_start | passes, flat_new, s.low),
+            high=jnp.where(narrows | is_found, flat_new, s.high),
+            end=flat_last,
+            truths=jnp.where(passes, truths ^ changes, truths),
+            crossed=jnp.where(narrows, s.crossed | changes, s.crossed & ~changes & (is_behind | ~passes)),
+            narrow=narrows | is_behind,
+            is_seen=is_behind,
+            x=x,
+            is_found=is_found,
+            is_over=is_found | is_last | (s.count > MOST),
+            count=s.count + ~s.is_seen,
+        )
+
+    none = jnp.zeros(start.g.shape, bool)
+    search = _Search(
+        low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_seen=no,
+        x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
+        count=jnp.where(is_known, 1, 0),
+    )  # fmt: skip
+    s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, search)
+    low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
+    sign = -sign_of(s.truths)
+    changes = (sign * high.g > 0) | (jnp.abs(high.g) <= conditions.band)
+    after = s.truths ^ (s.crossed & changes & s.is_found)
+    begins = conditions.begun(conditions.hold(after), conditions.hold(s.truths))
+    pace = jax.jvp(lambda g: conditions.logic(g, -g), (high.g,), (high.rate,))[1]
+    return Found(
+        is_any=s.is_found,
+        t=high.t,
+        before=low.t,
+        begins=begins & s.is_found,
+        pace=jnp.where(jnp.isfinite(pace), pace, 0.0),
+        truths=after,
+        shift=high.shift[:1] + low.shift[1:],
+        end=last,
+        reached=jnp.where(s.is_found | (low.t >= end) | ~goes, end, low.t),
+    )
+
+
+def _flat(seen: Seen) -> Array:
+    return ravel_pytree(seen)[0]
+
+
+def _leaving(conditions: Conditions, truths: Array, start: Seen) -> Array:
+    """The truths at the start of a step after an event: of a crossing function that is zero but for rounding, its rate
+    tells whether the relation ends there. It begins only where the function has left its band.
+    """
+    is_zero = jnp.abs(start.g) <= conditions.band
+    ends = is_zero & (start.rate < 0) & conditions.clears
+    begins = is_zero & (start.rate > 0) & conditions.sets
+    return (truths & ~ends) | begins
+
+
+def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -> tuple[Array, Array]:
+    """Which conditions cause an event by the end of an interval on which these relations change, and whether any may do
+    so within it, where others change there and back. The logic is evaluated once for all of it, since each place is
+    compiled.
+    """
+    now, then, moves = sign_of(truths), sign_of(truths ^ changes), changes | bumps
+    least, most = jnp.where(moves, -1.0, now), jnp.where(moves, 1.0, now)
+    holds, fails = jnp.stack([now, then, least, most]), -jnp.stack([now, then, most, least])
+    first, last, low, high = jax.vmap(conditions.logic)(holds, fails)
+    before, may_end, may_hold = first > 0, low < 0, high > 0
+    begins = conditions.begun(last > 0, before)
+    may_begin = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
+    return begins, jnp.any(begins) | jnp.any(may_begin)
+
+
+def _aim(part: _Part, changes: Array, bumps: Array, short: Numbers, count: Array) -> Array:
+    """The share of an interval at which to look: by turns before and behind the probable zero, or at the extremum, and
+    every fifth time half-way.
+    """
+    q0, q1, p0, p1, width = part
+    q0 = jnp.minimum(q0, 0.0)
+    rise = q1 - q0
+    secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
+    # A function that bends one way is zero between the zeros of the secant and of a tangent.
+    tangents = jnp.stack([-over(q0, p0 * width), 1.0 - over(q1, p1 * width)])
+    guesses = jnp.stack([secant, *jnp.where((tangents > 0) & (tangents < 1), tangents, secant)])
+    near, far = jnp.min(guesses, axis=0), jnp.max(guesses, axis=0)
+    which = jnp.argmin(jnp.where(changes, near, jnp.inf))
+    zero = jnp.where(count % 2 == 0, near[which] - short / width, far[which] + short / width)
+    turn = jnp.min(jnp.where(bumps, over(p0, p0 - p1), jnp.inf))
+    share = jnp.where(jnp.any(changes), zero, turn)
+    least = jnp.minimum(short / width, 0.5)
+    return jnp.clip(jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share), least, 1.0 - least)

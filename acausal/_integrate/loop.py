@@ -1,0 +1,223 @@
+"""The loop over the steps of a run, and what happens at the end of each."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from .._equinox_private import unvmap_any
+from .carry import Carry
+from .course import Course, on_course
+from .crossing import Found
+from .event_history import EventHistory
+from .iteration import ACCUMULATED, settle
+from .moment import Approach
+from .rejected import rejectable
+from .span import Span
+from .starting import Begun
+from .state_vector import Vector
+from .steps import Steps
+
+CROWD = 16  # events accumulate where more than so many, and two of each, are close together
+INTERVAL = 1e-9  # share of the time span within which events are close together
+EARLY = 1e-2  # share of a step within which a relation does not change back by more than an error of the run
+
+
+class Run(Steps):
+    """The steps of a run, up to its end."""
+
+    def all_steps(self, begun: Begun) -> Carry:
+        """The end of the run."""
+        events, y = self.events, begun.y
+        args, core = self.given.carrying(y[self.layout.carried]), self.layout.core(y)
+        dt0 = self.given.numbers.dt0
+        control = self.sizes.init(
+            self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, args, self.solver
+        )
+        first_end = self.planned(self.t0, control.wish, begun.due)
+        inner = None
+        if not self.settings.follows_course:
+            inner = self.solver.init(self.terms, self.t0, first_end, core, args)
+        none = jnp.asarray(0)
+        c = Carry(
+            t=jnp.asarray(self.t0, float),
+            y=y,
+            truths=begun.truths,
+            armed=jnp.zeros_like(begun.truths),
+            due=begun.due,
+            outcome=begun.outcome,
+            jumped=jnp.asarray(events is not None),
+            seen=self.not_seen(y),
+            mark=jnp.asarray(-jnp.inf),
+            crowd=none,
+            inner=inner,
+            control=control,
+            failed=jnp.asarray(False),
+            n_steps=none,
+            n_accepted=none,
+            history=begun.history,
+            rows=self.no_rows(y),
+            pieces=None,
+            meter=self.settings.progress.init(),
+        )
+        c = c._replace(pieces=self.no_pieces(c))
+
+        def goes_on(c: Carry) -> Array:
+            return (c.t < self.t1) & (c.outcome == 0) & ~c.failed
+
+        end = self.kind.loop(goes_on, self.body, c, max_steps=self.settings.max_steps, buffers=self.buffers)
+        self.settings.progress.close(end.meter)
+        return end
+
+    def body(self, c: Carry) -> Carry:
+        """A step and what happens at its end."""
+        layout, given, events = self.layout, self.given, self.events
+        t0, y0 = c.t, c.y
+        carried = y0[layout.carried]
+        args = given.carrying(carried)
+        planned = self.planned(t0, c.control.wish, c.due)
+        instant, is_before = self.limit(c.due)
+        meets = is_before & (instant <= planned + given.tick(planned))
+        # Nothing has changed just before an instant.
+        t1 = jnp.where(meets, instant - 0.5 * given.tick(instant), planned)
+
+        attempt = rejectable(self.attempt, self.settings) if self.kind.is_reversible else self.attempt
+        core0 = layout.core(y0)
+        where = (self.solver, t0, t1, c.jumped, c.inner)
+        core1, error, (info, work, inner, solver_failed) = attempt(core0, args, where)
+        keep, control, is_stuck = self.sizes.adapted(
+            t0, t1, core0, core1, args, error, self.solver.error_order(self.terms), c.control
+        )
+        held = jax.lax.stop_gradient
+        course = None if work is None else Course(self.solver, held(work), args, self.settings)
+        path_of_solver = self.solver.interpolation_cls(t0=t0, t1=t1, **info)
+        path = Span(t0, t1, path_of_solver, carried, layout, course)
+        y1 = layout.joined(core1, carried)
+        if events is None:
+            y = self.remembered(t1, self.projected(t1, y1))
+            t, settled = t1, c
+        else:
+            t, y, settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
+            # The step did not resolve what follows an event.
+            keep &= ~is_early
+            control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
+            if np.any(events.curved):
+                keep &= ~jnp.any(jnp.isfinite(found))
+                c = c._replace(due=jnp.where(jnp.isfinite(found), found, c.due))
+        if self.peaks is not None:
+            new = self.peaks.renewed(path, t, y, args)
+            y = layout.with_part(y, layout.peaks, new)
+        rows = self.saved(path, c, t, y, keep)
+        pieces = self.kept(c, t, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
+        # A step of which little was used gives no reason for a longer one.
+        wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
+        control = control._replace(wish=wish)
+        chosen = settled._replace(
+            t=t, y=y, inner=inner, control=control, history=None, rows=None, pieces=None, meter=None
+        )
+        old = c._replace(control=control, history=None, rows=None, pieces=None, meter=None)
+        new = jax.tree.map(lambda a, b: jnp.where(keep, a, b), chosen, old)
+        meter = self.settings.progress.step(c.meter, (new.t - self.t0) / (self.t1 - self.t0))
+        return new._replace(
+            control=control,
+            failed=is_stuck & ~keep | solver_failed & is_stuck,
+            n_steps=c.n_steps + 1,
+            n_accepted=c.n_accepted + keep,
+            history=self.noted(c.history, settled.history, keep),
+            rows=rows,
+            pieces=pieces,
+            meter=meter,
+        )
+
+    def through_events(
+        self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
+    ) -> tuple[Array, Vector, Carry, Array, Array]:
+        """The end of a step or the first events in it, the vector there after what happens, what has changed, and times
+        that have been found in the step at which equations change: up to the first one it has to be repeated. Last,
+        whether a relation that has just changed changes back at once, so that the step has to be shorter.
+        """
+        events, given, forward = self.events, self.given, self.forward
+        assert events is not None
+        hold = jax.lax.stop_gradient
+        none = jnp.zeros(events.total, bool)
+        end, short = hold(t1), given.tick(hold(t1))
+        if events.is_searched:
+            found = self.look(path, c, end, keep)
+        else:
+            found = Found(
+                jnp.asarray(False), end, end, none, jnp.zeros(events.total), c.truths, (), c.seen, end
+            )  # fmt: skip
+        is_partial = ~found.is_any & (found.reached < end)
+        stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
+        instant = hold(instant)
+        is_there = meets & (instant <= stop + 2.0 * short)
+        # Beyond all that is due: equations have changed there.
+        t = jnp.where(is_there, instant + given.tick(instant), stop)
+        is_due = is_there & (forward * c.due <= t)
+        new = jnp.where(found.begins & events.curved & ~is_due, forward * stop, forward * jnp.inf)
+        begins = (is_due | found.begins) & keep
+        changes_back = jnp.any((found.truths != c.truths) & ~c.armed & events.of_laws)
+        is_early = keep & found.is_any & changes_back & (found.t - c.t < EARLY * (end - c.t))
+        is_any = jnp.any(begins)
+        is_cut = is_any | is_partial
+        before = jnp.where(found.is_any, found.before, jnp.where(is_there, instant - 0.5 * short, t))
+        moved, there = path.moving(t)
+        lag = None
+        if events.is_searched and path.course is not None:
+            early = path.moving(before)
+            there = on_course(path.course, path.inner, there, found.shift[0], before, *early)
+            lag = _lag(*hold((path, t, found.shift[1])))
+        y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
+        t = jnp.where(is_cut, moved, t1)
+
+        assert c.history is not None
+        log = c.history.emptied(self._width_of_history, self.settings.room_at_once)
+
+        def happening() -> tuple[Array, Vector, Array, Array, EventHistory | None, Array, Array, Array]:
+            # What is not due has no time, and reverse mode must not meet its infinity.
+            due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
+            approach = Approach(forward * before, forward * found.pace, lag)
+            holds = events.hold(found.truths)
+            settled = settle(events, forward * t, approach, y, begins, found.truths, holds, due, log, given)
+            y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
+            mark, crowd, is_crowd = self.crowded(c, forward * settled.t, begins)
+            outcome = jnp.where(settled.outcome != 0, settled.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
+            return (
+                forward * settled.t, y1, settled.truths, events.due(settled.t, y1, given), settled.history, outcome,
+                mark, crowd,
+            )  # fmt: skip
+
+        def idling() -> tuple[Array, Vector, Array, Array, EventHistory | None, Array, Array, Array]:
+            return t, y, found.truths, c.due, log, c.outcome, c.mark, c.crowd
+
+        t, y, truths, due, history, outcome, mark, crowd = jax.lax.cond(unvmap_any(is_any), happening, idling)
+        # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
+        y = self.remembered(t, y, anew=is_any | (t >= self.t1))
+        armed = c.armed & (truths == c.truths)
+        if events.is_searched:
+            assert found.end is not None
+            armed |= ~is_any & (jnp.abs(found.end.g) > given.back)
+        changed = c._replace(
+            truths=truths, armed=armed, due=due, outcome=outcome, jumped=is_cut, seen=found.end, mark=mark, crowd=crowd,
+            history=history,
+        )  # fmt: skip
+        return t, y, changed, new, is_early
+
+    def crowded(self, c: Carry, t: Array, begins: Array) -> tuple[Array, Array, Array]:
+        """Since when events have been close together, how many, and whether they accumulate."""
+        assert self.events is not None
+        span = jnp.abs(self.t1 - self.t0)
+        happens = jnp.any(begins & ~self.events.scheduled)
+        is_close = jnp.abs(t - c.mark) < INTERVAL * span
+        crowd = jnp.where(happens, jnp.where(is_close, c.crowd + 1, 0), c.crowd)
+        mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), c.mark)
+        return mark, crowd, crowd > CROWD + 2 * self.events.total
+
+
+def _lag(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
+    """What rates miss at the first event: see `Approach`."""
+    assert path.course is not None
+    _, pace = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
+    return jax.tree_util.Partial(Course.lag, path.course, pace[path.layout.states] + shift_rate)

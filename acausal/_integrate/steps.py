@@ -1,0 +1,231 @@
+"""A step of a run and what is read of it: its end, its dense output, the first event in it, and what is saved."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from .._equinox_private import while_loop, written
+from .._evaluate.invariants import onto_invariants
+from .._numbers import Numbers, Truth
+from .._reduce.instants import first
+from .adjoint import Kind
+from .carry import Carry, Rows
+from .controller import StepSizes, step_sizes
+from .crossing import Found, first_crossing
+from .dense import Pieces
+from .event_history import EventHistory
+from .field import Given, vector_field
+from .interval import Seen, seen, seen_on_course
+from .peaks import Peaks
+from .run_events import RunEvents
+from .settings import Settings
+from .solvers import AbstractRosenbrock
+from .span import Span
+from .state_vector import Vector
+
+
+class Steps:
+    """The parts of a step, as functions of the numbers of a run."""
+
+    def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: Kind) -> None:
+        self.settings, self.layout, self.system = settings, settings.layout, settings.system
+        self.given, self.events, self.kind = given, events, kind
+        self.peaks = Peaks(settings) if settings.peaks else None
+        self.forward = given.direction
+        self.t0, self.t1 = self.forward * given.numbers.t0, self.forward * given.numbers.t1
+        self.sizes = step_sizes(settings, given)
+        self.solver = _method(settings, self.sizes)
+        field = vector_field(settings)
+        self.terms = diffrax.ODETerm(lambda t, y, args: args.direction * field(args.direction * t, y, args))
+
+    def attempt(self, core: Array, given: Given, where: tuple[Any, Array, Array, Array, Any]) -> Any:
+        """The end of a step, its error, and what else it leaves; `where` has the solver and what it takes beside the
+        core. All numbers are arguments, since derivatives are defined by them.
+        """
+        solver, t0, t1, jumped, inner = where
+        if self.settings.follows_course:
+            core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, given)
+            return core, error, (info, work, None, jnp.asarray(False))
+        core, error, info, inner, result = solver.step(self.terms, t0, t1, core, given, inner, jumped)
+        failed = result != diffrax.RESULTS.successful
+        return core, jnp.where(failed, jnp.inf, error), (info, None, inner, jnp.asarray(failed))
+
+    def projected(self, t: Array, y: Vector) -> Vector:
+        """The vector on the invariants."""
+        if not self.system.ordered.invariants:
+            return y
+        new = onto_invariants(self.system, self.forward * t, y[self.layout.point], self.given.inputs)
+        return self.layout.with_part(y, self.layout.states, new)
+
+    def remembered(self, t: Array, y: Vector, *, anew: Truth = False) -> Vector:
+        """The vector with the unknowns that belong to it."""
+        memory = self.layout.memory
+        if not self.system.carried.memory:
+            return y
+        new = self.system.with_memory(self.forward * t, y[self.layout.point], self.given.inputs, anew=anew)
+        return self.layout.with_part(y, memory, new[memory])
+
+    def limit(self, due: Array) -> tuple[Array, Array]:
+        """The next instant at which something is known to happen, and whether that is before the end of the run."""
+        if self.events is None:
+            return jnp.asarray(jnp.inf), jnp.asarray(False)
+        instant = self.forward * first(due, self.forward)
+        return instant, instant < self.t1 - self.given.tick(self.t1)
+
+    def planned(self, t: Array, wish: Array, due: Array) -> Array:
+        """The end of a step of this length, or the instant or the end of the run that comes before."""
+        instant, is_before = self.limit(due)
+        end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
+        # Not a step of rounding afterwards.
+        return jnp.where(t + wish > end - 100.0 * self.given.tick(end), end, t + wish)
+
+    def not_seen(self, y: Vector) -> Seen | None:
+        """What is not known at the start of the run."""
+        events = self.events
+        if events is None or not events.is_searched:
+            return None
+        read = events.margins_and_rates if self.settings.follows_course else events.margins
+        found = jax.eval_shape(lambda t: seen(lambda t: read(t, y, self.given), t), jnp.asarray(0.0))
+        if self.settings.follows_course:
+            found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
+        return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
+
+    def look(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
+        """The first event of a step by crossing functions."""
+        assert self.events is not None
+        hold = jax.lax.stop_gradient
+        path, given = hold((path, self.given))
+        events, forward, course = self.events, self.forward, path.course
+
+        def values(t: Numbers, y: Array) -> tuple[Array, Array]:
+            margins, rates = events.margins_and_rates(forward * t, y, given)
+            return margins, forward * rates
+
+        def see(t: Numbers) -> Seen:
+            if course is None:
+                return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
+            return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
+
+        assert c.seen is not None
+        start = hold(c.seen)._replace(t=hold(c.t))
+        return first_crossing(
+            events.conditions(see, hold(end), c.armed, given),
+            start,
+            ~c.jumped,
+            c.truths,
+            hold(end),
+            given.tick(end),
+            goes,
+        )
+
+    # What is saved
+
+    def noted(self, history: EventHistory | None, instant: EventHistory | None, keep: Array) -> EventHistory | None:
+        """The history with the events of a step."""
+        if history is None or instant is None:
+            return history
+        counted = eqx.tree_at(lambda h: h.count, instant, jnp.where(keep, instant.count, 0))
+        new = history.followed_by(counted, self.settings.max_events, self._inner_loop)
+        last = (
+            jnp.where(keep, instant.last_times, history.last_times),
+            jnp.where(keep, instant.last_happened, history.last_happened),
+        )
+        return eqx.tree_at(lambda h: (h.last_times, h.last_happened), new, last)
+
+    @property
+    def _width_of_history(self) -> int:
+        return self.layout.size if self.settings.save == "steps" else 0
+
+    @property
+    def _inner_loop(self) -> Callable[..., PyTree]:
+        """A loop within a step."""
+        return ft.partial(while_loop, kind="bounded" if self.kind.is_reversible else "lax")
+
+    def saved(self, path: Span, c: Carry, t: Array, y: Vector, keep: Array) -> Rows:
+        """The rows after a step along a path, which ends at t with the vector y."""
+        times = self.given.numbers.times
+        if self.settings.save == "steps":
+            i = c.rows.n
+            return Rows(written(c.rows.ts, t, i, keep), written(c.rows.ys, y, i, keep), i + keep)
+        if times is None:
+            return c.rows
+        ordered = self.forward * times
+
+        def is_passed(rows: Rows) -> Array:
+            i = jnp.minimum(rows.n, len(times) - 1)
+            return keep & (rows.n < len(times)) & (ordered[i] <= t)
+
+        def save(rows: Rows) -> Rows:
+            at = ordered[jnp.minimum(rows.n, len(times) - 1)]
+            y = path.evaluate(at)
+            true = jnp.asarray(True)
+            return Rows(written(rows.ts, at, rows.n, true), written(rows.ys, y, rows.n, true), rows.n + 1)
+
+        return self._inner_loop(is_passed, save, c.rows, max_steps=len(times), buffers=lambda rows: (rows.ts, rows.ys))
+
+    def no_rows(self, y: Vector) -> Rows:
+        """The rows of a run that begins with y."""
+        times = self.given.numbers.times
+        size = {"steps": self.settings.max_steps + 1, "times": 0 if times is None else len(times)}
+        size = size.get(self.settings.save, 0)
+        rows = Rows(jnp.full(size, jnp.inf), jnp.full((size, len(y)), jnp.inf), jnp.asarray(0))
+        if self.settings.save != "steps":
+            return rows
+        return Rows(rows.ts.at[0].set(self.t0), rows.ys.at[0].set(y), jnp.asarray(1))
+
+    def kept(self, c: Carry, t: Array, keep: Array, info: PyTree) -> Pieces | None:
+        """The dense output after a step that ends at t, and that is evaluated from `info`."""
+        if c.pieces is None:
+            return None
+        values, structure = jax.tree.flatten(info)
+        buffers = structure.flatten_up_to(c.pieces.infos)
+        infos = [written(*item, c.n_accepted, keep) for item in zip(buffers, values, strict=True)]
+        return Pieces(written(c.pieces.ts, t, c.n_accepted + 1, keep), structure.unflatten(infos))
+
+    def no_pieces(self, c: Carry) -> Pieces | None:
+        if self.settings.save != "dense":
+            return None
+        args = self.given.carrying(c.y[self.layout.carried])
+        core = self.layout.core(c.y)
+        where = (self.solver, c.t, c.t, c.jumped, c.inner)
+        info = eqx.filter_eval_shape(lambda: self.attempt(core, args, where)[2][0])
+        kept = {
+            "inner": info, "begin": c.t, "end": c.t, "carried": c.y[self.layout.carried],
+        }  # fmt: skip
+        n = self.settings.max_steps
+        infos = jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), kept)
+        return Pieces(jnp.full(n + 1, jnp.inf).at[0].set(self.t0), infos)
+
+    def buffers(self, c: Carry) -> PyTree:
+        """What is written to, one row after the other."""
+        found: list[PyTree] = [c.rows.ts, c.rows.ys]
+        if self.events is not None:
+            found += [c.history.times, c.history.numbers, c.history.before]  # pyright: ignore[reportOptionalMemberAccess]
+        return [*found, c.pieces] if self.settings.save == "dense" else found
+
+
+def _method(settings: Settings, sizes: StepSizes) -> Any:
+    """The solver, with what it has to know of the model and of the tolerances."""
+    system, solver = settings.system, settings.solver
+    if isinstance(solver, AbstractRosenbrock):
+        mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
+        solver = dataclasses.replace(solver, n_integrals=settings.n_extra)
+        return solver if mass is None else dataclasses.replace(solver, mass=mass)
+    if isinstance(solver, diffrax.AbstractImplicitSolver):
+        finder: Any = solver.root_finder
+        for name in ("rtol", "atol", "norm"):
+            value = getattr(finder, name)
+            if not callable(value) and not isinstance(value, float | int | jax.Array | np.ndarray):
+                # Not given: that of the steps.
+                finder = eqx.tree_at(lambda f, name=name: getattr(f, name), finder, getattr(sizes.pid, name))
+        solver = eqx.tree_at(lambda s: s.root_finder, solver, finder)
+    return solver

@@ -1,0 +1,71 @@
+"""Equations that jump where a variable passes a limit, by a plain `jnp.where`: no event finds the time of the jump."""
+
+import warnings
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
+from .flat_model import FlatModel
+from .jaxpr import called, interpreted, is_floating
+from .stated import templates
+from .template import Template
+
+_RELATIONS = ("lt", "le", "gt", "ge")
+_LOGIC = ("and", "or", "not", "xor", "select_n", "broadcast_in_dim", "reshape", "squeeze", "reduce_and", "reduce_or")
+
+
+class JumpWarning(UserWarning):
+    """An equation jumps where no event is stated."""
+
+
+class _Value(NamedTuple):
+    """Whether a value depends on a variable, and whether it is the truth of a relation that does."""
+
+    moves: bool
+    is_truth: bool
+
+
+def warn_of_jumps(flat: FlatModel) -> None:
+    """Warn of the component classes whose equations jump without an event: values are right, derivatives are not."""
+    for instances in flat.instances:
+        names = [template.name for template in templates(instances.kind) if jumps(template)]
+        if names:
+            warnings.warn(
+                f"{instances.kind.cls.__name__}.equations: {', '.join(names)} may jump where a relation of a plain "
+                "jnp.where changes. The time of the jump has no derivative then, and steps go over it. Remedy: "
+                "ifelse(...) in place of jnp.where(...).",
+                JumpWarning,
+                stacklevel=2,
+            )
+
+
+def jumps(template: Template) -> bool:
+    """Whether an equation chooses between two numbers by a relation that reads a variable."""
+    found: list[JaxprEqn] = []
+    inputs = [_Value(item.source == "var", False) for item in template.inputs]
+    _walk(template.jaxpr, inputs, found)
+    return bool(found)
+
+
+def _walk(closed: ClosedJaxpr, inputs: Sequence[_Value], found: list[JaxprEqn]) -> list[_Value]:
+    def outputs(eqn: JaxprEqn, args: list[_Value]) -> Sequence[_Value]:
+        inner = called(eqn)
+        if inner is not None:
+            return _walk(inner, args, found)
+        name, moves = eqn.primitive.name, any(arg.moves for arg in args)
+        if name in _RELATIONS and is_floating(eqn.invars[0]):
+            return [_Value(moves, moves)]
+        if name == "select_n" and args[0].is_truth and is_floating(eqn.outvars[0]) and _differ(eqn, args[1:]):
+            found.append(eqn)
+        is_truth = name in _LOGIC and not is_floating(eqn.outvars[0]) and any(arg.is_truth for arg in args)
+        return [_Value(moves, is_truth)] * len(eqn.outvars)
+
+    return interpreted(closed, inputs, outputs, lambda value: _Value(False, False))
+
+
+def _differ(eqn: JaxprEqn, cases: Sequence[_Value]) -> bool:
+    """Whether the cases are fixed numbers, and not the same ones."""
+    if any(case.moves for case in cases):
+        return False
+    atoms = [atom.val if isinstance(atom, Literal) else id(atom) for atom in eqn.invars[1:]]
+    return len(set(map(str, atoms))) > 1
