@@ -176,7 +176,7 @@ def first_crossing(
         aim = low.t + part.width * _aim(part, changes, bumps, short, s.count)
         # From the end of what passes, to the end of the narrowed part, or to the end of the next part of the step.
         is_behind = passes & s.narrow & ~s.is_seen
-        is_first_look = is_end & ~passes  # the whole step: look at its parts
+        is_first_look = is_end & ~passes & ~is_found  # the whole step: look at its parts
         node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
         width = jnp.minimum(length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
         onward = jnp.minimum(node.t + width, last.t)
@@ -184,7 +184,7 @@ def first_crossing(
         narrows = ~is_start & ~passes & ~is_first_look
         return _Search(
             low=jnp.where(is_start | passes, flat_new, s.low),
-            high=jnp.where(narrows | is_found, flat_new, s.high),
+            high=jnp.where(narrows, flat_new, s.high),
             end=flat_last,
             truths=jnp.where(passes, truths ^ changes, truths),
             crossed=jnp.where(narrows, s.crossed | changes, s.crossed & ~changes & (is_behind | ~passes)),
