@@ -101,6 +101,10 @@ def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | N
     if slot >= instances.kind.n_own:
         return np.zeros(instances.kind.sizes[slot])
     value = leaves[instances.first_leaf[member] + slot]
+    if value is None:  # of a discrete variable that starts from what its class says
+        value = np.broadcast_to(
+            instances.kind.declarations[slot].start, instances.stacks[member] + instances.kind.sizes[slot]
+        )
     if not instances.stacks[member]:
         return value
     return np.reshape(np.asarray(value), (-1, *instances.kind.sizes[slot]))[inside]

@@ -21,7 +21,7 @@ from .field import Given, values_of, vector_field, wanted_pairs
 from .interval import Seen
 from .schedule import farthest, last_before, next_after
 
-RESOLUTION = 1e-12  # hysteresis of relations, as a share of the terms that they compare
+RESOLUTION = 4096  # hysteresis of relations, in roundings of the terms that they compare: a 1e-12th of these
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # multiples of it are spread evenly
 
 
@@ -137,7 +137,8 @@ class RunEvents(EventNumbers):
         size = jnp.where(jnp.isfinite(own) & ~self.of_time, own, 0.0)
         size = jax.lax.stop_gradient(jnp.concatenate([size, jnp.zeros(self._n_own)]))
         rtol = jax.lax.stop_gradient(given.numbers.rtol)
-        return RESOLUTION * size, jnp.where(self.of_laws, jnp.maximum(rtol, RESOLUTION), RESOLUTION) * size
+        least = RESOLUTION * jnp.finfo(size.dtype).eps
+        return least * size, jnp.where(self.of_laws, jnp.maximum(rtol, least), least) * size
 
     def _typical(self, leaf: int, given: Given) -> Numbers:
         """The value of a parameter, a number near the nominal size of a variable, another one for each, and zero for a

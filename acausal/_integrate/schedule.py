@@ -2,18 +2,17 @@
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from .._numbers import Numbers
 
-EPSILON = float(np.finfo(float).eps)
 COUNTABLE = 1e8  # periods, of which more are not counted exactly enough to tell one instant from another
 
 
 def tick(t: Numbers, t0: Numbers) -> Numbers:
     """Times closer than this are one and the same if counted from t0: they are sums of numbers as large as either."""
-    return 4.0 * EPSILON * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e-290
+    least = jnp.finfo(jax.dtypes.canonicalize_dtype(float))
+    return 4.0 * least.eps * jnp.maximum(jnp.abs(t), jnp.abs(t0)) + 1e18 * least.tiny
 
 
 def next_after(times: Array, every: Array | None, t: Numbers, after: Array) -> Array:

@@ -1,8 +1,9 @@
 """Which variables are integrated."""
 
-from typing import Any
+from typing import Any, Self
 
 import equinox as eqx
+import numpy as np
 import pytest
 from _mechanisms import Pendulum, Swing
 from _models import gear_train, oscillator, rc, rectifier
@@ -10,6 +11,7 @@ from _models import gear_train, oscillator, rc, rectifier
 from acausal import (
     Component,
     Connections,
+    Discrete,
     Equations,
     Param,
     Scalar,
@@ -126,3 +128,29 @@ def test_a_forced_choice_in_a_singular_position() -> None:
 def test_compile_needs_numbers() -> None:
     with pytest.raises(Exception, match=r"choose_states\(model\) needs concrete numbers"):
         eqx.filter_jit(choose_states)(rc())
+
+
+class Rod(Component):
+    """A point on a circle whose radius is a discrete variable: its equation is differentiated."""
+
+    L: Discrete[Scalar, "m"] = 1.0
+    x: Var[Scalar, "m"] = 1.0
+    y: Var[Scalar, "m"] = 0.0
+    u: Var[Scalar, "m/s"] = 0.0
+    v: Var[Scalar, "m/s"] = 0.0
+    pull: Var[Scalar, "1/s2"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            x=eq(d.x, self.u),
+            y=eq(d.y, self.v),
+            u=eq(d.u, -self.pull * self.x),
+            v=eq(d.v, -self.pull * self.y - 9.81, check_units=False),
+            rod=eq(self.x**2 + self.y**2, self.L**2),
+        )
+
+
+def test_a_differentiated_equation_may_read_a_discrete_variable() -> None:
+    model = Rod()
+    chosen = simulate(model, 0.3, save="end", system=choose_states(model)).final.x
+    np.testing.assert_allclose(chosen, simulate(model, 0.3, save="end").final.x, rtol=1e-6)
