@@ -16,6 +16,7 @@ from .settings import Settings
 
 PER_OCTAVE = 4
 SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
+LOST = 1e-14  # a step is too short below this share of the time since the begin of the run
 LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
 
 
@@ -44,7 +45,8 @@ class StepSizes(eqx.Module):
 
     pid: diffrax.PIDController
     sizes: Any
-    shortest: Any
+    begin: Any
+    shortest: Any  # None: what is lost beside the time since the begin
     longest: Any
 
     def init(self, terms: Any, t0: Array, t1: Array, core: Array, dt0: Any, args: Any, solver: Any) -> Control:
@@ -73,7 +75,9 @@ class StepSizes(eqx.Module):
         largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
         total = before.total + jnp.where(keep, error, 0.0)
         control = Control(inner, held(wish), held(error / scale), held(largest), held(total))
-        return jnp.asarray(keep), control, wish < self.shortest
+        lost = jnp.maximum(LOST * (t0 - self.begin), args.tick(t0))
+        shortest = lost if self.shortest is None else self.shortest
+        return jnp.asarray(keep), control, wish < shortest
 
     def _allowed(self, width: Numbers) -> Array:
         return jax.lax.stop_gradient(jnp.minimum(on_grid(width), self.longest))
@@ -82,10 +86,9 @@ class StepSizes(eqx.Module):
 def step_sizes(settings: Settings, given: Given) -> StepSizes:
     """Tolerances per variable; the integrals, energies above all, count as of size 1."""
     numbers, nominals = given.numbers, settings.system.nominals
-    span = jnp.abs(numbers.t1 - numbers.t0)
     pid = diffrax.PIDController(numbers.rtol, numbers.rtol * sizes_of(settings), norm=root_mean_square)
-    shortest = 1e-14 * span if numbers.dtmin is None else numbers.dtmin
-    return StepSizes(pid, nominals, shortest, jnp.inf if numbers.dtmax is None else numbers.dtmax)
+    begin = given.direction * numbers.t0
+    return StepSizes(pid, nominals, begin, numbers.dtmin, jnp.inf if numbers.dtmax is None else numbers.dtmax)
 
 
 def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:

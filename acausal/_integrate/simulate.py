@@ -90,7 +90,7 @@ def simulate(
     - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
     - `solver`: `Rodas3P()` or a solver of diffrax; None: `Rodas5P()`.
     - `dt0`: first step in s; None: guessed from the vector field.
-    - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time span.
+    - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time since t0.
     - `dtmax`: largest step in s, for events of what varies faster than the steps tell; None: no limit.
     - `max_steps`: most steps, rejected ones included.
     - `max_events`: how many events are recorded; what comes later happens, but is not listed.

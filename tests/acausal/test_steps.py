@@ -1,13 +1,13 @@
 """The loop over the steps, and their sizes."""
 
-from typing import Any
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Scalar
+from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._integrate import adjoint
 from acausal._integrate.adjoint import nested_loop
 from acausal._integrate.controller import PER_OCTAVE, on_grid
@@ -49,3 +49,23 @@ def test_step_sizes_lie_on_a_grid() -> None:
     assert np.all(np.abs(np.log2(got / sizes)) <= 0.5 / PER_OCTAVE + 1e-9)
     # What differs by rounding comes out the same.
     assert np.all([float(on_grid(size * (1.0 + 1e-12))) for size in sizes] == got)
+
+
+class Robertson(Component):
+    """A reaction whose times lie far apart (Robertson 1966)."""
+
+    a: Var[Scalar, "1"] = 1.0
+    b: Var[Scalar, "1"] = 0.0
+    c: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        slow, back, fast = 0.04 * self.a, 1e4 * self.b * self.c, 3e7 * self.b**2
+        rates = dict(a=(d.a, back - slow), b=(d.b, slow - back - fast), c=(d.c, fast))
+        return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
+
+
+def test_the_first_steps_of_a_long_run_may_be_short() -> None:
+    """The smallest step is measured by the time since the start, not by the whole run."""
+    end = simulate(Robertson(), 4e10, rtol=1e-8, nominal={"b": 1e-6}, save="end").final
+    # The example of LSODE (Hindmarsh, ODEPACK) prints 5.2083e-8 at 4e10.
+    np.testing.assert_allclose(end.a, 5.2083e-8, rtol=1e-4)
