@@ -19,8 +19,8 @@ import numpy as np
 import optimistix as optx
 
 from acausal import Rodas5P
-from components.rotational import EccentricDisc
-from studies.actuators import ElectromechanicalActuator
+from components.rotational import EccentricDisc, PlanetaryGearbox
+from studies.actuators import ElectromechanicalActuator, spring_rate
 
 STATES = ("line.V", "slave.rod.s", "piston.v", "gearbox.carrier.phi", "cam.w")
 NOMINALS = np.array([1e-8, 1e-2, 1e-1, 1.0, 10.0])
@@ -33,11 +33,12 @@ def parameters(m: ElectromechanicalActuator) -> dict[str, Any]:
     """The parameters of the equations, from those of a model."""
     assert m.motor.bearing is not None
     assert isinstance(m.cam.profile, EccentricDisc)
+    assert isinstance(m.gearbox, PlanetaryGearbox)
     return {
         "Vs": m.supply.V, "K": m.motor.emf.k, "R": m.motor.resistor.R, "C": m.motor.bearing.C, "Jm": m.motor.rotor.J,
         "N": m.gearbox.ratio, "Jg": m.gearbox.J_sun, "Jc": m.cam.J, "e": m.cam.profile.eccentricity,
         "rc": m.cam.profile.radius, "bore_m": m.master.bore, "bore_s": m.slave.bore, "Kf": m.line.stiffness,
-        "Cf": m.line.damping, "M": m.piston.m, "Cp": m.seal.C, "k": m.clutch.rate,
+        "Cf": m.line.damping, "M": m.piston.m, "Cp": m.seal.C, "k": spring_rate(m),
     }  # fmt: skip
 
 

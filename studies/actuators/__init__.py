@@ -38,6 +38,7 @@ from ._models import PumpActuator as PumpActuator
 from ._models import StickingActuator as StickingActuator
 from ._models import WormActuator as WormActuator
 from ._models import pump_parts as pump_parts
+from ._models import spring_rate as spring_rate
 from ._opening import LONGEST as LONGEST
 from ._opening import STROKE as STROKE
 from ._opening import WORN_LOAD as WORN_LOAD

@@ -2,7 +2,7 @@
 
 from typing import TypedDict
 
-from acausal import Component, Connections, connect
+from acausal import Component, Connections, Scalar, connect
 from components.blocks import Constant, Ramp, Step
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
 from components.hydraulic import (
@@ -60,6 +60,13 @@ class ClutchActuator(Component, partial=True):
             connect(self.slave.rod, self.piston.a, self.seal.flange, self.clutch.flange),
             *stops,
         )
+
+
+def spring_rate(model: ClutchActuator) -> Scalar:
+    """The rate in N/m of a clutch with a linear spring; ValueError for a sampled characteristic."""
+    if isinstance(model.clutch, TabulatedSpring):
+        raise ValueError("clutch: the rate of a TabulatedSpring depends on its travel; give a ClutchSpring(rate=...)")
+    return model.clutch.rate
 
 
 class CamActuator(ClutchActuator, partial=True):

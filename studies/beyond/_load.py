@@ -24,7 +24,7 @@ from components.translational import (
     SmoothStribeckFriction,
 )
 
-from ..actuators import STROKE, WORN_LOAD, ClutchActuator, opening
+from ..actuators import STROKE, WORN_LOAD, ClutchActuator, opening, spring_rate
 from ._prototypes import PROTOTYPES, RE50, Prototype
 from ._row import Row
 
@@ -88,7 +88,7 @@ def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
     found = {
         name: np.asarray(jax.vmap(ft.partial(slave_load, one))(jnp.asarray(travel))) for name, one in loads().items()
     }
-    return travel, {RIG: float(PROTOTYPES[RE50].build().clutch.rate) * travel, NEW: found[NEW], WORN: found[WORN]}
+    return travel, {RIG: float(spring_rate(PROTOTYPES[RE50].build())) * travel, NEW: found[NEW], WORN: found[WORN]}
 
 
 def rows(rtol: float = 1e-9, actuators: Mapping[str, Prototype] = PROTOTYPES) -> list[Row]:

@@ -25,6 +25,7 @@ from ..actuators import (
     ema_maxon,
     holding_current,
     lift_share,
+    spring_rate,
 )
 from ..validate._ratios import best_ratio, least_ratio
 from ._concepts import ALLOWED, CONCEPTS, EHS, EHS_VALVE, EMA, MOTORS, Concept, Motor
@@ -105,7 +106,7 @@ def prototypes(rtol: float = 1e-9) -> list[Row]:
         figures = tuple(measured(actuator, quantity) for quantity in ("opening time", "holding current"))
         values = parameters(model)
         for name, rate, (time, current) in (
-            ("rig's spring", model.clutch.rate, figures),
+            ("rig's spring", spring_rate(model), figures),
             (f"{WORN_LOAD:g} N", WORN_LOAD / STROKE, (None, None)),
         ):  # fmt: skip
             loaded = replace(model, {"clutch.rate": rate})

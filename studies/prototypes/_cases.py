@@ -9,7 +9,7 @@ import equinox as eqx
 
 from acausal import Scalar
 from acausal.design import Experiment, Fit, Normal, identify
-from components.rotational import EqualMeshLoss, SmoothStribeckFriction
+from components.rotational import EqualMeshLoss, PlanetaryTrain, SmoothStribeckFriction
 
 from .._measured import MEASURED, MULTIMETER, NO_LOAD_TEST, UNITS, Datum
 from ..actuators import (
@@ -101,6 +101,8 @@ def held(model: ClutchActuator, direction: float = 1.0) -> Scalar:
     """The current in A at the full stroke when the motor is on the point of opening further, -1: of giving way."""
     current = hold(model).current
     if isinstance(model, ElectromechanicalActuator):
+        if isinstance(model.gearbox, PlanetaryTrain):
+            raise ValueError("gearbox is a train: the current that holds is known here for one stage, PlanetaryGearbox")
         loss, ratio = model.gearbox.loss, model.gearbox.ratio
         if loss is not None:
             # With the ring held a part 1 / ratio of the torque does not pass the meshes (Mueller).

@@ -10,7 +10,7 @@ import scipy
 
 from acausal import Scalar
 
-from ..actuators import LONGEST, ClutchActuator, ElectromechanicalActuator, delivered, opening_time
+from ..actuators import LONGEST, ClutchActuator, ElectromechanicalActuator, delivered, opening_time, spring_rate
 
 RANGE = (1.5, 8.0)  # of the ratios among which the best is sought
 
@@ -24,8 +24,8 @@ def least_ratio(model: ElectromechanicalActuator, torque: float, stroke: float) 
 
     def at(angle: Scalar) -> tuple[Scalar, Scalar]:
         volume, slope = jax.value_and_grad(lambda angle: delivered(model, angle))(angle)
-        pressure = volume / (model.slave.area**2 / model.clutch.rate + 1.0 / model.line.stiffness)
-        return pressure * slope, pressure * model.slave.area / model.clutch.rate
+        pressure = volume / (model.slave.area**2 / spring_rate(model) + 1.0 / model.line.stiffness)
+        return pressure * slope, pressure * model.slave.area / spring_rate(model)
 
     half_turn = np.pi * model.gearbox.ratio
     torques, strokes = jax.vmap(at)(half_turn * jnp.linspace(0.0, 1.0, 20001))

@@ -25,6 +25,7 @@ from ..actuators import (
     hold,
     opening,
     sila,
+    spring_rate,
 )
 from ..prototypes._cases import CASES, fit
 from ._linear import linear_actuator, modes, static_gains, travel, turning_inertia
@@ -161,7 +162,7 @@ def _of_linear_model() -> dict[str, float]:
         "mass_motor": turning_inertia(actuator) / moved**2,
         "mass_slave": float(actuator.piston.m),
         "stiffness_liquid": float(actuator.line.stiffness * actuator.slave.area**2),
-        "stiffness_clutch": float(actuator.clutch.rate),
+        "stiffness_clutch": float(spring_rate(actuator)),
         "static_gain": gain,
         "static_gain_level": 20.0 * np.log10(gain),
         "angle_per_stroke": ratio,

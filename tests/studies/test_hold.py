@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.actuators import COIL, SUPPLY, motor_held, valve_held
+from studies.actuators import COIL, SUPPLY, motor_held, spring_rate, valve_held
 from studies.actuators._holding import STROKE
 from studies.hold import DURATION, KEYWORDS, evaluate, run, static_power
 
@@ -44,7 +44,7 @@ def test_power_of_the_motor_at_rest(by_motor: Any) -> None:
     end, model = by_motor.final, motor_held()
     assert model.motor.bearing is not None
     area = 0.25 * math.pi * float(model.slave.bore) ** 2
-    pressure = float(model.clutch.rate) * STROKE / area
+    pressure = float(spring_rate(model)) * STROKE / area
     w = pressure / float(model.leak.resistance * model.pump.displacement)
     i = (float(model.pump.displacement) * pressure + float(model.motor.bearing.C) * w) / float(model.motor.emf.k)
     assert float(end.supply.u.value) == pytest.approx(
@@ -60,7 +60,7 @@ def test_leaking_past_the_shut_valve(by_valve: Any) -> None:
     """
     model = valve_held()
     area = 0.25 * math.pi * float(model.slave.bore) ** 2
-    spring = float(model.clutch.rate) / area**2  # Pa/m3
+    spring = float(spring_rate(model)) / area**2  # Pa/m3
     leak, stiffness, damping = (float(x) for x in (model.leak.resistance, model.line.stiffness, model.line.damping))
     viscous = float(model.seal.C) / area**2
     # With volumes x of the cylinder and V of the line: spring x + viscous x' = K V + B V' = p, x' + V' = -p / R.
