@@ -43,7 +43,7 @@ class Steps:
         self.forward = given.direction
         self.t0, self.t1 = self.forward * given.numbers.t0, self.forward * given.numbers.t1
         self.sizes = step_sizes(settings, given)
-        self.solver = _method(settings, self.sizes)
+        self.solver = _method(settings, self.sizes, kind)
         field = vector_field(settings)
         self.terms = diffrax.ODETerm(lambda t, y, args: args.direction * field(args.direction * t, y, args))
 
@@ -213,8 +213,8 @@ class Steps:
         return [*found, c.pieces] if self.settings.save == "dense" else found
 
 
-def _method(settings: Settings, sizes: StepSizes) -> Any:
-    """The solver, with what it has to know of the model and of the tolerances."""
+def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:
+    """The solver, with what it has to know of the model, of the tolerances, and of how it is differentiated."""
     system, solver = settings.system, settings.solver
     if isinstance(solver, AbstractRosenbrock):
         mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
@@ -228,4 +228,7 @@ def _method(settings: Settings, sizes: StepSizes) -> Any:
                 # Not given: that of the steps.
                 finder = eqx.tree_at(lambda f, name=name: getattr(f, name), finder, getattr(sizes.pid, name))
         solver = eqx.tree_at(lambda s: s.root_finder, solver, finder)
+    if isinstance(solver, diffrax.AbstractRungeKutta) and solver.scan_kind is None:
+        # Steps are differentiated in forward mode, which the solver's own loop over its stages does not allow.
+        solver = dataclasses.replace(solver, scan_kind="bounded" if kind.is_reversible else "lax")
     return solver
