@@ -195,7 +195,7 @@ class Pipe(Segments):
         liquid: AnyLiquid,
         friction: PipeFriction | None = None,
         wall: Scalar = 0.0,
-        p: Any = None,
+        p: Param[Any, "Pa"] | None = None,  # pressure in the nodes at the start
         q: Any = None,
     ) -> None:
         self._build(n, length, diameter, liquid, friction, wall, p, q)

@@ -67,7 +67,7 @@ class UnsteadyFrictionPipe(Segments):
         memory: FrictionMemory | None = None,
         friction: PipeFriction | None = None,
         wall: Scalar = 0.0,
-        p: Any = None,
+        p: Param[Any, "Pa"] | None = None,  # pressure in the nodes at the start
         q: Any = None,
     ) -> None:
         self._build(n, length, diameter, liquid, friction, wall, p, q)
