@@ -142,19 +142,17 @@ def settle(
             # Past events of one instant start from the values before all of them; those of the next instant, from the
             # values that these have left.
             is_now = due_later & (r.order <= now)
-            # An event is due again only if this round has changed its time. Both times are computed here, in the same
-            # way, so that they do not differ by rounding.
-            was, new = jax.vmap(lambda y: events.past(t, y, given))(jax.lax.stop_gradient(jnp.stack([ys[1], y])))
-            is_reset = (new != was) & ~is_now
-            times = jnp.where(is_reset, jax.lax.stop_gradient(new), r.order)
+            # An event is due again only at those of its times that this round has changed.
+            is_reset, last = events.set_anew(t, ys[1], y, given)
+            is_reset &= ~is_now
+            times = jnp.where(is_reset, last, r.order)
             due_later = is_own & jnp.isfinite(times) & (due_later | is_reset) & ~r.ticks
             base = jnp.where(is_own & (jnp.min(jnp.where(due_later, times, jnp.inf)) > now), y, base)
         else:
             if reset:
                 # What is set to happen now, or earlier, happens now.
-                was, new = jax.vmap(lambda y: events.past(t, y, given))(jax.lax.stop_gradient(jnp.stack([ys[1], y])))
-                is_reset = (new != was) & jnp.isfinite(new) & (~clocks | (new >= t - given.tick(t)))
-                ticks |= is_reset
+                is_moved, last = events.set_anew(t, ys[1], y, given)
+                ticks |= is_moved & jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
         # When all else has happened, what was set to happen now happens, and then the clocks tick. They read what holds
         # now.
         is_quiet = ~is_own & ~jnp.any(fired) & ~jnp.any(due_later)

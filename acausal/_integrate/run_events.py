@@ -194,6 +194,28 @@ class RunEvents(EventNumbers):
         rest = jnp.full(self.total - self.n_model, jnp.inf)
         return jnp.concatenate([_spread(own, self._place_of_time, jnp.inf), rest])
 
+    def set_anew(self, t: Array, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
+        """Which scheduled events of the model have times that differ between two vectors, and the last of these times
+        that is not after t, as the second vector tells; infinite where there is none.
+        """
+
+        def tables(y: Array) -> list[tuple[Array, Array | None]]:
+            return [(times, every) for times, every, _ in self._times(t, y, given)]
+
+        # Both are computed in one way, so that they do not differ by rounding.
+        found = jax.vmap(tables)(jax.lax.stop_gradient(jnp.stack([before, after])))
+        moved, last = [], []
+        for times, every in found:
+            differs = times[0] != times[1]
+            if every is not None:
+                differs |= every[0] != every[1]
+            moved.append(jnp.any(differs, axis=1))
+            period = None if every is None else every[1]
+            last.append(last_before(jnp.where(differs, times[1], jnp.inf), period, t))
+        rest = self.total - self.n_model
+        is_moved = jnp.pad(_spread(moved, self._place_of_time, False), (0, rest))
+        return is_moved, jnp.pad(_spread(last, self._place_of_time, jnp.inf), (0, rest), constant_values=jnp.inf)
+
     def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
         """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
         times = self._times(jnp.asarray(t0, float), y, given)

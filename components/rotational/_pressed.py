@@ -69,9 +69,9 @@ class OneWayClutch(Pressed, CouplingFriction):
         return positive_part(self.u.value)
 
     def events(self) -> Events:
-        locked = ("backward", "reverse", "tear", "release")
+        locked = ("backward", "tear", "release")
         events = {name: event for name, event in super().events().items() if name not in locked}
-        against = self.w < -1e3 * jnp.maximum(self.rest, stick_slip.REST)
+        against = self.w < -stick_slip.NOISE * jnp.maximum(self.rest, stick_slip.REST)
         return {name: _never_backward(event) for name, event in events.items()} | dict(
             against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a.")
         )
