@@ -33,20 +33,19 @@ class Course(eqx.Module):
         layout, forward = self.settings.layout, self.given.direction
         return forward * vector_field(self.settings)(forward * t, layout.core(y), self.given)[layout.states]
 
-    def error(self, inner: diffrax.AbstractLocalInterpolation, t: Numbers, rates: Array) -> Array:
-        """What the states lack at a time on the path, where the equations say `rates`. Its derivatives are those at a
-        share of the step that does not change.
-        """
+    def error(self, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, rates: Array) -> Array:
+        """What the states lack at a share of the step on the path, where the equations say `rates`."""
         assert isinstance(inner, RosenbrockInterpolation)
-        start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
-        theta = (t - start) / jnp.where(end == start, 1.0, end - start)
-        core = self._core(rates)
-        lacking = self.solver.error_within(inner, self.work, theta, inner.t1 - inner.t0, core)
+        lacking = self.solver.error_within(inner, self.work, theta, inner.t1 - inner.t0, self._core(rates))
         return lacking[self.settings.layout.states]
+
+    def error_at(self, inner: diffrax.AbstractLocalInterpolation, t: Numbers, rates: Array) -> Array:
+        """What the states lack at a time on the path."""
+        return self.error(inner, share(inner, t), rates)
 
     def shift(self, inner: diffrax.AbstractLocalInterpolation, t: Numbers, y: Vector) -> Array:
         """What the states y of the path lack at t."""
-        return self.error(inner, t, self.rates(t, y))
+        return self.error_at(inner, t, self.rates(t, y))
 
     def moved(self, y: Vector, shift: Array) -> Vector:
         """The vector with this added to its states."""
@@ -68,33 +67,40 @@ class Course(eqx.Module):
         return jnp.concatenate([states, jnp.zeros(self.settings.n_extra)]) if self.settings.n_extra else states
 
 
+def share(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
+    """The share of a step that has passed at t."""
+    return (t - inner.t0) / jnp.where(inner.t1 == inner.t0, 1.0, inner.t1 - inner.t0)
+
+
 @jax.custom_jvp
 def on_course(
     course: Course,
     inner: diffrax.AbstractLocalInterpolation,
     y: Vector,
     shift: Array,
+    theta: Numbers,
     t: Numbers,
-    moving: Numbers,
     point: Vector,
 ) -> Vector:
     """The vector y of a path with what it lacks there, which has been found to be `shift`. Its derivatives are
-    corrected in the same way, by rates at t and the `point` of the path there: those of y, or just before, where
-    equations bend at y. `moving` is t as it moves with the ends of the step.
+    corrected in the same way, by rates at t, a share theta of the step, and the `point` of the path there: those of y,
+    or just before, where equations bend at y.
     """
-    del inner, t, moving, point
+    del inner, theta, t, point
     return course.moved(y, shift)
 
 
 @ft.partial(on_course.defjvp, symbolic_zeros=True)
 def _derivative(primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[Vector, Vector]:
-    course, inner, y, shift, t, moving, point = primals
-    of_course, of_inner, of_y, _, _, of_time, of_point = tangents
+    course, inner, y, shift, theta, t, point = primals
+    of_course, of_inner, of_y, _, of_share, of_time, of_point = tangents
 
-    def lacking(given: Given, inner: diffrax.AbstractLocalInterpolation, moving: Numbers, y: Vector) -> Array:
-        return course.error(inner, t, eqx.tree_at(lambda c: c.given, course, given).rates(moving, y))
+    def lacking(
+        given: Given, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, t: Numbers, y: Vector
+    ) -> Array:
+        return course.error(inner, theta, eqx.tree_at(lambda c: c.given, course, given).rates(t, y))
 
     place, dy = course.moved(point, shift), jnp.asarray(array_of(of_y))
-    of_place = jnp.asarray(array_of(of_point))
-    _, change = pushed(lacking, (course.given, inner, moving, place), (of_course.given, of_inner, of_time, of_place))
+    moving = (of_course.given, of_inner, of_share, of_time, jnp.asarray(array_of(of_point)))
+    _, change = pushed(lacking, (course.given, inner, theta, t, place), moving)
     return course.moved(y, shift), course.moved(dy, change)

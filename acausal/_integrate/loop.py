@@ -9,7 +9,7 @@ from jax import Array
 
 from .._equinox_private import unvmap_any
 from .carry import Carry
-from .course import Course, on_course
+from .course import Course, on_course, share
 from .crossing import Found
 from .event_history import EventHistory
 from .iteration import ACCUMULATED, settle
@@ -167,7 +167,8 @@ class Run(Steps):
         lag = None
         if events.is_searched and path.course is not None:
             early = path.moving(before)
-            there = on_course(path.course, path.inner, there, found.shift[0], before, *early)
+            theta = share(*hold((path.inner, before)))
+            there = on_course(path.course, path.inner, there, found.shift[0], theta, *early)
             lag = _lag(*hold((path, t, found.shift[1])))
         y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
         t = jnp.where(is_cut, moved, t1)

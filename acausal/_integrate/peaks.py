@@ -10,6 +10,7 @@ from jax import Array
 
 from .._evaluate.groups import Store
 from .._numbers import Numbers
+from .course import share
 from .field import Given, values_of, wanted_pairs
 from .interval import LOOKS, Seen, seen, seen_on_course
 from .settings import Settings
@@ -69,7 +70,7 @@ class Peaks:
         """The functions at a time on the path of a step."""
         if path.course is None:
             return seen(lambda t: self.values(given.direction * t, path.plain(t), given), t)
-        error = ft.partial(path.course.error, path.inner)
+        error = ft.partial(path.course.error_at, path.inner)
         return seen_on_course(ft.partial(self._values_and_rates, given), path.plain, error, t)._replace(shift=())
 
     def begun(self, t: Array, y: Array, given: Given) -> Array:
@@ -79,16 +80,17 @@ class Peaks:
 
     def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array]:
         """The functions at a place on the path of a step, and their rates."""
+        held = jax.lax.stop_gradient(path.inner)
 
         def values(t: Array) -> Array:
             moved, there = path.moving(t)
-            course = path.course
+            course, theta = path.course, share(held, t)
             if course is None:
                 return self.values(given.direction * moved, there, given)
 
             def again(shift: Array, _: None) -> tuple[Array, Array]:
                 found, rates = self._values_and_rates(given, moved, course.moved(there, shift))
-                return shift + course.error(path.inner, t, rates), found
+                return shift + course.error(path.inner, theta, rates), found
 
             nothing = jnp.zeros(self.settings.layout.n_states)
             return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1]  # once more for derivatives

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from .._numbers import Numbers
-from .course import Course, on_course
+from .course import Course, on_course, share
 from .state_vector import StateVector, Vector
 
 
@@ -31,7 +31,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         if self.course is None:
             return y
         shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t0, y)))
-        return on_course(self.course, self.inner, y, shift, t0, t0, y)
+        return on_course(self.course, self.inner, y, shift, share(self.inner, t0), t0, y)
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
         """The state at a time as the solver's own dense output has it."""

@@ -113,7 +113,7 @@ class Steps:
         def see(t: Numbers) -> Seen:
             if course is None:
                 return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
-            return seen_on_course(values, path.plain, ft.partial(course.error, path.inner), t)
+            return seen_on_course(values, path.plain, ft.partial(course.error_at, path.inner), t)
 
         assert c.seen is not None
         start = hold(c.seen)._replace(t=hold(c.t))

@@ -253,7 +253,7 @@ class Clocked(Component):
             same=when(self.t >= 1.0, second=self.t),
             follows=when(after_one & (self.third < 0.0), third=self.t),
             high=when(self.x > 0.999, swings=self.swings + 1.0),
-            running=when(self.x > -1.0, at_start=self.at_start + 1.0),
+            running=when(self.x > -1.0 - 1e-6, at_start=self.at_start + 1.0),
             rises=when(self.x > 0.0, zero=self.zero + 1.0),
         )
 
