@@ -24,7 +24,7 @@ class Control(NamedTuple):
     """What is carried from step to step.
 
     - `wish`: how long the next step would be if nothing were known to happen before its end.
-    - `error`: of each element of the core in the last step, in tolerances.
+    - `error`: of each element of the core in the last step, in tolerances; not a number where that led to none.
     - `largest` and `total`: of each element, its largest absolute value and the sum of its errors, over all steps.
     """
 
@@ -61,8 +61,8 @@ class StepSizes(eqx.Module):
         """Whether a step counts, what is carried on, and whether the next one would be too short."""
         # What is not finite is a step that failed, and must not become a step size.
         n = len(self.sizes)
-        has_failed = ~(jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core1)))
-        has_failed |= has_leapt(core0[:n], core1[:n], self.sizes)
+        is_finite = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core1))
+        has_failed = ~is_finite | has_leapt(core0[:n], core1[:n], self.sizes)
         error = jnp.where(has_failed, jnp.inf, jnp.abs(error))
         y1 = jnp.where(jnp.isfinite(core1), core1, core0)
         keep, next_t0, next_t1, _, inner, _ = self.pid.adapt_step_size(
@@ -74,7 +74,8 @@ class StepSizes(eqx.Module):
         scale, held = jnp.abs(core0) * self.pid.rtol + self.pid.atol, jax.lax.stop_gradient
         largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
         total = before.total + jnp.where(keep, error, 0.0)
-        control = Control(inner, held(wish), held(error / scale), held(largest), held(total))
+        told = jnp.where(is_finite, error / scale, jnp.nan)
+        control = Control(inner, held(wish), held(told), held(largest), held(total))
         lost = jnp.maximum(LOST * (t0 - self.begin), args.tick(t0))
         shortest = lost if self.shortest is None else self.shortest
         return jnp.asarray(keep), control, wish < shortest

@@ -11,6 +11,7 @@ from .._evaluate.events import time_leaves
 from .._evaluate.system import System
 from .._indices import unsigned
 from .._numbers import Numbers
+from .._reduce.degrees import degrees_of
 from .._reduce.jaxpr import slice_output
 from .._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
 from .settings import Settings
@@ -230,15 +231,17 @@ class EventNumbers:
 
     @ft.cached_property
     def of_time(self) -> np.ndarray:
-        """The relations of components that read nothing that moves but the time."""
+        """The relations of components that read nothing that moves but the time, and are affine in it."""
         events, system = self.system.events, self.system
         times = time_leaves(system.flat, system.merged)
         found: list[bool] = []
         if events:
             for i, aval in enumerate(events.margins.closed.out_avals):
-                read = {events.margins.leaves[place] for place in slice_output(events.margins.closed, i).used}
+                part = slice_output(events.margins.closed, i)
+                read = [events.margins.leaves[place] for place in part.used]
                 moves = any(system.flat.is_variable(leaf) and leaf not in times for leaf in read)
-                found += [not moves] * math.prod(aval.shape)
+                (degree,) = degrees_of(part.jaxpr, [int(leaf in times) for leaf in read])
+                found += [not moves and degree < 2] * math.prod(aval.shape)
         return np.array(found, bool)
 
     @property

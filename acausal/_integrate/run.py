@@ -158,6 +158,7 @@ def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: A
         ([why == CONTRADICTED], Result.bad_reset),
         ([why == ENDLESS], Result.events_endless),
         ([why == ACCUMULATED], Result.events_accumulate),
+        ([end.failed & jnp.any(jnp.isnan(end.control.error))], Result.not_finite),
         ([end.failed], Result.step_too_small),
         (
             [(end.n_steps >= settings.max_steps) & (end.t < given.direction * given.numbers.t1) & (why == 0)],

@@ -2,15 +2,27 @@
 1 affine, 2 anything else.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from .._jax_private import JaxprEqn
-from .jaxpr import is_floating
+from .._jax_private import ClosedJaxpr, JaxprEqn
+from .jaxpr import called, differentiable_call, interpreted, is_floating
 
 
 def degree_of(eqn: JaxprEqn, degrees: list[int]) -> int:
     """The degree of the outputs, between the instants at which a law changes."""
     return _DEGREES.get(eqn.primitive.name, _any_other)(eqn, degrees)
+
+
+def degrees_of(closed: ClosedJaxpr, inputs: Sequence[int]) -> list[int]:
+    """The degrees of all outputs, from those of the inputs."""
+
+    def outputs(eqn: JaxprEqn, degrees: list[int]) -> list[int]:
+        inner = called(eqn) or differentiable_call(eqn)
+        if inner is not None:
+            return degrees_of(inner, degrees)
+        return [degree_of(eqn, degrees) if any(degrees) else 0] * len(eqn.outvars)
+
+    return interpreted(closed, inputs, outputs, lambda _: 0)
 
 
 def _largest(eqn: JaxprEqn, degrees: list[int]) -> int:

@@ -68,10 +68,10 @@ def _sites(function: Any, k: float) -> int:
 @pytest.mark.parametrize(
     ("model", "sites"),
     [
-        # The Jacobian of a step, its later stages, the check of the end.
-        (PlainDecay, 3),
+        # The guess of the first step, the Jacobian of a step, its later stages, the check of the end.
+        (PlainDecay, 4),
         # Besides, the margins of conditions, and what happens at the start and at an event.
-        (RenewedDecay, 6),
+        (RenewedDecay, 7),
     ],
 )
 def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites: int) -> None:
