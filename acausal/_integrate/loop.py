@@ -80,8 +80,10 @@ class Run(Steps):
         planned = self.planned(t0, c.control.wish, c.due)
         instant, is_before = self.limit(c.due)
         meets = is_before & (instant <= planned + given.tick(planned))
-        # Nothing has changed just before an instant.
-        t1 = jnp.where(meets, instant - 0.5 * given.tick(instant), planned)
+        # Nothing has changed just before an instant, nor at the end of the run, which rounding does not tell from it.
+        is_end = ~is_before & (instant <= planned)
+        early = instant - 0.5 * given.tick(instant)
+        t1 = jnp.where(meets, early, planned - jax.lax.stop_gradient(jnp.where(is_end, planned - early, 0.0)))
 
         attempt = rejectable(self.attempt, self.settings) if self.kind.is_reversible else self.attempt
         core0 = layout.core(y0)
@@ -100,6 +102,7 @@ class Run(Steps):
             t, settled = t1, c
         else:
             t, y, settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
+            t = jnp.where(is_end & (t >= t1), self.t1, t)
             # The step did not resolve what follows an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
