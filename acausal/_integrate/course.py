@@ -72,6 +72,11 @@ def share(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
     return (t - inner.t0) / jnp.where(inner.t1 == inner.t0, 1.0, inner.t1 - inner.t0)
 
 
+def within(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
+    """The time t, or the end of the step where t is behind that by rounding; it moves as t does."""
+    return t - jax.lax.stop_gradient(jnp.maximum(t - inner.t1, 0.0))
+
+
 @jax.custom_jvp
 def on_course(
     course: Course,

@@ -11,6 +11,8 @@ from jax import Array
 
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._numbers import Numbers
+from .course import within
 from .interval import LOOKS
 from .solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
 from .span import Span
@@ -83,11 +85,11 @@ def _states(
     )  # the integrals do not act on the states
     kept = span.carried[: layout.discrete.stop - n]
 
-    def rates(t: Array, states: Array) -> Array:
+    def rates(t: Numbers, states: Array) -> Array:
         return forward * system.vector_field(forward * t, jnp.concatenate([states, kept]), inputs)
 
     work = jax.lax.stop_gradient(solver.work(rates, path))
-    s = forward * t
+    s = within(path, forward * t)
     theta, states = (s - path.t0) / jnp.where(path.t1 == path.t0, 1.0, path.t1 - path.t0), path.evaluate(s)
 
     # Once for the values, and once more for their derivatives

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from .._numbers import Numbers
-from .course import Course, on_course, share
+from .course import Course, on_course, share, within
 from .state_vector import StateVector, Vector
 
 
@@ -30,8 +30,10 @@ class Span(diffrax.AbstractLocalInterpolation):
         y = self.plain(t0, left)
         if self.course is None:
             return y
-        shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t0, y)))
-        return on_course(self.course, self.inner, y, shift, share(self.inner, t0), t0, y)
+        # Equations may have changed at an instant just behind the end of the step.
+        t = within(self.inner, t0)
+        shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t, y)))
+        return on_course(self.course, self.inner, y, shift, share(self.inner, t), t, y)
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
         """The state at a time as the solver's own dense output has it."""
