@@ -174,7 +174,7 @@ def settle(
             r.n_own + is_own,
             r.history.noted(t, ys[0], (fired | told)[: events.n_model], events.is_listed[: events.n_model]),
             r.is_bad | (is_bad & any_fired),
-            is_own | jnp.any(fired) | jnp.any(due_later),
+            (is_own | jnp.any(fired) | jnp.any(due_later)) & ~jnp.any(fired & events.refused),
             r.count + 1,
         )
 

@@ -102,7 +102,6 @@ class Run(Steps):
             t, settled = t1, c
         else:
             t, y, settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
-            t = jnp.where(is_end & (t >= t1), self.t1, t)
             # The step did not resolve what follows an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
@@ -197,6 +196,7 @@ class Run(Steps):
             return t, y, found.truths, c.due, log, c.outcome, c.mark, c.crowd
 
         t, y, truths, due, history, outcome, mark, crowd = jax.lax.cond(unvmap_any(is_any), happening, idling)
+        t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
         # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
         y = self.remembered(t, y, anew=is_any | (t >= self.t1))
         armed = c.armed & (truths == c.truths)
