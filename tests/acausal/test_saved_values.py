@@ -2,12 +2,13 @@
 
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, simulate, when
-from components.blocks import Input, Staircase
+from components.blocks import Input, Staircase, Step
 
 TIMES = np.array([0.0, 0.25, 0.5, 0.75, 0.95, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0])
 LEVELS = np.array([1000.0, 0.0, 500.0])
@@ -62,6 +63,39 @@ def test_a_source_that_jumps(dense: bool, t1: float) -> None:
     between = ~np.isin(ts, [1.0, 2.0, 3.0])  # at a jump the value may be that on either side
     np.testing.assert_allclose(x[between], expected(ts)[between], rtol=1e-6)
     assert np.all(np.isfinite(x))
+
+
+class Lag(Component):
+    """x follows a step, k times as fast as a second passes."""
+
+    k: Param[Scalar, "1/s"]
+    x: Var[Scalar, ""] = 0.0
+    u: Input = Input()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(lag=eq(d.x, self.k * (self.u.value - self.x)))
+
+
+class Stepped(Component):
+    source: Step
+    lag: Lag
+
+    def connections(self) -> Connections:
+        return (connect(self.source.y, self.lag.u),)
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_a_state_at_the_jump_of_its_rate_has_not_moved(dense: bool) -> None:
+    """However fast it is: the step before the jump ends there but for rounding."""
+    k = 10.0 ** jnp.linspace(0.0, 6.0, 25)
+
+    def followed(k: Any, instant: Any) -> Any:
+        model = Stepped(source=Step(height=2.0, offset=1.0, start_time=instant), lag=Lag(k=k))
+        sol = simulate(model, 3.0, save="dense" if dense else jnp.stack([instant, jnp.asarray(3.0)]))
+        return sol.at(instant).lag.x if dense else sol["lag.x"][0]
+
+    found = jax.jit(jax.vmap(followed))(k, jnp.linspace(0.7, 1.3, 25))
+    np.testing.assert_allclose(found, 1.0 - jnp.exp(-k * jnp.linspace(0.7, 1.3, 25)), atol=1e-6)
 
 
 @pytest.mark.parametrize("dense", [False, True])
