@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from acausal import Component, Connections, connect, simulate
-from components.blocks import Sine
+from components.blocks import SignalSource, Sine, Step
 from components.electrical import Ground, IdealDiode, Resistor, SignalVoltage
+from components.rotational import Clutch, Inertia, SignalTorque
 from docs._execute import namespace
 from studies import opening_time
 from studies.actuators import ElectromechanicalActuator, ehs_sticking, ema_maxon
@@ -43,6 +44,25 @@ class Rectifier(Component):
         )
 
 
+class CoupledClutches(Component):
+    """`CoupledClutches` of the Modelica Standard Library: four inertias, and three clutches that lock and slip."""
+
+    torque: Sine
+    drive: SignalTorque
+    signals: tuple[SignalSource, ...]
+    inertias: tuple[Inertia, ...]
+    clutches: tuple[Clutch, ...]
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.torque.y, self.drive.u),
+            connect(self.drive.flange, self.inertias[0].a),
+            *(connect(signal.y, clutch.u) for signal, clutch in zip(self.signals, self.clutches, strict=True)),
+            *(connect(inertia.b, clutch.a) for inertia, clutch in zip(self.inertias, self.clutches, strict=False)),
+            *(connect(clutch.b, inertia.a) for clutch, inertia in zip(self.clutches, self.inertias[1:], strict=True)),
+        )
+
+
 def clutches() -> Clutches:
     return Clutches(actuators=tuple(ema_maxon(ratio=4.0 + 0.2 * k) for k in range(4)))
 
@@ -50,6 +70,24 @@ def clutches() -> Clutches:
 def last_opening(model: Clutches) -> Any:
     """The time at which the first of them, which is the slowest, is open."""
     return simulate(model, 5.0, until=lambda s: s.actuators[0].slave.rod.s - 12e-3, save="end").t1
+
+
+def coupled_clutches() -> CoupledClutches:
+    return CoupledClutches(
+        torque=Sine(amplitude=10.0, frequency=5.0),
+        drive=SignalTorque(),
+        signals=(
+            Sine(amplitude=1.0, frequency=0.2, phase=1.57),
+            Step(height=1.0, start_time=0.4),
+            Step(height=1.0, start_time=0.9),
+        ),
+        inertias=tuple(Inertia(J=1.0, w=10.0 if k == 0 else 0.0) for k in range(4)),
+        clutches=tuple(Clutch(mu=0.5, peak=1.1, fn_max=20.0) for _ in range(3)),
+    )
+
+
+def last_speed(model: CoupledClutches) -> Any:
+    return simulate(model, 1.5, save="end").final.inertias[3].w
 
 
 def rectifier() -> Rectifier:
@@ -80,6 +118,7 @@ CASES: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "clutch opening": (ema_maxon, opening_time),
     "sticking clutch": (ehs_sticking, opening_time),
     "four clutches": (clutches, last_opening),
+    "coupled clutches": (coupled_clutches, last_speed),
     "six-diode rectifier": (rectifier, mean_voltage),
     "servo of 36 states": (servo, reached),
 }

@@ -46,6 +46,7 @@ LIMITS = {
     "clutch opening": Limits(1.2, 1.0, 0.4),
     "sticking clutch": Limits(2.0, 1.5, 0.6),
     "four clutches": Limits(3.0, 2.5, 1.0),
+    "coupled clutches": Limits(4.0, 3.0, 1.5),
     "six-diode rectifier": Limits(3.0, 2.5, 1.0),
     "servo of 36 states": Limits(4.0, None, 1.5),
 }
