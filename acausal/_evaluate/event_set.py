@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
@@ -35,6 +36,11 @@ class EventEntry:
     @property
     def count(self) -> int:
         return math.prod(self.stack)
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether it concerns its component alone, since its name begins with an underscore."""
+        return self.name.startswith("_")
 
     def label(self, index: int) -> str:
         """The path of one member's event."""
@@ -86,21 +92,31 @@ class EventSet:
 
     @property
     def total(self) -> int:
-        return sum(entry.count for entry in self.entries)
+        return len(self.members)
+
+    @ft.cached_property
+    def members(self) -> list[EventEntry]:
+        """The entry of each event."""
+        return [entry for entry in self.entries for _ in range(entry.count)]
+
+    @ft.cached_property
+    def numbered(self) -> list[tuple[int, EventEntry]]:
+        """The entries, each with the number of its first event."""
+        firsts = itertools.accumulate((entry.count for entry in self.entries), initial=0)
+        return list(zip(firsts, self.entries, strict=False))
 
     @ft.cached_property
     def labels(self) -> list[str]:
         return [entry.label(index) for entry in self.entries for index in range(entry.count)]
 
-    def mask(self, kind: EventKind) -> np.ndarray:
-        """Which of the events are of one kind."""
-        return np.repeat([entry.kind == kind for entry in self.entries], [entry.count for entry in self.entries])
+    def refusal(self, number: int) -> str:
+        """What an event says that must not happen."""
+        return f"{self.labels[number]}: {self.members[number].reason}"
 
     @ft.cached_property
     def schedules(self) -> list[Schedule]:
         """The scheduled entries: those that happen once, then those that repeat."""
-        firsts = np.cumsum([0, *(entry.count for entry in self.entries)]).tolist()
-        pairs = [(n, entry) for n, entry in zip(firsts, self.entries, strict=False) if entry.kind == "at"]
+        pairs = [(n, entry) for n, entry in self.numbered if entry.kind == "at"]
         found = []
         for repeats in (False, True):
             own = [(i, n, entry.count) for i, (n, entry) in enumerate(pairs) if entry.repeats == repeats]
@@ -110,31 +126,14 @@ class EventSet:
         return found
 
     @ft.cached_property
-    def is_internal(self) -> np.ndarray:
-        """Which of them concern their component alone, since their names begin with an underscore."""
-        return np.repeat([e.name.startswith("_") for e in self.entries], [e.count for e in self.entries])
-
-    @ft.cached_property
-    def acts(self) -> np.ndarray:
-        """Which of the events change something."""
-        return np.repeat([bool(entry.targets) for entry in self.entries], [entry.count for entry in self.entries])
-
-    @ft.cached_property
-    def reasons(self) -> dict[str, str]:
-        """What is said where a refused condition comes true, by the label of its event."""
-        return {entry.label(index): entry.reason for entry in self.entries for index in range(entry.count)}
-
-    @ft.cached_property
     def _circuit(self) -> Circuit:
         return circuit([expression or NEVER for expression in self.logic], self.n_relations)
 
     def hold(self, values: Sequence[Numbers]) -> list[jax.Array]:
         """Which conditions hold for these values of all leaves, one array for each entry; none that is scheduled."""
         margins = [jnp.ravel(margin) for margin in self.margins([values[i] for i in self.margins.leaves])]
-        sign = jnp.where(jnp.concatenate([jnp.zeros(0), *margins]) > 0, 1.0, -1.0)
-        truths = self._circuit(sign, -sign) > 0
-        ends = np.cumsum([entry.count for entry in self.entries]).tolist()
-        return [jnp.reshape(truths[end - e.count : end], e.stack) for e, end in zip(self.entries, ends, strict=True)]
+        truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *margins]) > 0)
+        return [jnp.reshape(truths[n : n + entry.count], entry.stack) for n, entry in self.numbered]
 
     def truths_of(self, values: Sequence[Numbers]) -> dict[int, jax.Array]:
         """The truths that `ifelse` would hold for these values of the model's own leaves, by leaf."""

@@ -12,7 +12,7 @@ from .._declare.component import At, Component, Event, Refuse, When
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
-from .._numbers import Numbers, Truth
+from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
 from .._reduce.bounds import check_bounds
 from .._reduce.connections import children
@@ -43,7 +43,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         held = list(_held(flat, leaves))
         entries.extend(entry for entry, _ in held)
         events = [event for _, _, _, event in found]
-        conditions = [jnp.asarray(_condition(event)) for event in events if not isinstance(event, At)]
+        conditions = [jnp.asarray(event.condition) for event in events if not isinstance(event, At)]
         conditions += [condition for _, condition in held]
         times = [item for event in events if isinstance(event, At) for item in _times(event)]
         values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
@@ -124,10 +124,6 @@ def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tup
     return tuple(expression for part in parts for expression in part)
 
 
-def _condition(event: When | Refuse) -> Numbers | Truth:
-    return event.condition
-
-
 def _changes(event: Event) -> dict[str, Numbers]:
     return event.changes if isinstance(event, When | At) else {}
 
@@ -200,14 +196,14 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
 
 def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
     """The shape of a condition in `depth` arrays; raises `ModelError` where it is not one that may change."""
-    condition = _condition(event)
+    condition = event.condition
     if not is_traced(condition):
         raise ModelError(
             f"{where} has a {type(condition).__name__} as its condition, which is no function of the component's "
             "variables: state a relation between them, such as self.x > 0.5; for what happens at a known time, at(...)."
         )
     shape = np.shape(condition)
-    if isinstance(event, When | Refuse) and len(shape) != depth:
+    if len(shape) != depth:
         raise ModelError(f"{where} has a condition of shape {shape[depth:]}: it has to be one truth value.")
     return shape
 

@@ -12,6 +12,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
+from .._reduce.logic import Circuit, begun, sign_of
 from .interval import Seen, advance, over
 
 PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
@@ -23,27 +24,18 @@ class Conditions(NamedTuple):
     """The conditions of a run along a step.
 
     - `seen(t)`: the crossing function of each relation, positive where the relation holds, and its rate.
-    - `logic(holds, fails)`: bounds of the margins of conditions, from those of relations and of their negatives.
+    - `logic`: how conditions are made of relations.
     - `either`: conditions that also cause an event when they become false.
     - `band`: the hysteresis of each crossing function: a relation has changed only beyond it.
     - `clears`, `sets`: relations that may become false, or true, at an event without causing another one.
     """
 
     seen: Callable[[Numbers], Seen]
-    logic: Callable[[Array, Array], Array]
+    logic: Circuit
     either: np.ndarray
     band: Array
     clears: np.ndarray
     sets: np.ndarray
-
-    def hold(self, truths: Array) -> Array:
-        """Which conditions hold for these truths of the relations."""
-        sign = sign_of(truths)
-        return self.logic(sign, -sign) > 0
-
-    def begun(self, now: Array, before: Array) -> Array:
-        """Which conditions cause an event when they change so."""
-        return (now & ~before) | (self.either & before & ~now)
 
 
 class Found(NamedTuple):
@@ -117,10 +109,6 @@ class _Search(NamedTuple):
     is_found: Array
     is_over: Array
     count: Any
-
-
-def sign_of(truths: Array) -> Array:
-    return jnp.where(truths, 1.0, -1.0)
 
 
 def first_crossing(
@@ -208,8 +196,9 @@ def first_crossing(
     sign = -sign_of(s.truths)
     changes = (sign * high.g > 0) | (jnp.abs(high.g) <= conditions.band)
     after = s.truths ^ (s.crossed & changes & s.is_found)
-    begins = conditions.begun(conditions.hold(after), conditions.hold(s.truths))
-    pace = jax.jvp(lambda g: conditions.logic(g, -g), (high.g,), (high.rate,))[1]
+    logic = conditions.logic
+    begins = begun(logic.hold(after), logic.hold(s.truths), conditions.either)
+    pace = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
     return Found(
         is_any=s.is_found,
         t=high.t,
@@ -247,7 +236,7 @@ def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -
     holds, fails = jnp.stack([now, then, least, most]), -jnp.stack([now, then, most, least])
     first, last, low, high = jax.vmap(conditions.logic)(holds, fails)
     before, may_end, may_hold = first > 0, low < 0, high > 0
-    begins = conditions.begun(last > 0, before)
+    begins = begun(last > 0, before, conditions.either)
     may_begin = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
     return begins, jnp.any(begins) | jnp.any(may_begin)
 

@@ -3,14 +3,14 @@
 import dataclasses
 import functools as ft
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from .._evaluate.event_set import EventEntry, EventKind, Schedule
+from .._evaluate.event_set import EventEntry, Schedule
 from .._evaluate.events import time_leaves
 from .._evaluate.system import System
 from .._indices import unsigned
-from .._numbers import Numbers
 from .._reduce.degrees import degrees_of
 from .._reduce.jaxpr import slice_output
 from .._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
@@ -50,65 +50,64 @@ class EventNumbers:
     def total(self) -> int:
         return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
 
-    def _mask(self, model: Numbers, instants: bool, curved: bool, stop: bool) -> np.ndarray:
-        model = np.broadcast_to(np.asarray(model, bool), self.n_model)
-        others = [instants] * self.n_instants + [curved] * self.n_curved
-        return np.concatenate([model, others, [stop] * (self.settings.stop is not None)]).astype(bool)
+    @property
+    def _members(self) -> list[EventEntry]:
+        """The entry of each event of the model."""
+        return self.system.events.members if self.system.events else []
 
-    def _of_model(self, *kinds: EventKind) -> np.ndarray:
-        """Which of the events of the model are of one of some kinds."""
-        events = self.system.events
-        return np.zeros(0, bool) if events is None else np.any([events.mask(kind) for kind in kinds], axis=0)
+    @ft.cached_property
+    def _kinds(self) -> np.ndarray:
+        """The kind of each event: that of its entry, or "instant", "curved" or "stop"."""
+        own = [entry.kind for entry in self._members]
+        others = ["instant"] * self.n_instants + ["curved"] * self.n_curved
+        return np.array([*own, *others, *["stop"] * (self.settings.stop is not None)], "U8")
+
+    def _of_kinds(self, *kinds: str) -> np.ndarray:
+        return np.isin(self._kinds, kinds)
+
+    def _of_entries(self, has: Callable[[EventEntry], bool]) -> np.ndarray:
+        """The events of the model whose entries have something."""
+        own = [has(entry) for entry in self._members]
+        return np.array(own + [False] * (self.total - self.n_model), bool)
 
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
         """Those whose time is known ahead."""
-        return self._mask(self._of_model("at"), True, False, False)
+        return self._of_kinds("at", "instant")
 
     @ft.cached_property
     def curved(self) -> np.ndarray:
         """The zeros of functions of time by which equations change: once found, they are times known ahead."""
-        return self._mask(False, False, True, False)
+        return self._of_kinds("curved")
 
     @ft.cached_property
     def either(self) -> np.ndarray:
         """The events that happen both when their condition becomes true and when it becomes false."""
-        return self.curved | self.held | self._mask(False, False, False, self.settings.direction is None)
+        return self._of_kinds("curved", "hold", *(["stop"] if self.settings.direction is None else []))
 
     @ft.cached_property
     def held(self) -> np.ndarray:
         """The conditions of `ifelse`."""
-        return self._mask(self._of_model("hold"), False, False, False)
-
-    @ft.cached_property
-    def clocks(self) -> np.ndarray:
-        """Those that repeat: what they read is what holds after all else at their instant."""
-        return self._mask(self._of_model("at") & self._repeats, False, False, False)
-
-    @property
-    def _repeats(self) -> np.ndarray:
-        entries = self.system.events.entries if self.system.events else ()
-        return np.array([entry.repeats for entry in entries for _ in range(entry.count)], bool)
-
-    @property
-    def resets_times(self) -> bool:
-        """Whether events may change the times of others, which discrete variables tell."""
-        events = self.system.events
-        return events is not None and not set(self.system.carried.discrete_places).isdisjoint(events.times.leaves)
+        return self._of_kinds("hold")
 
     @ft.cached_property
     def stops(self) -> np.ndarray:
-        return self._mask(False, False, False, True)
+        return self._of_kinds("stop")
 
     @ft.cached_property
     def refused(self) -> np.ndarray:
         """Those that must not happen."""
-        return self._mask(self._of_model("refuse"), False, False, False)
+        return self._of_kinds("refuse")
+
+    @ft.cached_property
+    def clocks(self) -> np.ndarray:
+        """Those that repeat: what they read is what holds after all else at their instant."""
+        return self._of_entries(lambda entry: entry.repeats)
 
     @ft.cached_property
     def acts(self) -> np.ndarray:
         """Those that change variables."""
-        return self._mask(False if self.system.events is None else self.system.events.acts, False, False, False)
+        return self._of_entries(lambda entry: bool(entry.targets))
 
     @ft.cached_property
     def responds(self) -> np.ndarray:
@@ -120,16 +119,6 @@ class EventNumbers:
         return self.responds & ~self.held & (self.settings.is_resumed or self.settings.is_started)
 
     @ft.cached_property
-    def _sets_states(self) -> np.ndarray:
-        """Those that set other variables than discrete ones, too."""
-        if self.system.events is None:
-            return np.zeros(self.total, bool)
-        places = self.system.carried.discrete_places
-        sets_states = [any(leaf not in places for leaf in entry.targets) for _, entry in self.numbered]
-        counts = [entry.count for _, entry in self.numbered]
-        return self._mask(np.repeat(sets_states, counts), False, False, False)
-
-    @ft.cached_property
     def waits(self) -> np.ndarray:
         """Those that a search for a start leaves to its modes and to the run that begins there."""
         return self.responds & self.settings.is_search
@@ -137,25 +126,27 @@ class EventNumbers:
     @ft.cached_property
     def remains(self) -> np.ndarray:
         """Those of which a search for a start has set discrete variables only: the others are left to be set."""
-        return self._sets_states & (not self.settings.is_resumed and not self.settings.is_search)
+        if self.settings.is_resumed or self.settings.is_search:
+            return np.zeros(self.total, bool)
+        discrete = self.system.carried.discrete_places
+        return self._of_entries(lambda entry: any(leaf not in discrete for leaf in entry.targets))
 
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
         """Those that are listed in the log."""
+        return self._of_entries(lambda entry: entry.kind != "hold" and not entry.is_internal)
+
+    @property
+    def resets_times(self) -> bool:
+        """Whether events may change the times of others, which discrete variables tell."""
         events = self.system.events
-        named = np.zeros(0, bool) if events is None else ~events.is_internal
-        return self._mask(self._of_model("when", "at", "refuse") & named, False, False, False)
+        return events is not None and not set(self.system.carried.discrete_places).isdisjoint(events.times.leaves)
 
     @ft.cached_property
     def targets(self) -> list[tuple[int, int, int]]:
         """Of each new value that the events of the model give: their first number, how many they are, and its leaf."""
-        return [(first, entry.count, leaf) for first, entry in self.numbered for leaf in entry.targets]
-
-    @ft.cached_property
-    def numbered(self) -> list[tuple[int, EventEntry]]:
-        """The entries of the model, each with the number of its first event."""
-        entries = self.system.events.entries if self.system.events else ()
-        return list(zip(np.cumsum([0, *(entry.count for entry in entries)]).tolist(), entries, strict=False))
+        numbered = self.system.events.numbered if self.system.events else []
+        return [(first, entry.count, leaf) for first, entry in numbered for leaf in entry.targets]
 
     @property
     def schedules(self) -> list[Schedule]:
@@ -197,16 +188,6 @@ class EventNumbers:
             for turn, (event, index) in enumerate(items):
                 number[turn, place], element[turn, place], is_own[turn, place] = event, index, True
         return number, element, is_own
-
-    @ft.cached_property
-    def places_written(self) -> np.ndarray:
-        """[events, places], which discrete variables each event writes, counted from 1; 0 is none."""
-        written: list[list[int]] = [[] for _ in range(self.total)]
-        number, _, is_own = self.writes
-        for turn, place in np.argwhere(is_own).tolist():
-            written[number[turn, place]].append(place + 1)
-        most = max(map(len, written), default=0)
-        return unsigned([places + [0] * (most - len(places)) for places in written])
 
     @property
     def is_searched(self) -> bool:

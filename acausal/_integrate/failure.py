@@ -176,7 +176,7 @@ def _last_events(solution: Solution) -> str:
     numbers = [number for _, number in _last(solution)]
     if events is None or not numbers:
         return "those at the start"
-    listed = [number for number in numbers if not events.is_internal[number]] or numbers
+    listed = [number for number in numbers if not events.members[number].is_internal] or numbers
     return ", ".join(dict.fromkeys(events.labels[number] for number in listed))
 
 
@@ -185,9 +185,8 @@ def _refusal(solution: Solution, since: float = -math.inf) -> str:
     events = solution.system.events
     if events is None:
         return ""
-    names = [events.labels[number] for time, number in _last(solution) if time >= since]
-    said = [f"{name}: {events.reasons[name]}" for name in dict.fromkeys(names) if events.reasons[name]]
-    return " ".join(said)
+    numbers = [number for time, number in _last(solution) if time >= since]
+    return " ".join(dict.fromkeys(events.refusal(number) for number in numbers if events.members[number].reason))
 
 
 def _events_at(solution: Solution, since: float) -> str:

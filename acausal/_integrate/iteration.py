@@ -9,6 +9,7 @@ from jax import Array
 
 from .._equinox_private import while_loop
 from .._numbers import Numbers
+from .._reduce.logic import begun
 from .changes import changed
 from .event_history import EventHistory
 from .field import Given
@@ -114,7 +115,7 @@ def settle(
         truths = jnp.where(is_own, r.truths, events.renewed(t, r.truths, here.margins, given))
         if is_start:
             truths = jnp.where(~is_own & (r.count == r.n_own), events.truths_at_start(t, here.margins, given), truths)
-        true = events.hold(truths)
+        true = events.circuit.hold(truths)
         held, due_later, times = r.holds, r.due & ~own, r.order
         told = remains = jnp.zeros_like(own)
         is_first = ~is_own & (r.count == r.n_own)
@@ -127,9 +128,9 @@ def settle(
             is_told = events.settings.is_started and given.numbers.past is None
             told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
             held = jnp.where((events.stops | events.curved) & is_first, true, held | had & ~events.remains)
-        begun = jnp.where(events.either, true != held, true & ~held) & ~events.curved & ~events.waits
-        one = begun & (jnp.cumsum(begun) == 1)
-        fired = jnp.where(is_own, own, jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begun, one))
+        begins = begun(true, held, events.either) & ~events.curved & ~events.waits
+        one = begins & (jnp.cumsum(begins) == 1)
+        fired = jnp.where(is_own, own, jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begins, one))
         if is_start and events.settings.stop and events.settings.direction is not False:
             fired |= events.stops & (here.margins[-1] == 0) & is_first
         new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)

@@ -182,7 +182,7 @@ class Run(Steps):
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             approach = Approach(forward * before, forward * found.pace, lag)
-            holds = events.hold(found.truths)
+            holds = events.circuit.hold(found.truths)
             settled = settle(events, forward * t, approach, y, begins, found.truths, holds, due, log, given)
             y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             mark, crowd, is_crowd = self.crowded(c, forward * settled.t, begins)

@@ -13,6 +13,7 @@ from jaxtyping import PyTree
 from .._evaluate.system import System
 from .._numbers import Numbers
 from .._reduce.jaxpr import slice_output
+from .._reduce.logic import begun
 from .changes import with_discrete
 from .field import Given
 from .iteration import TOGETHER, repeated
@@ -96,8 +97,8 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
         y = layout.with_part(y, layout.states, states)
         here = events.here(t0, y, found)
-        truths = events.hold(here.margins > 0)
-        return _Point(x, y, holds, truths, here.values, lack), events.begun(truths, holds) & matters
+        truths = events.circuit.hold(here.margins > 0)
+        return _Point(x, y, holds, truths, here.values, lack), begun(truths, holds, events.either) & matters
 
     def lasts(point: _Point) -> Numbers:
         changes = jnp.where(events.either, point.truths != point.holds, point.truths)
@@ -105,11 +106,11 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
     def next_round(r: _Round) -> _Round:
-        new, begun = point(r.y, r.holds)
+        new, begins = point(r.y, r.holds)
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = jnp.where(r.count < TOGETHER, begun, begun & (jnp.cumsum(begun) == 1)) & ~is_trial
+        fired = jnp.where(r.count < TOGETHER, begins, begins & (jnp.cumsum(begins) == 1)) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)

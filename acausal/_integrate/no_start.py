@@ -14,7 +14,6 @@ from .._reduce.ranges import ranges_of, requirements
 from .problem import Problem
 from .search import RANK, NearestPoint
 from .start_search import Outcome
-from .starting import refusal
 
 EDGE = 1e-3  # how near to the edge of its range a variable counts as being at it, relative to its nominal size
 
@@ -41,7 +40,7 @@ def report_no_start(
         raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
     if np.any(outcome.refused):
         assert events is not None
-        raise SimulationError(f"There is no start. {refusal(events, outcome.refused)}")
+        raise SimulationError(f"There is no start. {events.refusal(int(np.argmax(outcome.refused)))}")
     if np.any(outcome.unmet):
         system = problem.system
         values = system.intake.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
@@ -104,7 +103,7 @@ def _about_flat(problem: Problem, found: NearestPoint) -> str:
 
 def _about_modes(problem: Problem) -> str:
     events = problem.system.events
-    if events is None or not events.acts.any():
+    if events is None or not any(entry.targets for entry in events.entries):
         return ""
     return (
         "\n  Modes were tried that the start values imply, those that follow from these, and those of one more event "

@@ -15,7 +15,7 @@ from .._evaluate.groups import Store
 from .._evaluate.starts import Inputs
 from .._numbers import Numbers, Truth
 from .._reduce.nominal import nominal_size
-from .crossing import Conditions, sign_of
+from .crossing import Conditions
 from .event_numbers import EventNumbers
 from .field import Given, values_of, vector_field, wanted_pairs
 from .interval import Seen
@@ -86,15 +86,6 @@ class RunEvents(EventNumbers):
         if self.settings.stop:
             parts.append(self._stop(given, values)[None])
         return jnp.concatenate(parts)
-
-    def begun(self, now: Array, before: Array) -> Array:
-        """Which conditions cause an event when they change so."""
-        return (now & ~before) | (self.either & before & ~now)
-
-    def hold(self, truths: Array) -> Array:
-        """Which conditions hold for these truths of the relations."""
-        sign = sign_of(truths)
-        return self.circuit(sign, -sign) > 0
 
     def renewed(self, t: Numbers, truths: Array, margins: Array, given: Given) -> Array:
         """The truths of the relations at a point: those within their bands keep theirs."""

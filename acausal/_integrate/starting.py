@@ -9,7 +9,6 @@ import numpy as np
 from jax import Array
 
 from .._declare.past import Past
-from .._evaluate.event_set import EventSet
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .event_history import EventHistory
@@ -136,11 +135,6 @@ def why_ended(system: System, outcome: float, holds: Array) -> str:
     events = system.events
     assert events is not None
     if outcome == REFUSED:
-        return refusal(events, np.asarray(holds)[: events.total] & events.mask("refuse"))
+        refused = [entry.kind == "refuse" for entry in events.members]
+        return events.refusal(int(np.argmax(refused & np.asarray(holds)[: events.total])))
     return sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)
-
-
-def refusal(events: EventSet, refused: Array | np.ndarray) -> str:
-    """The reason that the first component gives which refuses the point."""
-    label = events.labels[int(np.argmax(refused))]
-    return f"{label}: {events.reasons[label]}"

@@ -66,6 +66,18 @@ def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequenc
     return array
 
 
+def sign_of(truths: Array) -> Array:
+    """Margins of relations of which only the truths are known."""
+    return jnp.where(truths, 1.0, -1.0)
+
+
+def begun(now: Array, before: Array, either: Array | np.ndarray) -> Array:
+    """Which conditions cause an event when they change so: those that become true, and of `either` those that become
+    false.
+    """
+    return jnp.where(either, now != before, now & ~before)
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Circuit:
     """Expressions in relations: `levels` say, of each gate, whether it is an "and" and which earlier values it reads,
@@ -87,6 +99,11 @@ class Circuit:
             a, b = values[first], values[second]
             values = jnp.concatenate([values, jnp.where(is_and, jnp.minimum(a, b), jnp.maximum(a, b))])
         return values[self.outputs]
+
+    def hold(self, truths: Array) -> Array:
+        """Which expressions hold for these truths of the relations."""
+        sign = sign_of(truths)
+        return self(sign, -sign) > 0
 
 
 def circuit(expressions: Sequence[Expression], n_relations: int) -> Circuit:

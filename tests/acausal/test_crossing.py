@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._integrate.crossing import Conditions, first_crossing
 from acausal._integrate.interval import Seen, seen
+from acausal._reduce.logic import circuit
 
 Pair = Float[Array, "2"]
 N = 48
@@ -141,7 +142,8 @@ def test_a_crossing_function_that_is_infinite_is_looked_at_once() -> None:
         return jnp.stack([t - jnp.inf, jnp.inf - t, t - 20.0])
 
     none = np.zeros(3, bool)
-    conditions = Conditions(ft.partial(seen, functions), lambda holds, fails: holds, none, jnp.zeros(3), none, none)
+    logic = circuit([("holds", i) for i in range(3)], 3)
+    conditions = Conditions(ft.partial(seen, functions), logic, none, jnp.zeros(3), none, none)
     truths, yes = jnp.array([False, True, False]), jnp.asarray(True)
     unknown = Seen(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
     looked = first_crossing(conditions, unknown, ~yes, truths, jnp.asarray(0.5), 1e-12, yes)
