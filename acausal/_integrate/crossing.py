@@ -1,6 +1,5 @@
 """The first event within a step: zero crossings of relations, located on its dense output."""
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,11 +12,9 @@ from jax.flatten_util import ravel_pytree
 from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .._reduce.logic import Circuit, begun, sign_of
-from .interval import Seen, advance, over
+from .interval import MOST, TURN, Seen, advance, over
 
 PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
-TURN = 0.5 * math.pi  # most by which the fastest angle may turn on a part
-MOST = 200  # evaluations on one step
 
 
 class Conditions(NamedTuple):

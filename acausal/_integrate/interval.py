@@ -1,5 +1,6 @@
 """Functions, their rates and the angles that they are computed with, at times within a step."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,6 +12,10 @@ from jaxtyping import PyTree
 from .._numbers import Numbers
 from .._reduce.angles import with_angles
 
+TURN = (
+    0.5 * math.pi
+)  # most by which the fastest angle may turn on a part of a step: a quarter, on which a sine turns once
+MOST = 200  # evaluations in one search, all of them safeguarded by bisection; what takes more comes to no end
 LOOKS = 2  # evaluations at a time on a path that is corrected: more, with one matrix, would not converge everywhere
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
@@ -13,7 +14,6 @@ from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
 STILL = 1e-8  # rate of a margin, as a share of that on the path of a step, below which only an error moved it to zero
-LEAST = 1e-150  # rate of a margin that has decayed to where numbers lose their digits
 
 
 class Approach(NamedTuple):
@@ -82,7 +82,8 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
     _, push = jax.linearize(lambda t, y: margin(t, y, due, given), moment, there[0])
     slope = push(jnp.ones_like(moment), f[0])
-    is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + LEAST
+    # A rate below the root of the smallest number has decayed to where products lose their digits.
+    is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + np.finfo(float).tiny ** 0.5
     if approach.lag is not None:
         lag = jax.lax.stop_gradient(approach.lag(f[0]))
         slope, f = slope + push(jnp.zeros_like(moment), lag), f + lag

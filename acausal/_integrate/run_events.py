@@ -1,7 +1,6 @@
 """All that can happen in a run, as functions of a point."""
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -22,7 +21,6 @@ from .interval import Seen
 from .schedule import farthest, last_before, next_after
 
 RESOLUTION = 4096  # hysteresis of relations, in roundings of the terms that they compare: a 1e-12th of these
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # multiples of it are spread evenly
 
 
 class Here(NamedTuple):
@@ -141,8 +139,7 @@ class RunEvents(EventNumbers):
         if not self.system.flat.is_variable(leaf):
             return jnp.asarray(given.inputs.params.leaves[leaf], float)
         shape = flat.stack + flat.sizes
-        numbers = leaf + np.arange(math.prod(shape))
-        return jnp.asarray(nominal_size(flat) * (0.5 + 0.5 * np.modf(numbers * GOLDEN)[0]).reshape(shape))
+        return jnp.asarray(nominal_size(flat) * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
 
     def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
         """What holds at a point, and what events would change there."""

@@ -1,6 +1,5 @@
 """Where functions turn from rising to falling along the path of a step."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -10,14 +9,13 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
-from .interval import Seen, advance, over
+from .interval import MOST, TURN, Seen, advance, over
 
 NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
-TURN = 0.25 * math.pi  # most by which the fastest angle turns on a part, so that the square of a sine turns once there
-LEAST = 1e-5  # shortest part, as a share of a step; what turns faster still is only sampled
-CLOSE = 1e-5  # share of a part to which a turn is narrowed down: from there, one step of Newton's method finds it
+# Share of a step of the shortest part; what turns faster still is only sampled. And share of a part to which a turn is
+# narrowed down: from there, one step of Newton's method finds it.
+CLOSE = 1e-5
 FIRST = 5  # looks by Newton's method; a turn that takes more is not smooth, or not simple
-MOST = 60  # looks at one turn
 
 
 class Turn(NamedTuple):
@@ -63,6 +61,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
     meet above the best so far is a turn narrowed down.
     """
     n, width = len(best), end - start
+    angle = 0.5 * TURN  # the square of a sine turns twice as fast
 
     def look(walk: _Walk) -> _Walk:
         points = jax.vmap(seen)(walk.x)
@@ -73,13 +72,13 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
-        is_far = (turned > TURN * (1.0 + 1e-6)) & (wide > 2.0 * LEAST * width)
+        is_far = (turned > angle * (1.0 + 1e-6)) & (wide > 2.0 * CLOSE * width)
         fall = node.rate - new.rate
         turns = (node.rate > 0.0) & (new.rate <= 0.0) & ~is_far
         meet = node.g + node.rate * (new.g - node.g - new.rate * wide) / jnp.where(turns, fall, 1.0)
         opens = turns & (meet > walk.best)
         secant = _within(node.t + wide * node.rate / jnp.where(turns, fall, 1.0), node, new, wide)
-        back = node.t + jnp.maximum(jnp.minimum(0.5, over(TURN * jnp.ones(n), turned)) * wide, LEAST * width)
+        back = node.t + jnp.maximum(jnp.minimum(0.5, over(angle * jnp.ones(n), turned)) * wide, CLOSE * width)
         return walk._replace(
             node=_pick(is_far, node, new),
             low=node,
@@ -94,7 +93,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
 
     def onward(node: Seen) -> Array:
         speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
-        part = jnp.maximum(over(TURN * jnp.ones(n), speed), LEAST * width)
+        part = jnp.maximum(over(angle * jnp.ones(n), speed), CLOSE * width)
         return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
 
     def narrowed(walk: _Walk, new: Seen) -> _Walk:

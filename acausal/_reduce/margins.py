@@ -12,7 +12,7 @@ from .._jax_private import ClosedJaxpr, JaxprEqn
 from .jaxpr import bind, called, interpreted, is_floating
 from .logic import Expression, both, choice, differ, either, folded, mapped, negation
 
-LEAST = 1e-300  # in place of zero, whose sign tells whether a relation holds between equal numbers
+TINY = float(np.finfo(float).tiny)  # in place of zero, whose sign tells whether a relation holds between equal numbers
 _Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and expressions for its elements, where there are any
 
 
@@ -22,10 +22,10 @@ def _margin_of(difference: Callable[[Array, Array], Array], of_equals: float) ->
 
 
 _RELATIONS: dict[str, Callable[[Array, Array], Array]] = {
-    "gt": _margin_of(lambda a, b: a - b, -LEAST),
-    "ge": _margin_of(lambda a, b: a - b, LEAST),
-    "lt": _margin_of(lambda a, b: b - a, -LEAST),
-    "le": _margin_of(lambda a, b: b - a, LEAST),
+    "gt": _margin_of(lambda a, b: a - b, -TINY),
+    "ge": _margin_of(lambda a, b: a - b, TINY),
+    "lt": _margin_of(lambda a, b: b - a, -TINY),
+    "le": _margin_of(lambda a, b: b - a, TINY),
 }
 
 
