@@ -12,8 +12,8 @@ from jax import Array
 
 from .._declare.component import Component
 from .._reduce.flat_model import Kind
-from .._reduce.jaxpr import structs
-from .._reduce.stated import initial_templates, templates
+from .._reduce.jaxpr import slice_output, structs
+from .._reduce.stated import conditions_held, initial_templates, templates
 from .._reduce.template import Input
 from .._units.dimension import DERIVED, NUMBER, TIME, Dimension, described
 from .._units.parsing import UnknownUnit, parsed
@@ -78,8 +78,20 @@ def _interpreted(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpr
             checked = Interpreter()
             checked.residual(template.jaxpr, [_input(item, values) for item in template.inputs])
             yield where, checked
+    yield from _conditions(kind, values)
     if kind.cls.energy is not Component.energy:
         yield "energy", _account(kind, values)
+
+
+def _conditions(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpreter]]:
+    """Those of `ifelse` in the equations that are to be checked."""
+    read = {item.slot - kind.n_own: t.name for t in templates(kind) if t.check_units for item in t.inputs}
+    for i, name in sorted(read.items()):
+        if i >= 0:
+            condition, used = slice_output(conditions_held(kind), i)
+            checked = Interpreter()
+            checked.run(condition, [values[slot] for slot in used])
+            yield f"equation {name}", checked
 
 
 def _leaves(kind: Kind) -> tuple[list[Value], list[tuple[str, str]]]:

@@ -21,7 +21,9 @@ from acausal import (
     choose_states,
     connect,
     eq,
+    ifelse,
     repeat,
+    segment,
     shape,
     structure,
 )
@@ -48,6 +50,31 @@ class Wrong(Component):
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.J * self.w, dissipated=self.k * self.i * self.w)
+
+
+class Compared(Component):
+    """Conditions that compare a length with a pressure and with times; the last one is not to be checked."""
+
+    p: Param[Scalar, "Pa"] = 1.0
+    times: Param[Vector, "s"] = (1.0, 2.0)
+    v: Param[Scalar, "m/s"] = 1.0
+    x: Var[Scalar, "m"] = 0.0
+    y: Var[Scalar, "m"] = 0.0
+    z: Var[Scalar, "m"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            relation=eq(d.x, ifelse(self.x > self.p, self.v, 2.0 * self.v)),
+            table=eq(d.y, self.v * segment(self.y, self.times)),
+            silent=eq(d.z, ifelse(self.z > self.p, self.v, 2.0 * self.v), check_units=False),
+        )
+
+
+def test_conditions_are_checked() -> None:
+    assert [problem.partition(": ")[2] for problem in unit_problems(flatten(Compared()))] == [
+        "compares self.x in m with self.p in Pa (kg/(m.s2)).",
+        "compares self.y in m with self.times in s.",
+    ]
 
 
 class Pair(Component):
