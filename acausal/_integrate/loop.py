@@ -45,7 +45,7 @@ class Run(Steps):
             t=jnp.asarray(self.t0, float),
             y=y,
             truths=begun.truths,
-            armed=jnp.zeros_like(begun.truths),
+            armed=jnp.ones_like(begun.truths),
             due=begun.due,
             outcome=begun.outcome,
             jumped=jnp.asarray(events is not None),

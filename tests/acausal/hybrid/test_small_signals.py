@@ -1,0 +1,34 @@
+"""Laws in pieces of a signal far below its nominal size, whose relations change for the first time in a run."""
+
+from typing import Self
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import Component, Equations, Param, Scalar, Var, eq, ifelse, segment, simulate
+
+
+class Stairs(Component):
+    """x rises at the rate r from zero; y counts the knots 0, h, 2 h, 3 h that it has passed, and z the time above 0."""
+
+    r: Param[Scalar, ""]
+    h: Param[Scalar, ""]
+    x: Var[Scalar, ""] = 0.0
+    y: Var[Scalar, ""] = 0.0
+    z: Var[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        passed = segment(self.x, self.h * jnp.arange(1.0, 4.0))
+        return dict(
+            rise=eq(d.x, self.r, check_units=False),
+            count=eq(d.y, passed, check_units=False),
+            above=eq(d.z, ifelse(self.x > 0.0, 1.0, 0.0), check_units=False),
+        )
+
+
+@pytest.mark.parametrize("h", [1.0, 1e-4, 1e-7])
+def test_knots_are_passed_in_time(h: float) -> None:
+    """x reaches i h at i s, and leaves the corner at zero at once."""
+    end = simulate(Stairs(r=h, h=h), 4.5, rtol=1e-6, save="end").final
+    np.testing.assert_allclose(jnp.array([end.y, end.z]), [3.5 + 2.5 + 1.5, 4.5], rtol=1e-4)
