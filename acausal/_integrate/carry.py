@@ -23,14 +23,16 @@ class Carry(NamedTuple):
     """What is carried from step to step; times count forwards, but for those `due`.
 
     A relation is `armed` at the start, and one that has changed is so again once its crossing function was farther from
-    zero than an error of the run. `seen` is what was looked at at the end of the last step, unless something has
-    `jumped` since. A number of events in a row, the `crowd`, were close to the time `mark`.
+    zero than an error of the run; `farthest` is how far it was at most at the ends of steps. `seen` is what was looked
+    at at the end of the last step, unless something has `jumped` since. A number of events in a row, the `crowd`, were
+    close to the time `mark`.
     """
 
     t: Array
     y: Vector
     truths: Array
     armed: Array
+    farthest: Array
     due: Array
     outcome: Array
     jumped: Array

@@ -46,6 +46,7 @@ class Run(Steps):
             y=y,
             truths=begun.truths,
             armed=jnp.ones_like(begun.truths),
+            farthest=jnp.zeros(begun.truths.shape),
             due=begun.due,
             outcome=begun.outcome,
             jumped=jnp.asarray(events is not None),
@@ -199,13 +200,15 @@ class Run(Steps):
         t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
         # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
         y = self.remembered(t, y, anew=is_any | (t >= self.t1))
-        armed = c.armed & (truths == c.truths)
+        armed, farthest = c.armed & (truths == c.truths), c.farthest
         if events.is_searched:
             assert found.end is not None
-            armed |= ~is_any & (jnp.abs(found.end.g) > given.back)
+            far = jnp.abs(found.end.g)
+            armed |= ~is_any & (far > given.back)
+            farthest = jnp.maximum(farthest, far)
         changed = c._replace(
-            truths=truths, armed=armed, due=due, outcome=outcome, jumped=is_cut, seen=found.end, mark=mark, crowd=crowd,
-            history=history,
+            truths=truths, armed=armed, farthest=farthest, due=due, outcome=outcome, jumped=is_cut, seen=found.end,
+            mark=mark, crowd=crowd, history=history,
         )  # fmt: skip
         return t, y, changed, new, is_early
 

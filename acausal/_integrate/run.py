@@ -29,7 +29,7 @@ from .run_events import RunEvents
 from .settings import RunNumbers, Settings
 from .solution import Solution
 from .starting import begin
-from .unresolved import are_unresolved
+from .unresolved import are_blurred, are_unresolved
 
 
 @ft.partial(jax.jit, static_argnums=0)
@@ -57,11 +57,14 @@ def run(settings: Settings, given: Given) -> Solution:
 
 
 class _Integrated(NamedTuple):
-    """What the loop over the steps started with, which start values are bad, and what it leaves."""
+    """What the loop over the steps started with, which start values are bad, what it leaves, and how far the crossing
+    functions of relations were from zero at most that have changed and could not change back, zero for all others.
+    """
 
     start: Array
     bad_starts: Array
     end: Carry
+    blurred: Array
 
 
 def _packed(settings: Settings, given: Given) -> Given:
@@ -74,7 +77,9 @@ def _integrated(settings: Settings, kind: Kind, given: Given) -> _Integrated:
     y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
     events = RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
     given, begun = begin(settings, given, y0, events)
-    return _Integrated(begun.y, bad_starts, Run(settings, given, events, kind).all_steps(begun))
+    end = Run(settings, given, events, kind).all_steps(begun)
+    blurred = jnp.zeros(0) if events is None else are_blurred(given.band, given.back, end.armed, end.farthest)
+    return _Integrated(begun.y, bad_starts, end, blurred)
 
 
 def _saved(settings: Settings, numbers: RunNumbers) -> int:
@@ -91,7 +96,7 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
 def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> Solution:
     """The solution; `wrong` are the demands on its numbers that are not met."""
     system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
-    y0, _, end = integrated
+    y0, _, end, blurred = integrated
     forward, control, largest = given.direction, end.control, end.control.largest[: layout.n_states]
     t_end, y_end = forward * end.t, end.y
     ts, ys = (t_end[None], y_end[None]) if settings.save in ("end", "dense") else (forward * end.rows.ts, end.rows.ys)
@@ -120,6 +125,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: 
         _peaks=_peaks(settings, given, y_end),
         _errors=control.error[: layout.n_states],
         _largest=largest,
+        _blurred=blurred,
         _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[: layout.n_states]),
         _history=None if system.events is None else end.history,
         system=system,
@@ -142,7 +148,7 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
 def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> tuple[Result, Array]:
     """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
-    _, bad_starts, end = integrated
+    _, bad_starts, end, _ = integrated
     t, y, why = given.direction * end.t, end.y, end.outcome
     bound = system.carried.with_discrete(inputs, y[layout.point])
     everything = system.evaluate_all(t, y[layout.point], bound)

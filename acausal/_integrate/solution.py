@@ -69,6 +69,7 @@ class Solution(eqx.Module, Generic[M]):
     _peaks: Array  # values and times
     _errors: Array  # of the states in the last step, in tolerances
     _largest: Array  # absolute values of the states in the run
+    _blurred: Array  # how large what relations compare is that stayed within the tolerance, zero for all others
     _unresolved: Array  # which states are so small that the tolerance means little for them
     _history: EventHistory | None  # of the events
     system: System = eqx.field(static=True)
@@ -163,7 +164,8 @@ class Solution(eqx.Module, Generic[M]):
         """Variables that are so small that the error tolerance means little for them, with their largest values.
 
         They stay below a hundredth of their nominal sizes, and the errors of all steps add up to more than a hundredth
-        of them. With these as `nominal` sizes they are as accurate as the others.
+        of them; or an `ifelse` compares them, and the difference stays within `rtol` times their nominal sizes, so that
+        it changes once and not back. With these as `nominal` sizes they are as accurate as the others.
         """
         return unresolved(self)
 
