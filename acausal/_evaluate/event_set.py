@@ -45,6 +45,8 @@ class EventEntry:
     def label(self, index: int) -> str:
         """The path of one member's event."""
         path = indexed(self.path, self.stack[: self.path.count("[]")], index)
+        if self.kind == "hold":
+            return f"an ifelse of {path or 'the model'}"
         return f"{path}.{self.name}" if path else self.name
 
 

@@ -135,7 +135,16 @@ def _about_steps(solution: Solution) -> str:
     if last := _last(solution):
         span = float(solution._end[0]) - last[0][0]
         lines.append(f"The last events were {_last_events(solution)}, {len(last)} within {span:.3g} s.")
+        mean = (float(solution._end[0]) - float(solution._start[0])) / int(solution.stats["num_steps"])
+        if solution.result == Result.too_many_steps and abs(span) <= len(last) * abs(mean):
+            lines.append(_SLIDES)
     return "".join(f" {line}" for line in lines)
+
+
+_SLIDES = (
+    "They end nearly every step: what switches to and fro slides along the surface between two laws. Remedy: an element "
+    "that is made for it, such as friction, a stop, a freewheel or a diode, or a band between the two conditions."
+)
 
 
 def _about_fastest(solution: Solution) -> str:

@@ -24,6 +24,7 @@ from acausal import (
     Var,
     connect,
     eq,
+    ifelse,
     refuse,
     simulate,
 )
@@ -124,6 +125,19 @@ def crossing(level: float) -> Callable[[Any], Any]:
     return lambda s: s.c.v - level
 
 
+class Sliding(Component):
+    """x falls above y and rises below it: it slides along y."""
+
+    x: Var[Scalar, "1"] = 1.0
+    y: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            switch=eq(d.x, ifelse(self.x > self.y, -1.0, 2.0), check_units=False),
+            surface=eq(d.y, 0.3 * self.y - 0.1, check_units=False),
+        )
+
+
 RUNS: dict[str, Run] = {
     "reached_end": Run(Result.reached_end, lambda **k: simulate(rc(), 0.1, save="end", **k)),
     "stopped": Run(Result.stopped, lambda **k: simulate(rc(), 1.0, until=crossing(2.0), save="end", **k)),
@@ -138,6 +152,12 @@ RUNS: dict[str, Run] = {
         lambda **k: simulate(rc(), 10.0, max_steps=4, rtol=1e-9, **k),
         SimulationError,
         r"At t = \S+ s: The maximum number of steps was reached\. Increase max_steps.*c\.v",
+    ),
+    "too_many_steps of what slides": Run(
+        Result.too_many_steps,
+        lambda **k: simulate(Sliding(), 5.0, max_steps=200, **k),
+        SimulationError,
+        r"The last events were an ifelse of the model, 8 within .*slides along the surface.*Remedy: an element",
     ),
     "step_too_small": Run(
         Result.step_too_small,
