@@ -27,6 +27,7 @@ from .._reduce.traced import check_derivatives, tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
+INTERVAL = "the interval between repetitions must be positive. Remedy: correct the parameters that give it."
 _KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse"}
 
 
@@ -39,6 +40,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
     def stated(*leaves: jax.Array) -> tuple[list[jax.Array], list[jax.Array], list[jax.Array]]:
         found = list(_events(flat.structure.unflatten(leaves[: flat.structure.num_leaves]), "", 0))
+        found += list(_refused_intervals(flat, leaves, found))
         entries[:] = [_entry(flat, *item) for item in found]
         held = list(_held(flat, leaves))
         entries.extend(entry for entry, _ in held)
@@ -192,6 +194,19 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
     if event.every is not None and not is_traced(event.every) and not np.all(np.asarray(event.every) > 0.0):
         raise ModelError(f"{where} repeats every {event.every} s: `every` must be positive, or None for an event once.")
     return shape
+
+
+def _refused_intervals(
+    flat: FlatModel, leaves: Sequence[jax.Array], events: Sequence[tuple[str, str, int, Event]]
+) -> Iterator[tuple[str, str, int, Refuse]]:
+    """Refusals of intervals between repetitions that are not positive, for all except parameters declared `positive`."""
+    signs = [leaf.declaration.sign for leaf in flat.leaves]
+    declared = {id(value) for value, sign in zip(leaves, signs, strict=True) if sign and sign.name == "positive"}
+    for path, name, depth, event in events:
+        if isinstance(event, At) and is_traced(event.every) and id(event.every) not in declared:
+            stack = jnp.shape(jnp.asarray(event.time))[:depth]
+            is_bad = jnp.broadcast_to(~(jnp.asarray(event.every, float) > 0.0), stack)
+            yield path, f"{name}.every", depth, Refuse(is_bad, INTERVAL)
 
 
 def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
