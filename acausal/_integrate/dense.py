@@ -37,6 +37,12 @@ class Pieces(NamedTuple):
         last = jnp.max(jnp.where(jnp.isfinite(self.ts), self.ts, -jnp.inf))
         return jax.tree.map(lambda x: x[index], self.infos), (t >= self.ts[0]) & (t <= last) & (last > self.ts[0])
 
+    def span(self, t: Array, solver: diffrax.AbstractSolver, layout: StateVector) -> tuple[Span, Array]:
+        """The step in which a time lies, and whether the run has come there."""
+        info, is_there = self.at(t)
+        path = solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
+        return Span(path.t0, path.t1, path, info["carried"], layout), is_there
+
 
 @ft.partial(jax.jit, static_argnums=(0, 1, 2))
 def points_at(
@@ -54,9 +60,7 @@ def points_at(
     """
 
     def point(t: Array) -> Array:
-        info, is_there = pieces.at(forward * t)
-        path = solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
-        span = Span(path.t0, path.t1, path, info["carried"], layout)
+        span, is_there = pieces.span(forward * t, solver, layout)
         y = span.plain(forward * t)[layout.point]
         if isinstance(solver, AbstractRosenbrock) and layout.n_states:
             method = solver if system.mass is None else dataclasses.replace(solver, mass=system.mass)

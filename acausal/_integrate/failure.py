@@ -109,7 +109,7 @@ def _error(solution: Solution) -> Exception:
         since = t - float(tick(t, solution._start[0]))
         if refused := _refusal(solution, since):
             return SimulationError(f"{where}{refused}")
-        after = _events_at(solution, since)
+        after = _events_at(solution, since) if t == float(solution._end[0]) else ""
         said = f"After {after}, {name} is infinite or not a number." if after else ""
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
         said += about_range(system, culprit)
@@ -239,13 +239,13 @@ def about_block(system: System, pair: Pair) -> str:
 
 
 def _first_not_finite(solution: Solution) -> tuple[float, Pair] | None:
-    """The first variable that is not finite, and when: at the start, if no state depends on it, or else at the last
-    good state or a little further on.
+    """The first variable that is not finite, and when: at the start or at a saved point, if no state depends on it, or
+    else at the last good state or a little further on.
     """
     system, (t, y) = solution.system, solution._end
-    pair = first_not_finite(system, *solution._start, solution._inputs)
-    if pair is not None:
-        return float(solution._start[0]), pair
+    for point in (solution._start, *([solution._not_finite] if solution.result == Result.not_finite else [])):
+        if (pair := first_not_finite(system, *point, solution._inputs)) is not None:
+            return float(point[0]), pair
     rates = system.vector_field(t, y, solution._inputs)
     for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
         point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))

@@ -23,6 +23,7 @@ from .derivative import differentiable
 from .field import Given
 from .iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .loop import Run
+from .not_finite import NotFinite, first_not_finite
 from .options import harmless, sentences, unmet
 from .result import Result
 from .run_events import RunEvents
@@ -100,7 +101,8 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: 
     forward, control, largest = given.direction, end.control, end.control.largest[: layout.n_states]
     t_end, y_end = forward * end.t, end.y
     ts, ys = (t_end[None], y_end[None]) if settings.save in ("end", "dense") else (forward * end.rows.ts, end.rows.ys)
-    result, culprit = _outcome(settings, given, integrated, wrong)
+    saved = first_not_finite(settings, given, end)
+    result, culprit = _outcome(settings, given, integrated, wrong, saved)
     n_accepted = end.n_accepted
     stats = {
         "max_steps": settings.max_steps,
@@ -118,6 +120,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: 
         _end_integrals=y_end[layout.integrals][: settings.n_integrals],
         _path_integrals=ys[:, layout.integrals][:, : settings.n_integrals],
         _culprit=culprit,
+        _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y),
         _params={},
         _inputs=dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots)),
         _dense=end.pieces,
@@ -145,7 +148,9 @@ def _peaks(settings: Settings, given: Given, y: Array) -> Array:
     return jnp.concatenate([values, given.direction * times])
 
 
-def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> tuple[Result, Array]:
+def _outcome(
+    settings: Settings, given: Given, integrated: _Integrated, wrong: Array, saved: NotFinite
+) -> tuple[Result, Array]:
     """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
     _, bad_starts, end, _ = integrated
@@ -170,6 +175,7 @@ def _outcome(settings: Settings, given: Given, integrated: _Integrated, wrong: A
             [(end.n_steps >= settings.max_steps) & (end.t < given.direction * given.numbers.t1) & (why == 0)],
             Result.too_many_steps,
         ),
+        ([saved.exists], Result.not_finite),
         ([why == STOPPED], Result.stopped),
     ]
     index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)

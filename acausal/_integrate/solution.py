@@ -62,6 +62,7 @@ class Solution(eqx.Module, Generic[M]):
     _end_integrals: Array
     _path_integrals: Array
     _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
+    _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if there is one
     _params: dict[int, Array]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
     _dense: Pieces | None
