@@ -199,7 +199,7 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
 def _refused_intervals(
     flat: FlatModel, leaves: Sequence[jax.Array], events: Sequence[tuple[str, str, int, Event]]
 ) -> Iterator[tuple[str, str, int, Refuse]]:
-    """Refusals of intervals between repetitions that are not positive, for all except parameters declared `positive`."""
+    """Refusals of intervals that are not positive, for all except parameters that are declared `positive`."""
     signs = [leaf.declaration.sign for leaf in flat.leaves]
     declared = {id(value) for value, sign in zip(leaves, signs, strict=True) if sign and sign.name == "positive"}
     for path, name, depth, event in events:

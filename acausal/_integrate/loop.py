@@ -12,7 +12,7 @@ from .carry import Carry
 from .course import Course, on_course, share
 from .crossing import Found
 from .event_history import EventHistory
-from .iteration import ACCUMULATED, settle
+from .iteration import ACCUMULATED, STOPPED, settle
 from .moment import Approach
 from .rejected import rejectable
 from .span import Span
@@ -42,7 +42,7 @@ class Run(Steps):
             inner = self.solver.init(self.terms, self.t0, first_end, core, args)
         none = jnp.asarray(0)
         c = Carry(
-            t=jnp.asarray(self.t0, float),
+            t=self.forward * begun.t,
             y=y,
             truths=begun.truths,
             armed=jnp.ones_like(begun.truths),
@@ -188,9 +188,11 @@ class Run(Steps):
             y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
             mark, crowd, is_crowd = self.crowded(c, forward * settled.t, begins)
             outcome = jnp.where(settled.outcome != 0, settled.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
+            # See `begin`.
+            behind = jnp.where(is_there & (settled.outcome == STOPPED), given.tick(settled.t), 0.0)
             return (
-                forward * settled.t, y1, settled.truths, events.due(settled.t, y1, given), settled.history, outcome,
-                mark, crowd,
+                forward * settled.t + behind, y1, settled.truths, events.due(settled.t, y1, given), settled.history,
+                outcome, mark, crowd,
             )  # fmt: skip
 
         def idling() -> tuple[Array, Vector, Array, Array, EventHistory | None, Array, Array, Array]:

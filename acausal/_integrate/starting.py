@@ -13,7 +13,7 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .event_history import EventHistory
 from .field import Given
-from .iteration import CONTRADICTED, REFUSED, settle
+from .iteration import CONTRADICTED, REFUSED, STOPPED, settle
 from .moment import Approach
 from .peaks import Peaks
 from .result import Result, sentence
@@ -24,10 +24,11 @@ from .state_vector import Vector
 
 
 class Begun(NamedTuple):
-    """The start of a run: the vector after what happens there, the truths of relations and the conditions that hold,
-    when scheduled events are due, what happened, and why the run ends there, 0 if it does not.
+    """The start of a run: its time, the vector after what happens there, the truths of relations and the conditions
+    that hold, when scheduled events are due, what happened, and why the run ends there, 0 if it does not.
     """
 
+    t: Array
     y: Vector
     truths: Array
     holds: Array
@@ -46,7 +47,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     if events is None:
         y = _with_peaks(settings, given, _remembered(settings, given, y))
         nothing = jnp.zeros(0, bool)
-        return given, Begun(y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0))
+        return given, Begun(jnp.asarray(numbers.t0, float), y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0))
     t0 = numbers.t0
     given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
     band, back = events.bands(given)
@@ -67,7 +68,10 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     due = events.due(t0, y, given, events.past(t0, y, given))
     y = _with_peaks(settings, given, y)
     history = settled.history.padded(settings.max_events)
-    return given, Begun(y, settled.truths, settled.holds, due, history, settled.outcome)
+    # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
+    is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))
+    t = jnp.where(is_past, t0 + 2.0 * given.tick(t0), t0)
+    return given, Begun(t, y, settled.truths, settled.holds, due, history, settled.outcome)
 
 
 def _remembered(settings: Settings, given: Given, y: Array) -> Array:

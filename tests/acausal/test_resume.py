@@ -223,3 +223,32 @@ def test_starts_of_a_batch_know_what_has_happened() -> None:
     values, slopes = jax.vmap(lambda u: jax.jvp(end, (u,), (1.0,)))(jnp.array([1.0, 2.0]))
     np.testing.assert_allclose(values, [[2.0, 1.0, 1.0, 1.0], [3.0, 1.0, 1.0, 1.0]], atol=1e-6)
     np.testing.assert_allclose(slopes, [[1.0, 0.0, 0.0, 0.0]] * 2, atol=1e-6)
+
+
+class Ticker(Component):
+    """A clock from the start on, and the time that has passed since 0."""
+
+    x: Var[Scalar, "s"] = 0.0
+    ticks: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(passing=eq(d.x, 1.0))
+
+    def events(self) -> Events:
+        return dict(tick=at(0.0, every=0.25, ticks=self.ticks + 1.0))
+
+
+UNTIL = {
+    "start": lambda s: s.x,
+    "tick at the start": lambda s: s.ticks - 0.5,
+    "instant of a tick": lambda s: s.x - 0.25,
+    "tick": lambda s: s.ticks - 2.5,
+    "between ticks": lambda s: s.x - 0.3,
+}
+
+
+@pytest.mark.parametrize("until", UNTIL.values(), ids=UNTIL)
+def test_what_happened_at_a_stop_does_not_happen_again(until: Any) -> None:
+    first = simulate(Ticker(), 2.1, until=until, save="end")
+    assert first.result == Result.stopped
+    assert simulate(first.final, 2.1, t0=first.t1, resume=True, save="end").final.ticks == 9.0
