@@ -142,8 +142,8 @@ def _about_steps(solution: Solution) -> str:
 
 
 _SLIDES = (
-    "They end nearly every step: what switches to and fro slides along the surface between two laws. Remedy: an "
-    "element that is made for it, such as friction, a stop, a freewheel or a diode, or a band between the two conditions."
+    "They end nearly every step: what switches to and fro slides along a surface. Remedy: an element that is made for "
+    "it, such as friction, a stop, a freewheel or a diode, or a band between the two conditions."
 )
 
 

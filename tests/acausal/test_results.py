@@ -157,7 +157,7 @@ RUNS: dict[str, Run] = {
         Result.too_many_steps,
         lambda **k: simulate(Sliding(), 5.0, max_steps=200, **k),
         SimulationError,
-        r"The last events were an ifelse of the model, 8 within .*slides along the surface.*Remedy: an element",
+        r"The last events were an ifelse of the model, 8 within .*slides along a surface.*Remedy: an element",
     ),
     "step_too_small": Run(
         Result.step_too_small,
