@@ -1,6 +1,7 @@
 """The loop over the steps of a run, and what happens at the end of each."""
 
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -10,8 +11,6 @@ from jax import Array
 from .._equinox_private import unvmap_any
 from .carry import Carry
 from .course import Course, on_course, share
-from .crossing import Found
-from .event_history import EventHistory
 from .iteration import ACCUMULATED, STOPPED, settle
 from .moment import Approach
 from .rejected import rejectable
@@ -36,7 +35,7 @@ class Run(Steps):
         control = self.sizes.init(
             self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, args, self.solver
         )
-        first_end = self.planned(self.t0, control.wish, begun.due)
+        first_end = self.planned(self.t0, control.wish, *self.limit(begun.due))
         inner = None
         if not self.settings.follows_course:
             inner = self.solver.init(self.terms, self.t0, first_end, core, args)
@@ -78,8 +77,8 @@ class Run(Steps):
         t0, y0 = c.t, c.y
         carried = y0[layout.carried]
         args = given.carrying(carried)
-        planned = self.planned(t0, c.control.wish, c.due)
         instant, is_before = self.limit(c.due)
+        planned = self.planned(t0, c.control.wish, instant, is_before)
         meets = is_before & (instant <= planned + given.tick(planned))
         # Nothing has changed just before an instant, nor at the end of the run, which rounding does not tell from it.
         is_end = ~is_before & (instant <= planned)
@@ -99,16 +98,16 @@ class Run(Steps):
         path = Span(t0, t1, path_of_solver, carried, layout, course)
         y1 = layout.joined(core1, carried)
         if events is None:
-            y = self.remembered(t1, self.projected(t1, y1))
-            t, settled = t1, c
+            settled = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1)))
         else:
-            t, y, settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
+            settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
             # The step did not resolve what follows an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
             if np.any(events.curved):
                 keep &= ~jnp.any(jnp.isfinite(found))
                 c = c._replace(due=jnp.where(jnp.isfinite(found), found, c.due))
+        t, y = settled.t, settled.y
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, args)
             y = layout.with_part(y, layout.peaks, new)
@@ -117,9 +116,7 @@ class Run(Steps):
         # A step of which little was used gives no reason for a longer one.
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
-        chosen = settled._replace(
-            t=t, y=y, inner=inner, control=control, history=None, rows=None, pieces=None, meter=None
-        )
+        chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, pieces=None, meter=None)
         old = c._replace(control=control, history=None, rows=None, pieces=None, meter=None)
         new = jax.tree.map(lambda a, b: jnp.where(keep, a, b), chosen, old)
         meter = self.settings.progress.step(c.meter, (new.t - self.t0) / (self.t1 - self.t0))
@@ -136,22 +133,16 @@ class Run(Steps):
 
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
-    ) -> tuple[Array, Vector, Carry, Array, Array]:
-        """The end of a step or the first events in it, the vector there after what happens, what has changed, and times
-        that have been found in the step at which equations change: up to the first one it has to be repeated. Last,
-        whether a relation that has just changed changes back at once, so that the step has to be shorter.
+    ) -> tuple[Carry, Array, Array]:
+        """What is carried on from the end of a step, or from the first events in it, after what happens there; and
+        times that have been found in the step at which equations change: up to the first one it has to be repeated.
+        Last, whether a relation that has just changed changes back at once, so that the step has to be shorter.
         """
         events, given, forward = self.events, self.given, self.forward
         assert events is not None
         hold = jax.lax.stop_gradient
-        none = jnp.zeros(events.total, bool)
         end, short = hold(t1), given.tick(hold(t1))
-        if events.is_searched:
-            found = self.look(path, c, end, keep)
-        else:
-            found = Found(
-                jnp.asarray(False), end, end, none, jnp.zeros(events.total), c.truths, (), c.seen, end
-            )  # fmt: skip
+        found = self.look(path, c, end, keep)
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = hold(instant)
@@ -176,43 +167,52 @@ class Run(Steps):
         y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
         t = jnp.where(is_cut, moved, t1)
 
-        assert c.history is not None
-        log = c.history.emptied(self._width_of_history, self.settings.room_at_once)
-
-        def happening() -> tuple[Array, Vector, Array, Array, EventHistory | None, Array, Array, Array]:
-            # What is not due has no time, and reverse mode must not meet its infinity.
-            due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
-            approach = Approach(forward * before, forward * found.pace, lag)
-            holds = events.circuit.hold(found.truths)
-            settled = settle(events, forward * t, approach, y, begins, found.truths, holds, due, log, given)
-            y1 = events.with_algebraic(settled.t, settled.y, given, anew=True)
-            mark, crowd, is_crowd = self.crowded(c, forward * settled.t, begins)
-            outcome = jnp.where(settled.outcome != 0, settled.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
-            # See `begin`.
-            behind = jnp.where(is_there & (settled.outcome == STOPPED), given.tick(settled.t), 0.0)
-            return (
-                forward * settled.t + behind, y1, settled.truths, events.due(settled.t, y1, given), settled.history,
-                outcome, mark, crowd,
-            )  # fmt: skip
-
-        def idling() -> tuple[Array, Vector, Array, Array, EventHistory | None, Array, Array, Array]:
-            return t, y, found.truths, c.due, log, c.outcome, c.mark, c.crowd
-
-        t, y, truths, due, history, outcome, mark, crowd = jax.lax.cond(unvmap_any(is_any), happening, idling)
+        approach = Approach(forward * before, forward * found.pace, lag)
+        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, begins)
+        # See `begin`.
+        behind = jnp.where(is_there & (changed.outcome == STOPPED), given.tick(changed.t), 0.0)
+        t = changed.t + behind
         t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
         # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
-        y = self.remembered(t, y, anew=is_any | (t >= self.t1))
-        armed, farthest = c.armed & (truths == c.truths), c.farthest
+        y = self.remembered(t, changed.y, anew=is_any | (t >= self.t1))
+        armed, farthest = c.armed & (changed.truths == c.truths), c.farthest
         if events.is_searched:
             assert found.end is not None
             far = jnp.abs(found.end.g)
             armed |= ~is_any & (far > given.back)
             farthest = jnp.maximum(farthest, far)
-        changed = c._replace(
-            truths=truths, armed=armed, farthest=farthest, due=due, outcome=outcome, jumped=is_cut, seen=found.end,
-            mark=mark, crowd=crowd, history=history,
-        )  # fmt: skip
-        return t, y, changed, new, is_early
+        return (
+            changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, seen=found.end),
+            new,
+            is_early,
+        )
+
+    def happened(self, c: Carry, approach: Approach, begins: Array) -> Carry:
+        """What is carried on from an instant, after the events that begin there and all that follows from them."""
+        events, given, forward = self.events, self.given, self.forward
+        assert events is not None
+        assert c.history is not None
+        log = c.history.emptied(self._width_of_history, self.settings.room_at_once)
+
+        def settled() -> dict[str, Any]:
+            # What is not due has no time, and reverse mode must not meet its infinity.
+            due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
+            holds = events.circuit.hold(c.truths)
+            end = settle(events, forward * c.t, approach, c.y, begins, c.truths, holds, due, log, given)
+            y = events.with_algebraic(end.t, end.y, given, anew=True)
+            mark, crowd, is_crowd = self.crowded(c, forward * end.t, begins)
+            outcome = jnp.where(end.outcome != 0, end.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
+            return dict(
+                t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, given), history=end.history,
+                outcome=outcome, mark=mark, crowd=crowd,
+            )  # fmt: skip
+
+        def idle() -> dict[str, Any]:
+            return dict(
+                t=c.t, y=c.y, truths=c.truths, due=c.due, history=log, outcome=c.outcome, mark=c.mark, crowd=c.crowd
+            )
+
+        return c._replace(**jax.lax.cond(unvmap_any(jnp.any(begins)), settled, idle))
 
     def crowded(self, c: Carry, t: Array, begins: Array) -> tuple[Array, Array, Array]:
         """Since when events have been close together, how many, and whether they accumulate."""

@@ -81,9 +81,8 @@ class Steps:
         instant = self.forward * first(due, self.forward)
         return instant, instant < self.t1 - self.given.tick(self.t1)
 
-    def planned(self, t: Array, wish: Array, due: Array) -> Array:
+    def planned(self, t: Array, wish: Array, instant: Array, is_before: Array) -> Array:
         """The end of a step of this length, or the instant or the end of the run that comes before."""
-        instant, is_before = self.limit(due)
         end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
         # Not a step of rounding afterwards.
         return jnp.where(t + wish > end - 100.0 * self.given.tick(end), end, t + wish)
@@ -102,6 +101,10 @@ class Steps:
     def look(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
         """The first event of a step by crossing functions."""
         assert self.events is not None
+        if not self.events.is_searched:
+            n = self.events.total
+            no, none, nowhere = jnp.asarray(False), jnp.zeros(n, bool), jnp.zeros(n)
+            return Found(no, end, end, none, nowhere, c.truths, (), c.seen, end)
         hold = jax.lax.stop_gradient
         path, given = hold((path, self.given))
         events, forward, course = self.events, self.forward, path.course
