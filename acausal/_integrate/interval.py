@@ -12,9 +12,7 @@ from jaxtyping import PyTree
 from .._numbers import Numbers
 from .._reduce.angles import with_angles
 
-TURN = (
-    0.5 * math.pi
-)  # most by which the fastest angle may turn on a part of a step: a quarter, on which a sine turns once
+TURN = 0.5 * math.pi  # most by which the fastest angle turns on a part of a step: half a wave is not passed over
 MOST = 200  # evaluations in one search, all of them safeguarded by bisection; what takes more comes to no end
 LOOKS = 2  # evaluations at a time on a path that is corrected: more, with one matrix, would not converge everywhere
 
