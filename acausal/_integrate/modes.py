@@ -16,7 +16,7 @@ from .._reduce.jaxpr import slice_output
 from .._reduce.logic import begun
 from .changes import with_discrete
 from .field import Given
-from .iteration import TOGETHER, repeated
+from .rounds import TOGETHER, first_of, most_rounds, repeated
 from .run_events import RunEvents
 from .search import is_met
 from .starting import Start
@@ -88,7 +88,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     given, y = (start.given, start.y) if is_smooth else jax.lax.stop_gradient((start.given, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.responds
-    most, single = 4 * events.total + TOGETHER + 16, np.eye(events.total, dtype=bool)[matters]
+    most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters]
 
     def point(y: Array, holds: Array) -> tuple[_Point, Array]:
         """The point that belongs to modes, and the events that begin there."""
@@ -110,7 +110,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = jnp.where(r.count < TOGETHER, begins, begins & (jnp.cumsum(begins) == 1)) & ~is_trial
+        fired = jnp.where(r.count < TOGETHER, begins, first_of(begins)) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)

@@ -182,7 +182,7 @@ class RunEvents(EventNumbers):
         rest = jnp.full(self.total - self.n_model, jnp.inf)
         return jnp.concatenate([_spread(own, self._place_of_time, jnp.inf), rest])
 
-    def set_anew(self, t: Array, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
+    def set_anew(self, t: Numbers, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
         """Which scheduled events of the model have times that differ between two vectors, and the last of these times
         that is not after t, as the second vector tells; infinite where there is none.
         """

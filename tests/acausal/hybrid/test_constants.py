@@ -30,7 +30,7 @@ from acausal import (
     simulate,
     when,
 )
-from acausal._integrate import crossing, event_history, iteration, loop, moment, run_events, schedule, settings, turns
+from acausal._integrate import crossing, event_history, loop, moment, rounds, run_events, schedule, settings, turns
 from acausal._integrate import run as compiled
 from acausal._reduce.jaxpr import slice_outputs
 from components import blocks, electrical
@@ -39,7 +39,7 @@ CONSTANTS = {
     "PARTS": [crossing],
     "TURN": [crossing, turns],
     "MOST": [crossing, turns],
-    "TOGETHER": [iteration],
+    "TOGETHER": [rounds],
     "RESOLUTION": [run_events],
     "CROWD": [loop],
     "INTERVAL": [loop],
@@ -53,7 +53,7 @@ ROOM = {"LAST": event_history, "AT_ONCE": settings}  # of records
 ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate": "carry changes course crossing event_history event_log event_numbers interval iteration loop moment "
-    "peaks run_events schedule settings starting turns",
+    "peaks rounds run_events schedule settings starting turns",
     "_evaluate": "event_set events instants",
     "_reduce": "angles held instants jumps logic margins",
     "_declare": "ifelse",
