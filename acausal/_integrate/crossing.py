@@ -13,6 +13,7 @@ from .._compiled_once import truths_compiled_once
 from .._numbers import Numbers
 from .._reduce.logic import Circuit, begun, sign_of
 from .interval import MOST, TURN, Seen, advance, over
+from .part import Part
 
 PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
 
@@ -55,41 +56,6 @@ class Found(NamedTuple):
     reached: Array
 
 
-class _Part(NamedTuple):
-    """Crossing functions at both ends of an interval, with signs such that they become positive where the relation
-    changes.
-    """
-
-    q0: Array
-    q1: Array
-    p0: Array
-    p1: Array
-    width: Array
-
-    def bumps(self, band: Array) -> Array:
-        """Those that may change there and back: the tangents at both ends meet beyond zero and the band."""
-        q0, q1, p0, p1, width = self
-        q0, q1 = q0 - band, q1 - band
-        points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
-        return points & (q0 + p0 * (q1 - q0 - p1 * width) / jnp.where(points, p0 - p1, 1.0) > 0)
-
-    @property
-    def leaps(self) -> Array:
-        """Those that a stair, such as floor, may take beyond zero. They may jump where it steps, so each end is looked
-        at by its own tangent.
-        """
-        q0, q1, p0, p1, width = self
-        return (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
-
-    @property
-    def near(self) -> Array:
-        """Those that come to zero if they vary as much as their values and rates at the ends tell."""
-        q0, q1, p0, p1, width = self
-        nearest = jnp.maximum(q0, q1)
-        variation = jnp.abs(q1 - q0) + width * (jnp.abs(p0) + jnp.abs(p1))
-        return ~((nearest + variation < 0) | (nearest == -jnp.inf))
-
-
 class _Search(NamedTuple):
     """Nothing happens before `low`, where the relations have these `truths`. Where it is `narrow`, the first event of
     the part up to `high` is being located, by relations of which some have `crossed`.
@@ -108,50 +74,51 @@ class _Search(NamedTuple):
     count: Any
 
 
-def first_crossing(
-    conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
-) -> Found:
-    """The first event of a step from `start` to `end`, where relations have these `truths` at its start.
-
-    A relation changes where its crossing function has the other sign and is beyond its band. It is looked at at the end
-    of the step, and where it comes near zero, at the ends of its parts. There are four of these, and more where an
-    angle, of which a sine is taken, turns by more than a quarter in each: while nothing moves, steps are longer than
-    the periods of what makes relations vary. On each part a relation may change once, or there and back if it bends
-    one way. What causes an event is narrowed down to `short`; other changes are taken over. Relations that cross
-    within their bands at one time change together.
-
-    What `is_known` at the start is right; else it is looked at again. Where the search does not go (`goes`), as in a
-    step that is rejected, nothing is looked at.
+class _Judged(NamedTuple):
+    """Of an interval, with crossing functions as of a `part`: the relations that change, those that may change there
+    and back, the conditions that cause an event by its end, and whether any may do so within it.
     """
-    length, no = end - start.t, jnp.asarray(False)
-    flat_start, unflat = ravel_pytree(start)
-    flat_end = _flat(start._replace(t=end))
 
-    def judge(low: Seen, high: Seen, s: _Search, truths: Array) -> tuple[_Part, Array, Array, Array, Array]:
-        """Of an interval: the part, the relations that change, those that bump, the conditions that begin, and whether
-        any may.
-        """
+    part: Part
+    changes: Array
+    bumps: Array
+    begins: Array
+    may_begin: Array
+
+
+class _Step(NamedTuple):
+    """The step that is searched."""
+
+    conditions: Conditions
+    end: Numbers
+    length: Numbers
+    short: Numbers
+    unflat: Callable[[Array], Seen]
+
+    def judge(self, low: Seen, high: Seen, s: _Search, truths: Array) -> _Judged:
+        conditions = self.conditions
         sign = -sign_of(truths)
-        part = _Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
+        part = Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
         # What an event has left beyond zero by rounding comes from there.
         changes = (part.q1 > conditions.band) | (s.crossed & (part.q1 > jnp.maximum(part.q0, 0.0)))
         turned = advance(low, high)
-        is_part = (PARTS * part.width <= length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
+        is_part = (PARTS * part.width <= self.length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
         varies = (part.p0 != 0) | (part.p1 != 0) | (low.steps != high.steps)
         turns = part.near | (varies & (turned > TURN))
         turning = part.bumps(conditions.band) | (part.leaps & (low.steps != high.steps))
         bumps = ~changes & jnp.where(is_part, turning, turns)
         begins, may_begin = _told(conditions, truths, changes, bumps)
-        return part, changes, bumps, begins, may_begin
+        return _Judged(part, changes, bumps, begins, may_begin)
 
-    def next_point(s: _Search) -> _Search:
+    def next_point(self, s: _Search) -> _Search:
+        conditions, end, short, unflat = self.conditions, self.end, self.short, self.unflat
         is_start, is_end = s.count == 0, s.count == 1
         low = unflat(s.low)
         flat_new = jax.lax.cond(s.is_seen, lambda: s.high, lambda: _flat(conditions.seen(s.x)))
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last = unflat(flat_new), unflat(flat_last)
         truths = jnp.where(is_start, _leaving(conditions, s.truths, new), s.truths)
-        part, changes, bumps, begins, may_begin = judge(low, new, s, truths)
+        part, changes, bumps, begins, may_begin = self.judge(low, new, s, truths)
         is_short = part.width <= short
         passes, is_found = truths_compiled_once(
             s.x,
@@ -159,12 +126,12 @@ def first_crossing(
             ~is_start & is_short & jnp.any(begins),
         )
         is_last = passes & (new.t >= last.t)
-        aim = low.t + part.width * _aim(part, changes, bumps, short, s.count)
+        aim = low.t + part.width * part.aim(changes, bumps, short, s.count)
         # From the end of what passes, to the end of the narrowed part, or to the end of the next part of the step.
         is_behind = passes & s.narrow & ~s.is_seen
         is_first_look = is_end & ~passes & ~is_found  # the whole step: look at its parts
         node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
-        width = jnp.minimum(length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
+        width = jnp.minimum(self.length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
         onward = jnp.minimum(node.t + width, last.t)
         x = jnp.where(is_start, end, jnp.where(is_first_look | passes, onward, aim))
         narrows = ~is_start & ~passes & ~is_first_look
@@ -182,13 +149,32 @@ def first_crossing(
             count=s.count + ~s.is_seen,
         )
 
-    none = jnp.zeros(start.g.shape, bool)
+
+def first_crossing(
+    conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
+) -> Found:
+    """The first event of a step from `start` to `end`, where relations have these `truths` at its start.
+
+    A relation changes where its crossing function has the other sign and is beyond its band. It is looked at at the end
+    of the step, and where it comes near zero, at the ends of its parts. There are four of these, and more where an
+    angle, of which a sine is taken, turns by more than a quarter in each: while nothing moves, steps are longer than
+    the periods of what makes relations vary. On each part a relation may change once, or there and back if it bends
+    one way. What causes an event is narrowed down to `short`; other changes are taken over. Relations that cross
+    within their bands at one time change together.
+
+    What `is_known` at the start is right; else it is looked at again. Where the search does not go (`goes`), as in a
+    step that is rejected, nothing is looked at.
+    """
+    no, none = jnp.asarray(False), jnp.zeros(start.g.shape, bool)
+    flat_start, unflat = ravel_pytree(start)
+    flat_end = _flat(start._replace(t=end))
     search = _Search(
         low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_seen=no,
         x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
         count=jnp.where(is_known, 1, 0),
     )  # fmt: skip
-    s = jax.lax.while_loop(lambda s: ~s.is_over, next_point, search)
+    step = _Step(conditions, end, end - start.t, short, unflat)
+    s = jax.lax.while_loop(lambda s: ~s.is_over, step.next_point, search)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
     sign = -sign_of(s.truths)
     changes = (sign * high.g > 0) | (jnp.abs(high.g) <= conditions.band)
@@ -236,23 +222,3 @@ def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -
     begins = begun(last > 0, before, conditions.either)
     may_begin = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
     return begins, jnp.any(begins) | jnp.any(may_begin)
-
-
-def _aim(part: _Part, changes: Array, bumps: Array, short: Numbers, count: Array) -> Array:
-    """The share of an interval at which to look: by turns before and behind the probable zero, or at the extremum, and
-    every fifth time half-way.
-    """
-    q0, q1, p0, p1, width = part
-    q0 = jnp.minimum(q0, 0.0)
-    rise = q1 - q0
-    secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
-    # A function that bends one way is zero between the zeros of the secant and of a tangent.
-    tangents = jnp.stack([-over(q0, p0 * width), 1.0 - over(q1, p1 * width)])
-    guesses = jnp.stack([secant, *jnp.where((tangents > 0) & (tangents < 1), tangents, secant)])
-    near, far = jnp.min(guesses, axis=0), jnp.max(guesses, axis=0)
-    which = jnp.argmin(jnp.where(changes, near, jnp.inf))
-    zero = jnp.where(count % 2 == 0, near[which] - short / width, far[which] + short / width)
-    turn = jnp.min(jnp.where(bumps, over(p0, p0 - p1), jnp.inf))
-    share = jnp.where(jnp.any(changes), zero, turn)
-    least = jnp.minimum(short / width, 0.5)
-    return jnp.clip(jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share), least, 1.0 - least)

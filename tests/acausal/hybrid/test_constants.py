@@ -53,7 +53,7 @@ ROOM = {"LAST": event_history, "AT_ONCE": settings}  # of records
 ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate": "carry changes course crossing event_history event_log event_numbers interval iteration loop moment "
-    "peaks rounds run_events schedule settings starting turns",
+    "part peaks rounds run_events schedule settings starting turns",
     "_evaluate": "event_set events instants",
     "_reduce": "angles held instants jumps logic margins",
     "_declare": "ifelse",
