@@ -181,11 +181,8 @@ class Run(Steps):
             far = jnp.abs(found.end.g)
             armed |= ~is_any & (far > given.back)
             farthest = jnp.maximum(farthest, far)
-        return (
-            changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, seen=found.end),
-            new,
-            is_early,
-        )
+        carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, seen=found.end)
+        return carried, new, is_early
 
     def happened(self, c: Carry, approach: Approach, begins: Array) -> Carry:
         """What is carried on from an instant, after the events that begin there and all that follows from them."""
