@@ -10,7 +10,7 @@ TRADE: Mapping[str, str] = MappingProxyType(
     {
         "s": "ms", "m": "mm", "m/s": "mm/s", "rad/s": "rpm", "Pa": "bar", "N/m": "N/mm", "rad/m": "rad/mm",
         "N.m/A": "mN.m/A", "N.m.s/rad": "mN.m.s/rad", "kg.m2": "g.cm2", "m3": "cm3", "m3/rad": "cm3/rev",
-        "m3/s": "cm3/s", "Pa/m3": "bar/cm3", "Pa.s/m3": "bar.s/cm3", "m2/s": "mm2/s",
+        "m3/s": "cm3/s", "kg/Pa": "g/bar", "Pa/m3": "bar/cm3", "Pa.s/m3": "bar.s/cm3", "m2/s": "mm2/s",
     }
 )  # fmt: skip
 

@@ -14,6 +14,7 @@ from acausal import parameters, simulate
 from acausal.design import Experiment, Fit, identify
 
 from ._output import print_table, progress, require_matplotlib, write_json
+from ._trade import trade
 from .actuators import ElectromechanicalActuator, ema_maxon
 
 FREE = {"motor.resistor.R": (0.1, 1.0), "motor.bearing.C": (1e-4, 1e-2), "motor.emf.k": (0.02, 0.08)}
@@ -65,13 +66,18 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         require_matplotlib()
     found = fits(rtol)
     rows = [row for case, fit in found.items() for row in _rows(case, fit)]
-    cells = [(row.case, row.parameter, row.unit, *(f"{x:.6g}" for x in dataclasses.astuple(row)[3:])) for row in rows]
-    print_table("Identified parameters, intervals of 95 %", HEADS, cells)
+    print_table("Identified parameters, intervals of 95 %", HEADS, map(_cells, rows))
     if json is not None:
         write_json(json, rows)
     if out is not None:
         _report(found, out)
     return rows
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    """A line of the table, in units of the trade."""
+    shown = [trade(value, row.unit) for value in (row.true, row.estimate, row.low, row.high)]
+    return row.case, row.parameter, shown[0][1], *(f"{value:.6g}" for value, _ in shown)
 
 
 def _rows(case: str, fit: Fit[Any]) -> list[Row]:

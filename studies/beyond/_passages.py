@@ -113,7 +113,7 @@ def rows() -> list[Row]:
     before = float(steady(housing(flow, dot_4(CELSIUS + 273.15))).mass)
     table.append(Row(ITEM, "all 4 mm", "mass around the passages", "kg", before))
     found = lightest(flow)
-    case = f"lightest at {DROP:g} Pa, DOT 4 at {CELSIUS:g} C"
+    case = f"lightest at {1e-5 * DROP:g} bar, DOT 4 at {CELSIUS:g} C"
     residual = f"{found.status}, KKT residual {found.kkt_residual:.0e}"
     table.append(Row(ITEM, case, "mass around the passages", "kg", found.objective, None, residual))
     table += [Row(ITEM, case, name, "m", value) for name, value in found.values.items()]

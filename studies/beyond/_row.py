@@ -3,6 +3,8 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 
+from .._trade import trade
+
 HEADS = ("case", "quantity", "value", "unit", "thesis", "remark")
 
 
@@ -20,11 +22,11 @@ class Row:
 
 
 def cells(rows: Iterable[Row]) -> list[Sequence[str]]:
-    """The table as texts."""
-    return [
-        (
-            row.case, row.quantity, f"{row.value:.4g}", row.unit, "-" if row.thesis is None else f"{row.thesis:g}",
-            row.remark,
-        )
-        for row in rows
-    ]  # fmt: skip
+    """The table as texts, in units of the trade."""
+    return [_line(row) for row in rows]
+
+
+def _line(row: Row) -> Sequence[str]:
+    value, unit = trade(row.value, row.unit)
+    thesis = "-" if row.thesis is None else f"{trade(row.thesis, row.unit)[0]:g}"
+    return row.case, row.quantity, f"{value:.4g}", unit, thesis, row.remark

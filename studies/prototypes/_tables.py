@@ -1,14 +1,15 @@
-"""What the study says, as tables."""
+"""What the study says, as tables in units of the trade."""
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from acausal.design import Combination, Fit
 
 from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
+from .._trade import trade
 from ..actuators import ClutchActuator
 from ._proposals import Proposal, Separation
 
@@ -98,16 +99,20 @@ class Tables:
     def estimates(self) -> Table:
         """The identified parameters."""
         heads = ("prototype", "case", "parameter", "unit", "thesis", "estimate", "low", "high")
-        cells = [(*_place(row), row.parameter, row.unit, *_numbers(row.thesis, row.estimate, row.low, row.high))
-                 for row in self.rows]  # fmt: skip
+        cells = [
+            (*_place(row), row.parameter, *_numbers(row.unit, row.thesis, row.estimate, row.low, row.high))
+            for row in self.rows
+        ]
         return "Identified parameters, intervals of 95 %", heads, cells
 
     def met(self) -> Table:
         """What the fits make of the measurements."""
         heads = ("prototype", "case", "measurement", "unit", "measured", "sigma", "fitted", "in sigma")
         cells = [
-            (*_place(row), row.measurement, row.unit, *_numbers(row.measured, row.sigma, row.fitted),
-             f"{row.distance:+.2f}")
+            (
+                *_place(row), row.measurement, *_numbers(row.unit, row.measured, row.sigma, row.fitted),
+                f"{row.distance:+.2f}",
+            )
             for row in self.meetings
         ]  # fmt: skip
         return "What the fits make of the measurements", heads, cells
@@ -129,8 +134,7 @@ class Tables:
                 row.subject,
                 row.measurement,
                 row.explanation,
-                row.unit,
-                *_numbers(row.predicted, row.noise, row.spread),
+                *_numbers(row.unit, row.predicted, row.noise, row.spread),
             )
             for row in self.proposals
         ]
@@ -200,5 +204,6 @@ def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:
     return ACTUATOR_NAMES[row.prototype], row.case
 
 
-def _numbers(*values: float | None) -> Iterable[str]:
-    return ("-" if value is None else f"{value:.4g}" for value in values)
+def _numbers(unit: str, *values: float | None) -> tuple[str, ...]:
+    """The unit of the trade, and values in it."""
+    return trade(1.0, unit)[1], *("-" if value is None else f"{trade(value, unit)[0]:.4g}" for value in values)
