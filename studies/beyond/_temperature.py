@@ -1,22 +1,23 @@
 """What the temperature does: to the opening time by liquid, winding and magnets, and to how often a motor may open.
 
 A pipe of a metre holds the liquid whose viscosity changes; friction of seals and bearings stays what it was when
-identified. Thermal figures are those of the data sheet of the RE 40.
+identified. Thermal figures are those of the data sheets of RE 40 and RE 50; the FISE has none.
 """
 
 import dataclasses
-import functools as ft
+import itertools
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 
 from acausal import Scalar, replace
-from components.catalogues import DataSheet, brushed_motor, catalogue
+from components.catalogues import brushed_motor, catalogue
 from components.hydraulic import LaminarResistance, Line, dot_4
 
-from ..actuators import SHEETS, ClutchActuator, ehs_maxon, holding_current, magnets, opening, winding
+from ..actuators import SHEETS, ClutchActuator, holding_current, magnets, opening, winding
 from ._cycles import COLD, Cycle
 from ._line import DIAMETER, LongLine
 from ._prototypes import PROTOTYPES, RE40, RE50, Build
@@ -26,15 +27,11 @@ ITEM = "temperature"
 LENGTH = 1.0  # m, of the pipe
 TEMPERATURES = (-30.0, 0.0, 25.0, 80.0, 120.0)  # degC
 LATEST = 2.0  # s, given up after this time
-ORDER = "148867"  # RE 40, 24 V
+ORDERS: Mapping[str, str] = MappingProxyType({RE40: "148867", RE50: "370354"})  # of the motors, 24 V
+HOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType({RE40: ("motor", "valve"), RE50: ("motor",)})
 HOLDS = (0.0, 1.0, 10.0)  # s
 HOT = 80.0  # degC, beside an engine
 ACTUATORS = {name: PROTOTYPES[name].build for name in (RE50, RE40)}
-
-
-@ft.cache
-def _sheet() -> DataSheet:
-    return catalogue("motors")[ORDER]
 
 
 def at_temperature(build: Build, liquid: Scalar, motor: Scalar) -> ClutchActuator:
@@ -80,15 +77,16 @@ class Allowed(NamedTuple):
     per_minute: float  # operations; none where the first one is too much
     cycle: Cycle
     limit: float  # K, of the winding
+    heat: float  # J, into the winding in an operation at its limit
 
 
-def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8) -> Allowed:
-    """How often the EHS may open and hold, so that its winding never exceeds its limit.
+def allowed(name: str, ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8) -> Allowed:
+    """How often a prototype may open and hold, so that its winding never exceeds its limit.
 
     It opens with the winding at that limit, and with magnets as warm as the housing is behind a winding that is always
-    there. The heat of closing, of 4 J at most, and that of the pump are left out.
+    there. The heat of closing, of 4 J at most with the pump, and that of the pump are left out.
     """
-    sheet, built = _sheet(), ehs_maxon()
+    sheet, built = catalogue("motors")[ORDERS[name]], PROTOTYPES[name].build()
     inner, outer, limit = (
         sheet[name] for name in ("winding_to_housing", "housing_to_ambient", "max_winding_temperature")
     )
@@ -101,25 +99,30 @@ def allowed(ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8
     opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
     burst = float(resistance * opened.integrals["heat"][-1])
     current = 0.0 if valve else float(holding_current(model))
-    cycle = Cycle(brushed_motor(ORDER, L=None, T=ambient), ambient, float(opened.t1), burst, current, hold)
-    return Allowed(60.0 / cycle.shortest_period(limit), cycle, limit)
+    cycle = Cycle(brushed_motor(sheet, L=None, T=ambient), ambient, float(opened.t1), burst, current, hold)
+    heat = burst + float(resistance) * current**2 * hold
+    return Allowed(60.0 / cycle.shortest_period(limit), cycle, limit, heat)
 
 
 def thermal_rows(rtol: float = 1e-8) -> list[Row]:
-    """Operations per minute by ambient, hold, and what holds."""
+    """Heat and number of operations by prototype, ambient, hold, and what holds."""
     rows = []
-    for celsius in (25.0, HOT):
-        for hold in HOLDS:
-            for name, valve in (("motor", False), ("valve", True)):
-                one = allowed(celsius + 273.15, hold, valve, rtol)
-                case = f"EHS, RE40, {celsius:g} C, {hold:g} s held by its {name}"
-                rows.append(Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=_bound(one)))
-                once = one.cycle.warmest(COLD) - 273.15
-                rows.append(Row(ITEM, case, "winding after the first operation", "C", once))
-    one = allowed(HOT + 273.15, 1.0, rtol=rtol)
-    rows.append(Row(ITEM, f"EHS, RE40, at its thermal limit, {HOT:g} C", "opening time", "s", one.cycle.opening))
+    for name, celsius, hold in itertools.product(ORDERS, (25.0, HOT), HOLDS):
+        for holder in HOLDERS[name]:
+            one = allowed(name, celsius + 273.15, hold, holder == "valve", rtol)
+            case = f"{name}, {celsius:g} C, {hold:g} s held by its {holder}"
+            once = one.cycle.warmest(COLD) - 273.15
+            rows += [
+                Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=_bound(one)),
+                Row(ITEM, case, "winding after the first operation", "C", once),
+                Row(ITEM, case, "heat of the winding, an operation", "J", one.heat),
+            ]
+    for name in ORDERS:
+        one = allowed(name, HOT + 273.15, 1.0, rtol=rtol)
+        rows.append(Row(ITEM, f"{name}, at its thermal limit, {HOT:g} C", "opening time", "s", one.cycle.opening))
+    one = allowed(RE40, HOT + 273.15, 1.0, rtol=rtol)
     for share in (1.2, 1.5, 2.0):
-        case = f"EHS, RE40, {HOT:g} C, 1 s held by its motor, {share:g} times what is allowed"
+        case = f"{RE40}, {HOT:g} C, 1 s held by its motor, {share:g} times what is allowed"
         late = one.cycle.time_to(one.limit, 60.0 / (share * one.per_minute))
         rows.append(Row(ITEM, case, "time to the limit", "min", late / 60.0))
     return rows

@@ -16,7 +16,7 @@ from components.hydraulic import dot_4
 from components.rotational import Fixed
 from components.thermal import FixedTemperature
 from studies.__main__ import main
-from studies.beyond import ITEMS, _load, _passages, _series
+from studies.beyond import ITEMS, _load, _passages, _series, _temperature
 from studies.beyond._cycles import COLD, Cycle
 from studies.beyond._prototypes import PROTOTYPES
 from studies.beyond._row import Row
@@ -126,6 +126,27 @@ def test_operations_that_are_allowed_just_reach_the_limit() -> None:
     assert cycle(hold=20.0).shortest_period(limit) == np.inf
     cool = cycle(current=0.0, burst=1.0)
     assert cool.shortest_period(limit) == cool.shortest
+
+
+@pytest.mark.parametrize("name", _temperature.ORDERS)
+def test_heat_that_leaves_the_motor(name: str) -> None:
+    """Without a hold the winding hardly swings: it may be given what the two thermal resistances pass at its limit."""
+    ambient = 298.15
+    one = _temperature.allowed(name, ambient, 0.0)
+    motor = one.cycle.motor
+    passed = (one.limit - ambient) / float(1.0 / motor.inside.G + 1.0 / motor.outside.G)
+    assert one.per_minute / 60.0 * one.heat < passed
+    assert one.per_minute / 60.0 * one.heat == pytest.approx(passed, rel=0.02)
+
+
+@pytest.mark.parametrize("name", _temperature.ORDERS)
+def test_heat_of_a_hold(name: str) -> None:
+    """A longer hold adds R i^2 of the winding alone at its limit, and fewer operations are allowed."""
+    short, long = (_temperature.allowed(name, 298.15, hold) for hold in (0.0, 1.0))
+    motor = long.cycle.motor
+    resistance = float(motor.resistor.R_ref * (1.0 + motor.resistor.alpha * (long.limit - motor.resistor.T_ref)))
+    assert long.heat - short.heat == pytest.approx(resistance * long.cycle.current**2, rel=1e-3)
+    assert long.per_minute < short.per_minute
 
 
 @pytest.mark.slow
