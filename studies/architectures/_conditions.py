@@ -1,21 +1,31 @@
-"""Other conditions of the duty: cold, hot, and with a worn clutch.
+"""Other conditions of the duty: the no-load set, cold, hot, and with a worn clutch.
 
 All sizes are those at 40 C; away from it the liquid is DOT 4, windings are of copper, and magnets of neodymium.
-Friction of the drives stays: what part of it is the liquid's is not known.
+The friction of the drives does not change with the temperature: the liquid's part in it is not known.
 """
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from ..actuators import at_temperature, worn
+from acausal import replace
+
+from ..actuators import NO_LOAD_FRICTION, at_temperature, worn
 
 BASE = 40.0  # C
 
+NO_LOAD = "no-load set"
 CONDITIONS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
     {
+        NO_LOAD: lambda model: replace(model, {"motor.bearing.C": NO_LOAD_FRICTION}),
         "-30 C": lambda model: at_temperature(model, -30.0, reference=BASE),
         "120 C": lambda model: at_temperature(model, 120.0, reference=BASE),
         "worn": worn,
     }
 )
+
+
+def conditions_of(model: Any) -> dict[str, Any]:
+    """The model under each condition that it has; only drives with a pump have a no-load set."""
+    pumped = hasattr(model, "pump")
+    return {name: change(model) for name, change in CONDITIONS.items() if pumped or name != NO_LOAD}

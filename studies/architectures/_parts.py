@@ -1,8 +1,7 @@
 """What the architectures share: the clutch with its slave cylinder, motors, pumps, valves, and their sizes.
 
-Motors, displacement, bores, line and spring are those of the set of parameters that all studies share,
-`studies.actuators.parameter_set`, with the no-load set for pumps. `ASSUMED` lists the others, each with the reason for
-its value.
+Motors with their friction, displacement, bores, line and spring are those of the set of parameters that all studies
+share, `studies.actuators.parameter_set`. `ASSUMED` lists the others, each with the reason for its value.
 """
 
 import math
@@ -16,17 +15,17 @@ from components.electrical import DCMotor
 from components.hydraulic import LinearLiquid, ReliefValve, ThreeWayValve, VariableOrifice, Volume, WilsonLosses
 from components.translational import PositionSensor
 
-from ..actuators import DISPLACEMENT, NO_LOAD_FRICTION, SUPPLY, ClutchActuator, ehs_maxon, ema_maxon
+from ..actuators import DISPLACEMENT, SUPPLY, ClutchActuator, ehs_maxon, ema_maxon
 from ._duty import Demand, demand
 
 HIGHEST = 4.0e6  # Pa, to which relief valves and pressure compensators are set
 
 ASSUMED: Mapping[str, str] = MappingProxyType(
     {
-        "no-load set of the pump drives, 0.8 mN.m.s/rad": "the thesis' test without load, chapter 8; with the 4 of "
-        "Table 8.3, fitted to the opening, a free-running pump would take more current than the held clutch",
         "supply pressure 40 bar": "33.4 bar for the 800 N of a worn clutch and 5 bar for the valve, rounded up",
-        "slip coefficient 5e-9, pressure friction 3 % of all pumps": "usual ones (Wilson); the thesis has none",
+        "slip coefficient 5e-9 of all pumps": "a usual one (Wilson); the thesis has none",
+        "no friction of pumps beside that of the drive": "the friction of the set was fitted to openings, so that the "
+        "pump's is in it; a free-running pump turns more easily, as the no-load set shows",
         "liquid of 1050 kg/m3, 1.5 GPa, 8 mm2/s": "DOT 4 at 40 C; the modulus is that behind the line's stiffness",
         "valves of 4 l/min at 5 bar an edge, 50 Hz, damping 0.8": "twice the flow of the fastest opening; usual for a "
         "small proportional valve",
@@ -113,7 +112,7 @@ def three_way_valve() -> ThreeWayValve:
 
 def re40() -> DCMotor:
     """The motor of all pumps."""
-    return ehs_maxon(friction=NO_LOAD_FRICTION).motor
+    return ehs_maxon().motor
 
 
 def re50() -> DCMotor:
@@ -128,4 +127,4 @@ def liquid() -> LinearLiquid:
 
 def pump_data() -> dict[str, Any]:
     """Displacement, liquid, losses and inertia of all pumps."""
-    return dict(displacement=DISPLACEMENT, liquid=liquid(), losses=WilsonLosses(C_s=5e-9, C_f=0.03), J=2e-6)
+    return dict(displacement=DISPLACEMENT, liquid=liquid(), losses=WilsonLosses(C_s=5e-9), J=2e-6)

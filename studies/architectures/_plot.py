@@ -10,6 +10,7 @@ from matplotlib.patches import Rectangle
 
 from .._measured import DEAD_TIME, FULL, MEASURED, Datum
 from .._output import legend
+from ._conditions import NO_LOAD
 from ._rows import Row
 
 AREAS: Mapping[str, str] = MappingProxyType(
@@ -141,6 +142,10 @@ def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure 
         values = [factor * max(getattr(row, name), 0.0) for row in rows]
         panel.barh(places, values, color="#0072b2", label="simulated here")
         measured = [THESIS.get(row.architecture, {}).get(name) for row in rows]
+        second = [row.conditions.get(NO_LOAD, {}).get(name) for row in rows]
+        others = {place: factor * value for place, value in enumerate(second) if value is not None}
+        if others:
+            panel.plot(list(others.values()), list(others), "D", color="black", markerfacecolor="white", label=NO_LOAD)
         marks = {place: factor * datum.value for place, datum in enumerate(measured) if datum is not None}
         if marks:
             panel.plot(list(marks.values()), list(marks), "D", color="#d55e00", label="measured (thesis), in brackets")
@@ -153,7 +158,7 @@ def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure 
         panel.grid(alpha=0.3, axis="x")
     panels[0].set_yticks(places, [titles[row.architecture] for row in rows])
     panels[0].invert_yaxis()
-    legend(figure, 2)
+    legend(figure, 3)
     return figure
 
 

@@ -13,7 +13,7 @@ from acausal import Component, Scalar, Solution, parameters, replace
 
 from ..actuators import STROKE, SUPPLY
 from ._architecture import Architecture
-from ._conditions import CONDITIONS
+from ._conditions import conditions_of
 from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty
 
 
@@ -31,7 +31,7 @@ class Row:
     of differentiation, over the largest one. `lowest` and `highest` bound the position from a second after the opening
     to the end of the hold. `flows` are pressure and flow of the source and of the clutch: at half the stroke as it
     opens at full speed and, metered, along a profile, and in the hold. `conditions` has some of these figures for the
-    duty under others.
+    duty with the no-load set, cold, hot and worn.
     """
 
     architecture: str
@@ -89,7 +89,7 @@ def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = Tr
             "metered": _flows(architecture, half_open_by_profile(model, rtol=rtol), None),
             "holding": _flows(architecture, duty, opened + HOLD),
         },
-        conditions={name: _figures(architecture.name, change(model), rtol) for name, change in CONDITIONS.items()},
+        conditions={name: _figures(architecture.name, other, rtol) for name, other in conditions_of(model).items()},
     )
 
 

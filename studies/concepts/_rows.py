@@ -212,9 +212,9 @@ def optima() -> list[tuple[Concept, Motor]]:
 
 
 def with_less_friction() -> Row:
-    """The electrohydraulic actuator with the friction of the test without load."""
+    """The electrohydraulic actuator with the no-load set."""
     motor = dataclasses.replace(MOTORS[2], values={**MOTORS[2].values, "motor.bearing.C": NO_LOAD_FRICTION})
-    return optimum(EHS_VALVE, motor, EHS_VALVE.solve(motor), "EHS, valve holds, friction of the no-load test")
+    return optimum(EHS_VALVE, motor, EHS_VALVE.solve(motor), "EHS, valve holds, no-load set")
 
 
 def statements(rtol: float = 1e-9) -> list[Statement]:
