@@ -13,6 +13,7 @@ from components.rotational import (
     Disc,
     Fixed,
     Helix,
+    Inertia,
     LossyGear,
     LossyGearR2T,
     PlanetaryGearbox,
@@ -67,6 +68,21 @@ class CrankActuator(MasterDriven):
             connect(self.gearbox.carrier, self.turned.a),
             connect(self.turned.b, self.crank.shaft),
             connect(self.crank.slider, self.master.rod),
+        )
+
+
+class BallScrewActuator(MasterDriven):
+    """Motor, planetary gearbox, ball screw, master cylinder."""
+
+    spindle: Inertia
+    screw: LossyGearR2T
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.gearbox.carrier, self.spindle.a),
+            connect(self.spindle.b, self.screw.shaft),
+            connect(self.screw.rod, self.master.rod),
         )
 
 
@@ -133,6 +149,12 @@ def crank() -> CrankActuator:
     """As `eccentric`, with a crank of the same radius and a connecting rod of 40 mm."""
     slider = CrankSlider(crank=5.5e-3, rod_length=40e-3)
     return CrankActuator(turned=Disc(delta_phi=math.pi), crank=slider, **_geared())
+
+
+def ball_screw() -> BallScrewActuator:
+    """As `eccentric`, with a ball screw whose lead asks of the open clutch's motor about what the cam does."""
+    thread = LossyGearR2T.screw(diameter=20e-3, lead=20e-3, mu=0.01)
+    return BallScrewActuator(spindle=Inertia(J=1.2e-5), screw=thread, **_geared())
 
 
 def worm() -> WormActuator:

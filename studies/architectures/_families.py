@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from ._architecture import Architecture, at_the_accumulator, at_the_master
-from ._electromechanical import crank, eccentric, screw, worm
+from ._electromechanical import ball_screw, crank, eccentric, screw, worm
 from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo_pump
 from ._stored import automated_gearbox, charged, holding_valve, purge_valve
 from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
@@ -71,6 +71,11 @@ ARCHITECTURES = (
     Architecture(
         "crank", "electromechanical, crank", crank,
         ("gearbox.ratio", "crank.crank", "master.bore", "motor.resistor.R"), _GEARED, "crank, cylinders",
+        delivered=at_the_master,
+    ),
+    Architecture(
+        "ball screw", "electromechanical, ball screw", ball_screw,
+        ("gearbox.ratio", "screw.converter.ratio", "master.bore", "motor.resistor.R"), _GEARED, "screw, cylinders",
         delivered=at_the_master,
     ),
     Architecture(

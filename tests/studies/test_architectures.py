@@ -16,6 +16,7 @@ from matplotlib.patches import Rectangle
 
 from acausal import Result, parameters, replace, simulate
 from components.electrical import ConstantVoltage
+from components.rotational import Helix
 from studies.actuators import DISPLACEMENT, SUPPLY, at_temperature, worn
 from studies.architectures import (
     ARCHITECTURES,
@@ -69,6 +70,16 @@ def test_drives_that_lock_themselves_hold_without_current() -> None:
     for name in ("worm", "screw"):
         assert abs(ROWS[name].motor_current) < 1e-3
         assert abs(ROWS[name].holding_power) < 1.0
+
+
+def test_ball_screw_is_held_by_its_motor() -> None:
+    """Its friction decides nothing but how far the current is from that of the load, F lead/(2 pi N k)."""
+    row, model = ROWS["ball screw"], named("ball screw").build()
+    helix = Helix.of_screw(diameter=20e-3, lead=20e-3, mu=0.01)
+    force = row.flows["holding"]["source_p"] * float(model.master.area)
+    load = force * 20e-3 / (2.0 * np.pi * float(model.gearbox.ratio * model.motor.emf.k))
+    assert float(helix.driven) * load <= row.motor_current <= load / float(helix.driving) * (1.0 + 1e-9)
+    assert row.losses["screw.gear"] < 0.05 * row.losses["motor.bearing"]
 
 
 @pytest.mark.parametrize("name", list(ROWS))

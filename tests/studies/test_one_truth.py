@@ -19,7 +19,10 @@ from studies.optimise._problems import PROBLEMS as OPTIMISED
 
 BUILT = {item.name: item.build for item in architectures.ARCHITECTURES}
 CASES: list[tuple[str, Any, str, set[str]]] = [
-    *((f"architectures, {name}", BUILT[name], "ema_maxon", set[str]()) for name in ("eccentric", "crank", "screw")),
+    *(
+        (f"architectures, {name}", BUILT[name], "ema_maxon", set[str]())
+        for name in ("eccentric", "crank", "ball screw", "screw")
+    ),
     *(
         (f"architectures, {name}", build, "ehs_maxon", {"slave.bore"} if "EHA" in name else set[str]())
         for name, build in BUILT.items()
