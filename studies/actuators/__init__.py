@@ -67,6 +67,7 @@ from ._statics import line_pressure as line_pressure
 from ._statics import pressure_angle as pressure_angle
 from ._stops import RodStops as RodStops
 from ._stops import ShaftStops as ShaftStops
+from ._use import CLOSED as CLOSED
 from ._use import Energies as Energies
 from ._use import closing as closing
 from ._use import energy as energy

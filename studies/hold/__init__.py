@@ -5,6 +5,8 @@ liquid leaks past the seals, until a two-point controller tops up. Actuator and 
 (Torino, 2012); leakage, chamber and closing time of the valve are assumed, see `studies.actuators`.
 """
 
+from ._failures import Failure as Failure
+from ._failures import failures as failures
 from ._main import Row as Row
 from ._main import main as main
 from ._runs import DURATION as DURATION

@@ -10,7 +10,8 @@ from acausal import Solution
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
 from .._trade import trade
-from ..actuators import STROKE, SUPPLY
+from ..actuators import STROKE, SUPPLY, ema_fise, hold
+from ._failures import FAILURE_HEADS, failure_cells, failures
 from ._runs import DESIGNS, DURATION, run, static_current, static_power, top_up_times
 from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
 
@@ -25,7 +26,11 @@ ABOUT = """The clutch is held open for a minute, by the motor or by a valve, and
 The motor alone has a controller that keeps the stroke. A valve is shut by its coil; the motor is off while liquid leaks
 past the seals, until a two-point controller tops up. Elasticities are changes in per cent for one per cent more of a
 parameter. Leakage, chamber and closing time of the valve are assumed; the thesis has none.
+
+The thesis names a magnetic brake that would hold the actuator with the FISE motor (section 7.1.1). Its power is
+assumed.
 """
+BRAKE = 10.0  # W, of the coil of a brake of some tenths of N.m; assumed
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,18 +58,21 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     if out is not None:
         require_matplotlib()
     runs = {name: run(DESIGNS[name](), rtol) for name in progress(list(DESIGNS), "holding")}
-    rows = [_static_row(), *(_row(name, solution) for name, solution in runs.items())]
+    rows = [_static_row(), *(_row(name, solution) for name, solution in runs.items()), *_fise_rows()]
     slopes = [row for name in progress(list(DESIGNS), "differentiating") for row in sensitivities(name, rtol)]
     leaks = [row for name in progress(list(DESIGNS), "sweeping") for row in sweep(name, rtol)]
+    lost = failures(rtol)
     tables = [
         (f"Clutch held open for {DURATION:g} s", HEADS, list(_cells(rows))),
         ("Elasticities", SENSITIVITY_HEADS, list(_sensitivity_cells(slopes))),
         ("With other leaks", SWEEP_HEADS, list(_sweep_cells(leaks))),
+        ("Coil or battery lost while the valve holds", FAILURE_HEADS, failure_cells(lost)),
     ]
     for table in tables:
         print_table(*table)
+    print(_brake())
     if json is not None:
-        write_json(json, rows, sensitivities=slopes, sweep=leaks)
+        write_json(json, rows, sensitivities=slopes, sweep=leaks, failures=lost)
     if out is not None:
         from .._report import Table, write_report
         from ._plot import plot_energies, plot_runs
@@ -74,6 +82,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
             save(figure, out, name)
         parts = [
             *((title, Table(heads, cells), []) for title, heads, cells in tables),
+            ("A magnetic brake", _brake(), []),
             ("The hold in time", "", [pictures["hold"]]),
             ("Energy from the battery", "", [pictures["hold_energy"]]),
         ]
@@ -87,6 +96,33 @@ def _static_row() -> Row:
     energy = DURATION * power
     return Row(
         "motor_held", "at rest, in closed form", energy, 0.0, energy, current, power / SUPPLY, power, 0, STROKE, STROKE
+    )
+
+
+def _fise_rows() -> list[Row]:
+    """The electromechanical actuator with the FISE motor, held by the motor or by a brake."""
+    rest = hold(ema_fise())
+    current, power = float(rest.current), float(rest.power)
+    given = (
+        ("by its motor, in closed form", DURATION * power, 0.0, current),
+        ("by a magnetic brake", 0.0, DURATION * BRAKE, 0.0),
+    )
+    return [
+        Row(
+            "ema_fise", method, motor, coil, motor + coil, held, (motor + coil) / DURATION / SUPPLY,
+            (motor + coil) / DURATION, 0, STROKE, STROKE,
+        )
+        for method, motor, coil, held in given
+    ]  # fmt: skip
+
+
+def _brake() -> str:
+    """The torque that a brake has to hold, in words."""
+    model = ema_fise()
+    torque = float(hold(model).torque)
+    return (
+        f"The brake of the FISE has to hold {torque:.3f} N.m on the motor's shaft, or "
+        f"{float(model.gearbox.ratio) * torque:.2f} N.m on that of the cam."
     )
 
 

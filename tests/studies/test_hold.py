@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.actuators import COIL, SUPPLY, motor_held, spring_rate, valve_held
+from acausal import replace
+from studies.actuators import (
+    COIL,
+    SUPPLY,
+    closing,
+    ehs_maxon,
+    ema_fise,
+    hold,
+    motor_held,
+    spring_rate,
+    valve_held,
+)
 from studies.actuators._holding import STROKE
 from studies.hold import DURATION, KEYWORDS, evaluate, run, static_power
 
@@ -88,7 +99,7 @@ def test_switching(by_valve: Any) -> None:
 
 
 def test_rows(held: Tables) -> None:
-    static, motor, valve = held["rows"]
+    static, motor, valve, *_ = held["rows"]
     assert static["energy"] == pytest.approx(DURATION * static["mean_power"])
     assert motor["energy"] == pytest.approx(static["energy"], rel=5e-3)
     assert motor["energy_coil"] == 0.0
@@ -97,6 +108,29 @@ def test_rows(held: Tables) -> None:
     assert valve["energy"] == pytest.approx(valve["energy_motor"] + valve["energy_coil"])
     assert valve["top_ups"] == 9
     assert STROKE - BAND < valve["lowest"] < STROKE < valve["highest"] < STROKE + BAND
+
+
+def test_fise_held_by_motor_or_brake(held: Tables) -> None:
+    """By the motor with R i^2 of the holding current, which a brake does without."""
+    motor, brake = held["rows"][3:]
+    base = ema_fise()
+    assert motor["motor_current"] == pytest.approx(float(hold(base).current), rel=1e-12)
+    assert motor["mean_power"] == pytest.approx(float(base.motor.resistor.R) * motor["motor_current"] ** 2, rel=1e-12)
+    assert (brake["motor_current"], brake["mean_power"]) == (0.0, 10.0)
+    assert motor["energy"] == pytest.approx(DURATION * motor["mean_power"], rel=1e-12)
+
+
+def test_coil_or_battery_lost(held: Tables) -> None:
+    """The open valve hardly delays the clutch; a controller that goes on keeps it open."""
+    switched_off, lost, goes_on = held["failures"]
+    base = ehs_maxon()
+    for found, model in ((switched_off, base), (lost, replace(base, {"motor.resistor.R": 1e6}))):
+        alone = float(closing(model, save="end").t1)
+        assert found["closed"] == pytest.approx(alone, rel=2e-3)
+        assert found["power"] < 1e-3
+    assert goes_on["closed"] is None
+    assert STROKE - BAND < goes_on["lowest"] < STROKE
+    assert goes_on["power"] > held["rows"][0]["mean_power"]
 
 
 def test_sweep(held: Tables) -> None:
