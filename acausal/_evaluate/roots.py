@@ -1,6 +1,7 @@
 """Roots of small systems of non-linear equations."""
 
 from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -8,16 +9,15 @@ import optimistix as optx
 from jax import Array
 from jaxtyping import PyTree
 
+from .._linear_solver import factors_of
 from .._numbers import Truth
 from .affine import computed
 from .elimination import SMALL, eliminated
 
-ITERATIONS = 100
+ITERATIONS = 200
 HUGE = 1e100
-# Both methods converge quadratically: a last step this small leaves an error near rounding. A trust region stalls where
-# rounding hides the progress of a step, so its tolerance stays well above.
-NEWTON = optx.Newton(rtol=1e-9, atol=1e-9)
-# Powell's dogleg: Newton's steps, shortened where they do not help, as where a diode's exponential overshoots.
+CLOSE = 1e-9  # a last step of Newton's method this small leaves an error near rounding
+# Powell's dogleg: a trust region stalls where rounding hides the progress of a step, so its tolerance stays well above.
 DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
 
 Test = Callable[[Array, PyTree], Truth]
@@ -28,29 +28,17 @@ def scaled_root(
 ) -> Array:
     """A root of a function of unknowns of size 1; NaN where none is found.
 
-    Each residual is measured in the change that a step of size 1 makes in it where the search starts. The search goes
-    from the first of the `starts`, [tries, unknowns], from which a root is found: by Newton's method; where that fails,
-    or finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay inside. Only the
-    root is differentiated, by the implicit function theorem: where a method ends that fails, the function may have no
-    derivative.
+    The search goes from the first of the `starts`, [tries, unknowns], from which a root is found: by Newton's method;
+    where that fails, or finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay
+    inside. Only the root is differentiated, by the implicit function theorem: where a method ends that fails, the
+    function may have no derivative.
     """
 
-    def scaled(x: Array, args: PyTree) -> Array:
-        scale, args = args
-        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
-        value = residual(x, args) / scale
-        return jnp.where(jnp.isfinite(value), value, HUGE)
-
-    def fenced(x: Array, args: PyTree) -> Array:
-        value = scaled(x, args)
-        return value if is_inside is None else jnp.where(is_inside(x, args[1]), value, HUGE)
-
     def attempt(start: Array, args: PyTree) -> tuple[Array, Array]:
-        scaling = row_scale(jax.jacfwd(residual)(start, args)), args
-        root, is_good = _found(scaled, NEWTON, start, scaling)
+        root, is_good = newton(residual, start, args)
         if is_inside is not None:
             is_good &= is_inside(root, args)
-        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _found(fenced, DOGLEG, start, scaling))
+        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _dogleg(residual, start, args, is_inside))
 
     def search(starts: Array, args: PyTree) -> Array:
         if len(starts) == 1:
@@ -66,17 +54,75 @@ def scaled_root(
     return jax.lax.custom_root(lambda x: residual(x, args), starts[0], lambda *_: search(first, held), _solved)
 
 
+class _Iterate(NamedTuple):
+    """A point of Newton's method, its step, the factors of its slopes, and the share of the step to try next."""
+
+    x: Array
+    step: Array
+    factors: Any
+    share: Array
+    count: Array
+    is_root: Array
+
+
+def newton(function: Callable[[Array, PyTree], Array], start: Array, args: PyTree) -> tuple[Array, Array]:
+    """A root by Newton's method from a start, and whether it is one.
+
+    A step is shortened until the next simplified step, by the same slopes, is shorter than it: the natural monotonicity
+    test (Deuflhard, `Newton Methods for Nonlinear Problems`, 2004, section 3.3). Neither the units of the equations nor
+    how steep they are matter to it. A residual may fall from a huge value to a small one and lead away from the root,
+    as that of a closed valve does.
+    """
+
+    def residual(x: Array) -> tuple[Array, Array]:
+        value = function(x, args)
+        return value, value
+
+    def linearised(x: Array) -> tuple[Array, Any]:
+        slopes, value = jax.jacfwd(residual, has_aux=True)(x)
+        return value, factors_of(slopes)
+
+    def goes_on(at: _Iterate) -> Array:
+        return ~at.is_root & (at.count < ITERATIONS) & jnp.all(jnp.isfinite(at.step))
+
+    def another(at: _Iterate) -> _Iterate:
+        x = at.x - at.share * at.step
+        value, factors = linearised(x)
+        step = factors.solve(value)
+        simplified, length = jnp.linalg.norm(at.factors.solve(value)), jnp.linalg.norm(at.step)
+        is_better = (at.count == 0) | (simplified <= (1.0 - 0.25 * at.share) * length)
+        is_root = is_better & jnp.all(jnp.abs(step) <= CLOSE * (1.0 + jnp.abs(x)))
+        new = _Iterate(x, step, factors, jnp.minimum(4.0 * at.share, 1.0), at.count + 1, is_root)
+        old = at._replace(share=0.5 * at.share, count=at.count + 1)
+        return jax.tree.map(lambda a, b: jnp.where(is_better, a, b), new, old)
+
+    nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearised, start)[1])
+    first = _Iterate(start, jnp.zeros_like(start), nothing, jnp.asarray(1.0), jnp.asarray(0), jnp.asarray(False))
+    last = jax.lax.while_loop(goes_on, another, first)
+    return last.x - last.step, last.is_root
+
+
+def _dogleg(
+    residual: Callable[[Array, PyTree], Array], start: Array, args: PyTree, is_inside: Test | None
+) -> tuple[Array, Array]:
+    """A root by Powell's method, with each residual relative to its change by a step of size 1 from the start."""
+
+    def fenced(x: Array, args: PyTree) -> Array:
+        scale, args = args
+        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
+        value = residual(x, args) / scale
+        is_good = jnp.isfinite(value)
+        return jnp.where(is_good if is_inside is None else is_good & is_inside(x, args), value, HUGE)
+
+    scaling = row_scale(jax.jacfwd(residual)(start, args)), args
+    found = optx.root_find(fenced, DOGLEG, start, scaling, max_steps=ITERATIONS, throw=False)
+    return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
+
+
 def row_scale(slopes: Array) -> Array:
     """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
     total = jnp.sum(jnp.abs(slopes), axis=1)
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
-
-
-def _found(
-    function: Callable[[Array, PyTree], Array], method: optx.Newton | optx.Dogleg, start: Array, args: PyTree
-) -> tuple[Array, Array]:
-    found = optx.root_find(function, method, start, args, max_steps=ITERATIONS, throw=False)
-    return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
 
 
 def _or_nan(root: Array, is_good: Array) -> Array:
