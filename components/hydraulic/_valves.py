@@ -4,7 +4,7 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive
+from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
 from .._limit import limited
 from ..blocks import Input
@@ -98,19 +98,21 @@ class OnOffValve(Resistance):
 class SpringLoadedValve(Resistance, partial=True):
     """Closed up to the cracking pressure and then opening in proportion, q = conductance (dp - cracking_pressure).
 
-    The corner is rounded: q = conductance [S(dp) - S(0)] with S(dp) = p_t ln(1 + exp((dp - cracking_pressure) / p_t)).
-    The width p_t costs 0.69 p_t conductance of flow too much at the corner, and backward leakage of at most S(0)
-    conductance. Not modelled: mass of the poppet, hysteresis, full opening.
+    The corner is rounded: q = conductance [S(dp) - S(0) + leakage dp], with
+    S(dp) = p_t ln(1 + exp((dp - cracking_pressure) / p_t)). The width p_t costs 0.69 p_t conductance of flow too much
+    at the corner, and adds at most S(0) conductance to the backward leakage. Without leakage, nothing determines the
+    pressure drop of a closed valve that alone takes a flow. Not modelled: mass of the poppet, hysteresis, full opening.
     """
 
     conductance: Param[Scalar, "m3/(s.Pa)", nonnegative]  # flow per pressure beyond cracking
     cracking_pressure: Param[Scalar, "Pa", nonnegative]  # dp at which the valve begins to open
     transition_pressure: Param[Scalar, "Pa", positive]  # p_t
+    leakage: Param[Scalar, "1", nonnegative]  # conductance of the closed valve, as a share of `conductance`
 
     def equations(self, d: Any) -> Equations:
         # Less S(0), so that there is no flow without a pressure drop, which would be a source of energy.
         opening = self._rounded(self.dp) - self._rounded(0.0)
-        return super().equations(d) | dict(law=eq(self.q, self.conductance * opening))
+        return super().equations(d) | dict(law=eq(self.q, self.conductance * (opening + self.leakage * self.dp)))
 
     def _rounded(self, dp: Scalar) -> Scalar:
         return self.transition_pressure * jnp.logaddexp((dp - self.cracking_pressure) / self.transition_pressure, 0.0)
@@ -119,9 +121,8 @@ class SpringLoadedValve(Resistance, partial=True):
 class ReliefValve(SpringLoadedValve):
     """A pressure-relief valve: opens from a to b above its cracking pressure. See `SpringLoadedValve` for the law."""
 
-    # The first guess is an open valve: the law is straight there, and does not tell the way from where it is closed.
-    dp: Var[Scalar, "Pa"] = 1e9  # pressure drop from a to b
     transition_pressure: Param[Scalar, "Pa", positive] = 1e4  # p_t
+    leakage: Param[Scalar, "1", nonnegative] = 1e-6  # conductance of the closed valve, as a share of `conductance`
 
 
 class CheckValve(SpringLoadedValve):
@@ -129,3 +130,4 @@ class CheckValve(SpringLoadedValve):
 
     cracking_pressure: Param[Scalar, "Pa", nonnegative] = 2e4  # dp at which the valve begins to open
     transition_pressure: Param[Scalar, "Pa", positive] = 1e3  # p_t
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # conductance of the closed valve, as a share of `conductance`
