@@ -103,7 +103,7 @@ def test_accumulator_opens_at_its_precharge_and_is_full_at_its_end() -> None:
         flow=ConstantFlow(flow=1e-4),
         chamber=Chamber(volume=1e-3, liquid=LIQUID),
         accumulator=GasAccumulator(capacity=1e-4, resistance=1e8, volume=5e-4, precharge=5e6, end=-1.0),
-        relief=ReliefValve(conductance=1e-9, cracking_pressure=2e7),
+        relief=ReliefValve(conductance=1e-9, cracking_pressure=2e7, leakage=0.0),
     )
     sol = simulate(rig, 2.0, save="steps", rtol=1e-8)
     opens, full = (np.min(sol.events.of_event(f"accumulator.{name}")) for name in ("fill", "full"))
@@ -312,7 +312,7 @@ def dead_head(*, suction: float, leakage: float, cracking: float = 1e9) -> DeadH
         suction=LaminarResistance(resistance=suction),
         pump=FixedPump(displacement=1.2e-6, liquid=LIQUID, losses=WilsonLosses(C_s=leakage * mu / 1.2e-6)),
         volume=Chamber(volume=1e-3, liquid=LIQUID),
-        relief=ReliefValve(conductance=1e-9, cracking_pressure=cracking),
+        relief=ReliefValve(conductance=1e-9, cracking_pressure=cracking, leakage=0.0),
     )
 
 

@@ -34,9 +34,11 @@ PILOTED: dict[str, Any] = RATED | dict(band=1e6, tau=2e-3)
 
 
 def test_relief_valves() -> None:
-    """Above cracking, in proportion; a pilot-operated one is open at cracking + band, and in between by its share."""
+    """Above cracking, in proportion, besides the leakage; a pilot-operated one is open at cracking + band, and in
+    between by its share.
+    """
     dp = np.array([1e7, 1.99e7, 2.1e7, 3e7])
-    q = 1e-9 * np.maximum(dp - 2e7, 0.0)
+    q = 1e-9 * (np.maximum(dp - 2e7, 0.0) + 1e-6 * dp)
     check_law(ReliefValve(conductance=1e-9, cracking_pressure=2e7), {"dp": dp}, {"q": q}, atol=1e-9)
     pilot = PilotReliefValve(pressure=2e7, **PILOTED)
     dp, x = np.array([1.9e7, 2.05e7, 2.1e7, 3e7]), np.array([0.0, 0.5, 1.0, 1.0])

@@ -1,0 +1,76 @@
+"""Hydraulic circuits find their pressures from rest, whatever is open or shut."""
+
+from random import Random
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _hydraulic_networks import Layout, Network, lack, random_layout, random_network
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from acausal import Component, Connections, connect, simulate
+from acausal._evaluate.building import system_of
+from acausal._evaluate.observe import observe
+from components.blocks import Constant
+from components.hydraulic import ConstantFlow, OnOffValve, ReliefValve, Tank
+
+ALIKE = 20  # circuits of one layout, which one program solves
+
+
+def pressures(layout: Layout, networks: list[Network]) -> np.ndarray:
+    """The pressures of all nodes of alike circuits, each solved from its start values."""
+    system = system_of(networks[0])
+    place = {leaf.path: i for i, leaf in enumerate(system.flat.leaves)}
+    nodes = networks[0].nodes[1:]
+    leaves = [place[f"parts[{node[0][0]}].{node[0][1]}.p"] for node in nodes]
+    rest = jnp.zeros(int(system.plan.starts[-1]))
+
+    def solved(network: Any) -> Any:
+        return observe(system, 0.0, rest, system.pack(network), leaves)
+
+    stacked = jax.tree.map(lambda *values: jnp.stack([jnp.asarray(x, float) for x in values]), *networks)
+    found = np.asarray(jax.jit(jax.vmap(solved))(stacked))
+    return np.concatenate([np.zeros((1, len(networks))), found]).T
+
+
+@settings(max_examples=8, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10_000))
+def test_any_circuit_starts_from_rest(seed: int) -> None:
+    random = Random(seed)
+    layout = random_layout(random)
+    networks = [random_network(layout, random) for _ in range(ALIKE)]
+    for network, found in zip(networks, pressures(layout, networks), strict=True):
+        assert np.all(np.abs(lack(layout, network, found)) < 1e-6), layout
+
+
+class Blocked(Component):
+    """A flow against a relief valve and a shut valve."""
+
+    flow: ConstantFlow
+    relief: ReliefValve
+    opening: Constant
+    valve: OnOffValve
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.flow.port, self.relief.a, self.valve.a),
+            connect(self.relief.b, self.valve.b, self.tank.port),
+            connect(self.opening.y, self.valve.u),
+        )
+
+
+@pytest.mark.parametrize("cracking", [1e6, 2e7, 7e8])
+def test_a_flow_against_a_relief_valve_and_a_shut_valve(cracking: float) -> None:
+    """Beyond its rounded corner, q = conductance (dp - cracking + leakage dp)."""
+    model = Blocked(
+        flow=ConstantFlow(flow=1e-3),
+        relief=ReliefValve(conductance=1e-9, cracking_pressure=cracking),
+        opening=Constant(k=0.0),
+        valve=OnOffValve(area=1e-5, density=860.0),
+    )
+    end = simulate(model, 1.0, save="end").final
+    assert float(end.flow.port.p) == pytest.approx((1e-3 / 1e-9 + cracking) / (1.0 + 1e-6), rel=1e-9)
