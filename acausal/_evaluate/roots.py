@@ -61,7 +61,7 @@ class _Iterate(NamedTuple):
     step: Array
     factors: Any
     share: Array
-    count: Array
+    tried: Array
     is_root: Array
 
 
@@ -83,17 +83,17 @@ def newton(function: Callable[[Array, PyTree], Array], start: Array, args: PyTre
         return value, factors_of(slopes)
 
     def goes_on(at: _Iterate) -> Array:
-        return ~at.is_root & (at.count < ITERATIONS) & jnp.all(jnp.isfinite(at.step))
+        return ~at.is_root & (at.tried < ITERATIONS) & jnp.all(jnp.isfinite(at.step))
 
     def another(at: _Iterate) -> _Iterate:
         x = at.x - at.share * at.step
         value, factors = linearised(x)
         step = factors.solve(value)
         simplified, length = jnp.linalg.norm(at.factors.solve(value)), jnp.linalg.norm(at.step)
-        is_better = (at.count == 0) | (simplified <= (1.0 - 0.25 * at.share) * length)
+        is_better = (at.tried == 0) | (simplified <= (1.0 - 0.25 * at.share) * length)
         is_root = is_better & jnp.all(jnp.abs(step) <= CLOSE * (1.0 + jnp.abs(x)))
-        new = _Iterate(x, step, factors, jnp.minimum(4.0 * at.share, 1.0), at.count + 1, is_root)
-        old = at._replace(share=0.5 * at.share, count=at.count + 1)
+        new = _Iterate(x, step, factors, jnp.minimum(4.0 * at.share, 1.0), at.tried + 1, is_root)
+        old = at._replace(share=0.5 * at.share, tried=at.tried + 1)
         return jax.tree.map(lambda a, b: jnp.where(is_better, a, b), new, old)
 
     nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearised, start)[1])
