@@ -98,7 +98,7 @@ def cracking(p: Any, guess: float = 5e6) -> Any:
     model = Relieved(
         pump=hydraulic.ConstantFlow(flow=p[0]),
         volume=hydraulic.Volume(volume=1e-3, bulk_modulus=1e9, p=6e6),
-        valve=hydraulic.ReliefValve(conductance=p[1], cracking_pressure=guess, transition_pressure=2e5),
+        valve=hydraulic.ReliefValve(conductance=p[1], cracking_pressure=guess, transition_pressure=2e5, leakage=0.0),
         tank=hydraulic.Tank(),
     )
 
