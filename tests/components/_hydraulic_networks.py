@@ -111,14 +111,17 @@ def _part(kind: str, random: Random) -> Component:
 
 
 def lack(layout: Layout, network: Network, pressures: np.ndarray) -> np.ndarray:
-    """The flow that is missing at each node but the tank, as a share of the flows that meet there."""
+    """The flow that is missing at each node but the tank, as a share of the flows that meet there, or of a million
+    times what a change of pressures by a 1e-12th makes of them.
+    """
     total, size = np.zeros(layout.nodes + 1), np.zeros(layout.nodes + 1)
     speeds = {i: float(drive.speed) for i, drive in zip(network.pumps, network.drives, strict=True)}
     openings = {i: float(opening.k) for i, opening in zip(network.valves, network.openings, strict=True)}
     for i, (_, a, b) in enumerate(layout.ways):
-        q = _flow(network.parts[i], pressures[a] - pressures[b], speeds.get(i, 0.0), openings.get(i, 1.0))
+        dp, blur = pressures[a] - pressures[b], 1e-12 * (abs(pressures[a]) + abs(pressures[b]))
+        q, beside = (_flow(network.parts[i], x, speeds.get(i, 0.0), openings.get(i, 1.0)) for x in (dp, dp + blur))
         total += q * (np.arange(layout.nodes + 1) == b) - q * (np.arange(layout.nodes + 1) == a)
-        size += abs(q) * np.isin(np.arange(layout.nodes + 1), (a, b))
+        size += (abs(q) + 1e6 * abs(beside - q)) * np.isin(np.arange(layout.nodes + 1), (a, b))
     return (total / (size + 1e-12))[1:]
 
 
