@@ -109,6 +109,8 @@ def _units(file: str, heads: list[str], columns: Mapping[str, Column]) -> dict[s
         if head in TEXTS:
             continue
         parts = _HEAD.match(head)
+        if head in columns:
+            raise ParameterError(f"{file}, column {head!r}: states no unit. Write {head} [{columns[head].unit}].")
         if parts is None or parts["name"] not in columns:
             raise ParameterError(
                 f"{file}, column {head!r}: is none of {', '.join((*TEXTS, *columns))} with its [unit]."

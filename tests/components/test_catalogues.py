@@ -134,6 +134,7 @@ HEADS = "order,family,maker,displacement [cm3/rev],max_pressure [bar],source,dat
         (HEADS + "A,F,M,nan,200,S,2012\n", r"row 2, column displacement: must be within"),
         (HEADS.replace("cm3/rev", "bar"), r"column displacement: has the unit .bar., which does not fit m3/rad"),
         (HEADS.replace("cm3/rev", "thing"), r"column displacement: has the unit 'thing', which does not fit m3/rad"),
+        (HEADS.replace(" [cm3/rev]", ""), r"column 'displacement': states no unit\. Write displacement \[m3/rad\]\."),
         (HEADS.replace("max_pressure", "pressure"), r"column 'pressure \[bar\]': is none of order, family"),
         (HEADS.replace("displacement [cm3/rev],", ""), r"pumps.csv: has no column displacement\."),
         (HEADS + "A,F,M,1,200,S,2012\n" * 2, r"pumps.csv, column order: 'A' stands in 2 rows\."),
