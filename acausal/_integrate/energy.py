@@ -87,7 +87,9 @@ class EnergyAccount:
             numbers = (self.supplied[name], self.stored[name], self.dissipated[name])
             lines.append(f"{name:{width}}  " + "  ".join(_cell(number) for number in numbers))
         lines += [f"{name:{width}}  {'':12}  {'':12}  {_cell(lost)}" for name, lost in self.events.items() if lost != 0]
-        lines.append(f"{'total':{width}}  " + "  ".join(_cell(number) for number in self.totals))
+        supplied, stored, dissipated = self.totals
+        columns = (supplied, stored, dissipated + sum(self.events.values()))
+        lines.append(f"{'total':{width}}  " + "  ".join(_cell(number) for number in columns))
         return "\n".join([*lines, f"imbalance: {float(self.imbalance):.3g} J"])
 
 

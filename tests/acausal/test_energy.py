@@ -1,5 +1,6 @@
 """The energy account of a run, and integrals beside the states."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,15 @@ def test_table(charge: Solution) -> None:
     assert len(cells["total"]) == 3
     assert lines[-1].startswith("imbalance: ")
     assert lines[-1].endswith(" J")
+
+
+def test_the_totals_of_the_table_count_what_events_lose(charge: Solution) -> None:
+    """A reader who adds up a column finds its total, whose three numbers balance."""
+    lossy = dataclasses.replace(charge.energy, events={"impact": 2.0, "reset": -0.5})
+    rows = [line.split() for line in str(lossy).splitlines()]
+    total = next(row for row in rows if row[0] == "total")
+    assert [row[1] for row in rows if row[0] in lossy.events] == ["2", "-0.5"]
+    np.testing.assert_allclose(float(total[3]), charge.energy.totals[2] + 1.5, rtol=1e-5)
 
 
 def test_integrals(charge: Solution) -> None:
