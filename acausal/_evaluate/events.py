@@ -27,7 +27,7 @@ from .._reduce.traced import check_derivatives, tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
-INTERVAL = "the interval between repetitions must be positive. Remedy: correct the parameters that give it."
+NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that give it."
 _KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse"}
 
 
@@ -206,7 +206,7 @@ def _refused_intervals(
         if isinstance(event, At) and is_traced(event.every) and id(event.every) not in declared:
             stack = jnp.shape(jnp.asarray(event.time))[:depth]
             is_bad = jnp.broadcast_to(~(jnp.asarray(event.every, float) > 0.0), stack)
-            yield path, f"{name}.every", depth, Refuse(is_bad, INTERVAL)
+            yield path, f"{name}.every", depth, Refuse(is_bad, NOT_POSITIVE)
 
 
 def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:

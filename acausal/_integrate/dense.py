@@ -12,7 +12,7 @@ from jax import Array
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
-from .course import within
+from .course import share, within
 from .interval import LOOKS
 from .solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
 from .span import Span
@@ -94,7 +94,7 @@ def _states(
 
     work = jax.lax.stop_gradient(solver.work(rates, path))
     s = within(path, forward * t)
-    theta, states = (s - path.t0) / jnp.where(path.t1 == path.t0, 1.0, path.t1 - path.t0), path.evaluate(s)
+    theta, states = share(path, s), path.evaluate(s)
 
     # Once for the values, and once more for their derivatives
     def again(shift: Array, _: None) -> tuple[Array, None]:

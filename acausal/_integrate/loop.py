@@ -169,7 +169,7 @@ class Run(Steps):
 
         approach = Approach(forward * before, forward * found.pace, lag)
         changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, begins)
-        # See `begin`.
+        # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
         behind = jnp.where(is_there & (changed.outcome == STOPPED), given.tick(changed.t), 0.0)
         t = changed.t + behind
         t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)

@@ -29,7 +29,7 @@ class NotFinite(NamedTuple):
     point: Point
 
 
-def first_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
+def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
     """The first saved point at which a variable is not finite. The end of the run is not one of them.
 
     Parameters and discrete variables do not count: an infinite time may mean "never".

@@ -182,8 +182,8 @@ class Iteration(NamedTuple):
             base = jnp.where(own.is_any & (jnp.min(jnp.where(due, order, jnp.inf)) > own.now), y, base)
         elif events.resets_times:
             # What is set to happen now, or earlier, happens now.
-            is_moved, last = events.set_anew(t, ys[1], y, given)
-            ticks |= is_moved & jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
+            _, last = events.set_anew(t, ys[1], y, given)
+            ticks |= jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
         # When all else has happened, what was set to happen now happens, and then the clocks tick. They read what holds
         # now.
         is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)

@@ -23,7 +23,7 @@ from .derivative import differentiable
 from .field import Given
 from .iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .loop import Run
-from .not_finite import NotFinite, first_not_finite
+from .not_finite import NotFinite, first_saved_not_finite
 from .options import harmless, sentences, unmet
 from .result import Result
 from .run_events import RunEvents
@@ -101,7 +101,7 @@ def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: 
     forward, control, largest = given.direction, end.control, end.control.largest[: layout.n_states]
     t_end, y_end = forward * end.t, end.y
     ts, ys = (t_end[None], y_end[None]) if settings.save in ("end", "dense") else (forward * end.rows.ts, end.rows.ys)
-    saved = first_not_finite(settings, given, end)
+    saved = first_saved_not_finite(settings, given, end)
     result, culprit = _outcome(settings, given, integrated, wrong, saved)
     n_accepted = end.n_accepted
     stats = {

@@ -178,9 +178,7 @@ class RunEvents(EventNumbers):
 
     def past(self, t: Array, y: Array, given: Given) -> Array:
         """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
-        own = [last_before(time, every, t) for time, every, _ in self._times(t, y, given)]
-        rest = jnp.full(self.total - self.n_model, jnp.inf)
-        return jnp.concatenate([_spread(own, self._place_of_time, jnp.inf), rest])
+        return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, given)], jnp.inf)
 
     def set_anew(self, t: Numbers, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
         """Which scheduled events of the model have times that differ between two vectors, and the last of these times
@@ -200,9 +198,12 @@ class RunEvents(EventNumbers):
             moved.append(jnp.any(differs, axis=1))
             period = None if every is None else every[1]
             last.append(last_before(jnp.where(differs, times[1], jnp.inf), period, t))
-        rest = self.total - self.n_model
-        is_moved = jnp.pad(_spread(moved, self._place_of_time, False), (0, rest))
-        return is_moved, jnp.pad(_spread(last, self._place_of_time, jnp.inf), (0, rest), constant_values=jnp.inf)
+        return self._by_event(moved, False), self._by_event(last, jnp.inf)
+
+    def _by_event(self, parts: list[Array], filler: Numbers) -> Array:
+        """For all events what `parts` say of the scheduled ones of the model, the filler for all others."""
+        own = _spread(parts, self._place_of_time, filler)
+        return jnp.concatenate([own, jnp.full(self.total - self.n_model, filler)])
 
     def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
         """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""

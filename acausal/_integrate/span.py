@@ -51,7 +51,7 @@ class Span(diffrax.AbstractLocalInterpolation):
         """The time t, as it moves where the ends of the step do."""
         inner = self.inner
         start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
-        theta = (t - start) / jnp.where(end == start, 1, end - start)
+        theta = share(jax.lax.stop_gradient(inner), t)
         return t + (1 - theta) * (inner.t0 - start) + theta * (inner.t1 - end)
 
     def place(self, t: Numbers) -> Numbers:
