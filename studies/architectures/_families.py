@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from ._architecture import Architecture, at_the_accumulator, at_the_master
 from ._electromechanical import ball_screw, crank, eccentric, screw, worm
-from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo_pump
+from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo_pump, variable_purge
 from ._stored import automated_gearbox, charged, holding_valve, purge_valve
 from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
 
@@ -56,6 +56,11 @@ ARCHITECTURES = (
     Architecture(
         "purge valve", "pump, check valve and purge valve", purge_valve, _OF_PUMPS, _PUMP,
         "check and purge valve, block, cylinder",
+    ),
+    Architecture(
+        "purge, variable pump", "variable pump and purge valve", variable_purge,
+        ("pump.pump.displacement", "slave.bore", "pump.swash.rate", "motor.resistor.R"), {"motor RE40": 0.48},
+        "variable pump, purge valve, block, cylinder",
     ),
     Architecture(
         "automated gearbox", "accumulator, three-way and on/off valves", automated_gearbox,

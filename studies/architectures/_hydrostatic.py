@@ -1,9 +1,9 @@
-"""Electrohydrostatic actuators: the pump moves the slave in a closed circuit, without a valve between them."""
+"""Electrohydrostatic actuators: the pump moves the slave without a valve between them."""
 
 from typing import Any
 
 from acausal import Component, Connections, connect
-from components.blocks import LimPI
+from components.blocks import Limiter, LimPI, SecondOrder, Sum
 from components.electrical import ConstantVoltage, DCMotor, Ground, SignalVoltage
 from components.hydraulic import (
     CheckValve,
@@ -13,13 +13,15 @@ from components.hydraulic import (
     PilotStage,
     ReliefValve,
     ServoPump,
+    Tank,
+    VariableOrifice,
     VariablePump,
 )
 from components.translational import ClutchSpring, Mass, PositionSensor, ViscousFriction
 
 from ..actuators import SUPPLY, ehs_maxon
 from ._duty import Demand
-from ._parts import liquid, load, motor_control, pump_data, re40, relief, valve_control
+from ._parts import Controlled, drain, liquid, load, motor_control, pump_data, re40, relief, spool, valve_control
 
 BIAS = 2e5  # Pa, of both sides at rest
 ROD = 8e-3  # m, on both sides of the piston
@@ -80,6 +82,33 @@ class ServoPumpActuator(ClosedCircuit):
         return *super().connections(), connect(self.controller.y, self.pump.u)
 
 
+class VariablePurgeActuator(Controlled):
+    """A motor that turns all the time, with a variable pump from a tank and a purge valve between pump and slave.
+
+    One controller has both: to open and hold it sets the displacement, to close it opens the purge valve.
+    """
+
+    supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
+    forward: Limiter
+    back: Sum
+    pump: ServoPump
+    spool: SecondOrder
+    purge: VariableOrifice
+    tank: Tank = Tank()
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.motor.shaft, self.pump.shaft),
+            connect(self.tank.port, self.pump.a, self.purge.b),
+            connect(self.pump.b, self.line.a, self.purge.a),
+            connect(self.controller.y, self.forward.u, self.back.u2),
+            connect(self.forward.y, self.pump.u, self.back.u1),
+            connect(self.back.y, self.spool.u),
+            connect(self.spool.y, self.purge.u),
+        )
+
+
 def across_the_pump(s: Any) -> Any:
     """Pressure rise and flow of the pump."""
     pump = s.pump.pump if hasattr(s.pump, "pump") else s.pump
@@ -92,7 +121,7 @@ def across_the_piston(s: Any) -> Any:
 
 
 def servo_motor() -> ServoMotorActuator:
-    """EHA-SM; a brushless motor behind its electronics obeys the same equations as the brushed one here."""
+    """EHA-SM; the equations of a brushed motor stand for the brushless machine behind its electronics."""
     return ServoMotorActuator(
         supply=SignalVoltage(), pump=FixedPump(**pump_data()), controller=motor_control(), **_closed()
     )
@@ -100,8 +129,21 @@ def servo_motor() -> ServoMotorActuator:
 
 def servo_pump() -> ServoPumpActuator:
     """EHA-SP; a battery has no induction motor, so a direct-current motor turns the pump."""
-    pump = ServoPump(swash=PilotStage(w=150.0, D=0.8, rate=25.0), pump=VariablePump(**pump_data()))
-    return ServoPumpActuator(supply=ConstantVoltage(V=SUPPLY), pump=pump, controller=valve_control(), **_closed())
+    return ServoPumpActuator(
+        supply=ConstantVoltage(V=SUPPLY), pump=_variable(), controller=valve_control(), **_closed()
+    )
+
+
+def variable_purge() -> VariablePurgeActuator:
+    """The pump on demand with purge valve of Honda's patent; the thesis says no more of it."""
+    return VariablePurgeActuator(
+        supply=ConstantVoltage(V=SUPPLY), motor=re40(), forward=Limiter(u_min=0.0, u_max=1.0), back=Sum(k2=-1.0),
+        pump=_variable(), spool=spool(), purge=drain(), controller=valve_control(), **load(),
+    )  # fmt: skip
+
+
+def _variable() -> ServoPump:
+    return ServoPump(swash=PilotStage(w=150.0, D=0.8, rate=25.0), pump=VariablePump(**pump_data()))
 
 
 def _closed() -> dict[str, Any]:

@@ -31,6 +31,10 @@ ASSUMED: Mapping[str, str] = MappingProxyType(
         "small proportional valve",
         "variable pumps swing back with 20 ms, relief valves 10 bar above them": "usual for small ones; without the "
         "valve the pump would press 200 bar against the shut spool, until its motor stalls",
+        "servo pumps swing within 40 ms from no to full displacement, 150 rad/s, damping 0.8": "assumed without a "
+        "source, about as fast as the variable pumps above",
+        "variable pump with purge valve": "the thesis names the pump, variable and on demand, and where the valve is; "
+        "assumed: a motor that turns all the time, a servo pump, the drain as purge valve, and no check valve",
         "chamber of 5 cm3 between pump and valve": "drilled passages of a block",
         "drain of 4 mm": "the bore of the thesis' holding valve, as in the study of the hold",
         "ball screw of 20 mm with a lead of 20 mm, friction 0.01, 120 g.cm2": "a usual one, 100 mm of steel; with the "

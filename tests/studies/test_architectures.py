@@ -161,14 +161,12 @@ def test_bleed_off() -> None:
     assert row.motor_current == pytest.approx(at_rest(p)[0], rel=1e-6)
 
 
-def test_variable_pump_idles() -> None:
-    """At no flow the motor drives the friction of the bearing, and that of the pump under pressure.
+def idle(p: float) -> float:
+    """Current of a motor whose variable pump keeps the pressure p without delivering.
 
-    The mean over the hold has more, since the swash plate takes five of its time constants to swing back to a hundredth
-    of its angle, and until then the motor may stall.
+    It drives the friction of the bearing, and that of the pump under pressure.
     """
-    row, model = ROWS["pressure compensated"], named("pressure compensated").build()
-    motor, p = re40(), row.flows["holding"]["source_p"]
+    motor = re40()
     assert motor.bearing is not None
     r, k, c = (float(x) for x in (motor.resistor.R, motor.emf.k, motor.bearing.C))
     slip, _ = losses_of_the_pump(p)
@@ -178,9 +176,42 @@ def test_variable_pump_idles() -> None:
         return SUPPLY - r * (drag + slip / w * p + c * w) / k - k * w
 
     w = scipy.optimize.root_scalar(missing, bracket=(100.0, 1000.0), xtol=1e-10).root
-    idle = (SUPPLY - k * w) / r
-    assert row.motor_current == pytest.approx(idle, rel=1e-6)
-    assert 0.0 < 10.0 * (row.battery_current - idle) < 5.0 * float(model.pump.tau) * (SUPPLY / r - idle)
+    return (SUPPLY - k * w) / r
+
+
+def test_variable_pump_idles() -> None:
+    """The mean over the hold has more than the end of it.
+
+    The swash plate takes five of its time constants to swing back to a hundredth of its angle, and until then the motor
+    may stall.
+    """
+    row, model = ROWS["pressure compensated"], named("pressure compensated").build()
+    current = idle(row.flows["holding"]["source_p"])
+    assert row.motor_current == pytest.approx(current, rel=1e-6)
+    surplus = 10.0 * (row.battery_current - current)
+    assert 0.0 < surplus < 5.0 * float(model.pump.tau) * (SUPPLY / float(re40().resistor.R) - current)
+
+
+def test_variable_pump_with_purge_valve_holds() -> None:
+    """The purge valve is shut, and the pump makes up for its own slip at the pressure of the held clutch."""
+    row, model = ROWS["purge, variable pump"], named("purge, variable pump").build()
+    p = float(model.clutch.rate) * STROKE / (0.25 * np.pi * float(model.slave.bore) ** 2)
+    assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
+    assert row.motor_current == pytest.approx(idle(p), rel=1e-6)
+
+
+def test_variable_pump_with_purge_valve_opens() -> None:
+    """With its swash plate at full displacement from the start, it opens as a fixed pump on the same line does."""
+    model = replace(named("purge, variable pump").build(), {"pump.swash.x": 1.0})
+    run = open_clutch(model, rtol=1e-8, save="end", account=False)
+    assert run.t1 == pytest.approx(ROWS["bleed-off"].opening_time, rel=1e-6)
+    assert ROWS["purge, variable pump"].opening_time > run.t1
+
+
+def test_purge_valve_closes_the_clutch() -> None:
+    """The pump takes nothing back: but for its slip, the energy of the open clutch is lost in the purge valve."""
+    row, model = ROWS["purge, variable pump"], named("purge, variable pump").build()
+    assert row.losses["purge"] > 0.8 * 0.5 * float(model.clutch.rate) * STROKE**2
 
 
 def test_conditions() -> None:
