@@ -145,7 +145,10 @@ def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure 
         second = [row.conditions.get(NO_LOAD, {}).get(name) for row in rows]
         others = {place: factor * value for place, value in enumerate(second) if value is not None}
         if others:
-            panel.plot(list(others.values()), list(others), "D", color="black", markerfacecolor="white", label=NO_LOAD)
+            panel.plot(
+                list(others.values()), list(others), "D", color="black", markerfacecolor="white", label=NO_LOAD,
+                clip_on=False,
+            )  # fmt: skip
         marks = {place: factor * datum.value for place, datum in enumerate(measured) if datum is not None}
         if marks:
             panel.plot(list(marks.values()), list(marks), "D", color="#d55e00", label="measured (thesis), in brackets")
