@@ -89,6 +89,8 @@ from ._show.diagram import Diagram as Diagram
 from ._show.diagram import diagram as diagram
 from ._show.structure import Structure as Structure
 from ._show.structure import structure as structure
+from ._units.display import display_unit as display_unit
+from ._units.display import displayed as displayed
 from ._units.quantity import magnitude as magnitude
 from ._units.quantity import quantity as quantity
 

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from acausal import parameters, simulate
+from acausal import displayed, parameters, simulate
 from acausal.design import Experiment, Fit, identify
 
 from ._output import print_table, progress, require_matplotlib, write_json
-from ._trade import trade
 from .actuators import ElectromechanicalActuator, ema_maxon
 
 FREE = {"motor.resistor.R": (0.1, 1.0), "motor.bearing.C": (1e-4, 1e-2), "motor.emf.k": (0.02, 0.08)}
@@ -75,8 +74,8 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 
 def _cells(row: Row) -> tuple[str, ...]:
-    """A line of the table, in units of the trade."""
-    shown = [trade(value, row.unit) for value in (row.true, row.estimate, row.low, row.high)]
+    """A line of the table, in display units."""
+    shown = [displayed(value, row.unit) for value in (row.true, row.estimate, row.low, row.high)]
     return row.case, row.parameter, shown[0][1], *(f"{value:.6g}" for value, _ in shown)
 
 

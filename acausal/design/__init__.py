@@ -1,10 +1,10 @@
 """Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
 
+from .._units.display import Scale as Scale
 from ._alternatives import Alternatives as Alternatives
 from ._alternatives import Part as Part
 from ._alternatives import Structure as Structure
 from ._batches import Outcomes as Outcomes
-from ._bounds import Scale as Scale
 from ._choice import Choice as Choice
 from ._choose import choose as choose
 from ._control import control as control

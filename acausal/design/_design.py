@@ -12,7 +12,7 @@ from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import Figure
 from .._save_load import load, save
-from ._bounds import Scale
+from .._units.display import Scale, display_scale
 from ._curvature import Curvature
 from ._free import Free
 from ._limits import Limit
@@ -245,9 +245,13 @@ class Design(Generic[M]):
     def _sensitivity_table(self) -> str:
         ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))
         rows = [
-            (row.path, f"{row.value:.4g}", row.unit, f"{self.objective_scale.difference(row.per_percent):+.3g}")
+            (
+                row.path, f"{scale.value(row.value):.5g}", scale.unit,
+                f"{self.objective_scale.difference(row.per_percent):+.3g}",
+            )
             for row in ranked[:SHOWN]
-        ]
+            for scale in [display_scale(row.unit)]
+        ]  # fmt: skip
         more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
         head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{self.objective_scale.unit}]")
         return aligned([head, *rows]) + more

@@ -279,11 +279,7 @@ class Fit(Generic[M]):
     def __str__(self) -> str:
         share = f"{100 * self.level:g} %"
         head = ["parameter", "unit", "estimate", "std", f"low {share}", f"high {share}", ""]
-        columns = zip(self.names, self.units, self.estimates, self.std, self.low, self.high, self.at_bound, strict=True)
-        rows = [
-            [name, unit, *(f"{number:.6g}" for number in numbers), "at its bound" if bound else ""]
-            for name, unit, *numbers, bound in columns
-        ]
+        rows = [self._cells(i) for i in range(len(self.names))]
         rank = f"rank {self.rank} of {int(np.sum(~self.at_bound))}"
         lines = [aligned([head, *rows]), f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
         if self.ends:
@@ -294,6 +290,13 @@ class Fit(Generic[M]):
             lines += ["correlation", self._correlation_table]
         lines += [f"not told by the data: {combination}" for combination in self.indistinguishable]
         return "\n".join([*lines, *map(str, self.tests)])
+
+    def _cells(self, i: int) -> list[str]:
+        scale = self._free.variables[i].scale
+        estimate, low, high = (scale.value(numbers[i]) for numbers in (self.estimates, self.low, self.high))
+        numbers = (estimate, scale.difference(self.std[i]), low, high)
+        bound = "at its bound" if self.at_bound[i] else ""
+        return [self.names[i], scale.unit, *(f"{number:.6g}" for number in numbers), bound]
 
     @property
     def _correlation_table(self) -> str:

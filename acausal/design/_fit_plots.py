@@ -75,12 +75,12 @@ def plot_correlation(fit: "Fit", ax: Axes | None) -> Axes:
 def plot_profile(profile: "Profile", ax: Axes | None) -> Axes:
     """chi2 over the parameter, the threshold, and the interval in colour."""
     ax = given_or_new(ax, 5.5, 3.5)
-    ax.plot(profile.values, profile.chi2, ".-", color="tab:blue")
+    value = profile.scale.value
+    ax.plot(value(profile.values), profile.chi2, ".-", color="tab:blue")
     ax.axhline(profile.threshold, color="0.4", linewidth=0.8, linestyle="--")
     low, high = max(profile.low, profile.values[0]), min(profile.high, profile.values[-1])
-    ax.axvspan(low, high, color="tab:blue", alpha=0.1, linewidth=0, label=f"{100 * profile.level:g} %")
-    unit = f" [{profile.unit}]" if profile.unit not in ("", "1") else ""
-    ax.set_xlabel(f"{profile.name}{unit}")
+    ax.axvspan(value(low), value(high), color="tab:blue", alpha=0.1, linewidth=0, label=f"{100 * profile.level:g} %")
+    ax.set_xlabel(profile.scale.headed(profile.name))
     ax.set_ylabel("χ², the others fitted")
     ax.legend(loc="best", fontsize="small", frameon=False)
     ax.grid(alpha=0.3)

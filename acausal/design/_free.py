@@ -13,7 +13,8 @@ from .._declare.by_name import replace
 from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, suggestion
-from ._bounds import Scale, number_in
+from .._units.display import Scale
+from ._bounds import number_in
 
 M = TypeVar("M", bound=Component)
 Vector: TypeAlias = Array | np.ndarray  # one number for each variable

@@ -11,7 +11,8 @@ from .._declare.annotations import Declaration
 from .._declare.component import Component
 from .._declare.node import Leaf, leaves_of
 from .._errors import ModelError, ParameterError, suggestion
-from ._bounds import Scale, number_in, scale_of
+from .._units.display import Scale, scale_of
+from ._bounds import number_in
 from ._free import Free, Place, Variable, number_at, span_text
 from ._types import ByPath, Key
 
@@ -107,15 +108,15 @@ def _unknown(path: str, known: Mapping[str, Leaf]) -> str:
 def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, float, Scale]]:
     """The bounds of each of `n` numbers: a pair, or a pair of sequences of them; None where there are none."""
     if bounds is None:
-        return [(-np.inf, np.inf, Scale(unit))] * n
+        return [(-np.inf, np.inf, scale_of("", unit, where))] * n
     if isinstance(bounds, str) or not hasattr(bounds, "__len__") or len(bounds) != 2:
         raise ParameterError(f"{where}: bounds are a pair, such as (2.0, 20.0) or ('15 mm', '25 mm'); got {bounds!r}.")
     lows, highs = (_each(bound, where, n) for bound in bounds)
     limits = []
     for below, above in zip(lows, highs, strict=True):
-        low, shown = (-np.inf, unit) if below is None else number_in(below, unit, where)
-        high, other = (np.inf, unit) if above is None else number_in(above, unit, where)
-        limits.append((low, high, scale_of(shown if shown != unit else other, unit, where)))
+        low, shown = (-np.inf, "") if below is None else number_in(below, unit, where)
+        high, other = (np.inf, "") if above is None else number_in(above, unit, where)
+        limits.append((low, high, scale_of(shown or other, unit, where)))
     return limits
 
 

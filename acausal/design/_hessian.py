@@ -14,7 +14,7 @@ from .._declare.component import Component
 from .._errors import SimulationError
 from .._integrate.failure import trials
 from .._progress import compiling
-from ._bounds import Scale
+from .._units.display import Scale, display_scale
 from ._differences import from_sides
 from ._free_parameters import single_parameters
 from ._limits import objectives_of
@@ -41,8 +41,13 @@ class Hessian(NamedTuple):
     matrix: Float[np.ndarray, "k k"]
 
     def __str__(self) -> str:
-        shown = [[f"{self.scale.difference(entry):.6g}" for entry in row] for row in self.matrix]
-        rows = [[name, unit, *row] for name, unit, row in zip(self.names, self.units, shown, strict=True)]
+        scales = [display_scale(unit) for unit in self.units]
+        factors = np.array([scale.factor for scale in scales])
+        matrix = self.scale.difference(self.matrix) * np.outer(factors, factors)
+        rows = [
+            [name, scale.unit, *(f"{entry:.6g}" for entry in row)]
+            for name, scale, row in zip(self.names, scales, matrix, strict=True)
+        ]
         value = f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}"
         return f"{value}, second derivatives [{self.scale.unit}]\n{aligned([['', 'per', *self.names], *rows])}"
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from .._errors import ModelError, ParameterError
 from .._numbers import Numbers
-from ._bounds import Scale, number_in, scale_of
+from .._units.display import Scale, scale_of
+from ._bounds import number_in
 from ._types import Function
 
 Sense = Literal["<=", ">=", "=="]

@@ -11,7 +11,7 @@ from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import Axes, given_or_new
 from .._integrate.options import count, one_of
-from ._bounds import Scale
+from .._units.display import Scale
 from ._certified import certified
 from ._design import Design
 from ._limits import Limit, Objective, objectives_of

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from .._errors import ParameterError, SimulationError
 from .._extras import Axes
+from .._units.display import Scale
 from ._least_squares import minimise
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class Profile:
 
     name: str
     unit: str
+    scale: Scale
     level: float
     values: Float[np.ndarray, " n"]
     chi2: Float[np.ndarray, " n"]
@@ -39,8 +41,8 @@ class Profile:
         return plot_profile(self, ax)
 
     def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
-        return f"{self.name} from {self.low:.6g} to {self.high:.6g}{unit} at {100 * self.level:g} %, by its profile"
+        low, high = (f"{self.scale.value(end):.6g}" for end in (self.low, self.high))
+        return f"{self.name} from {low} to {high}{self.scale.text} at {100 * self.level:g} %, by its profile"
 
 
 def profile(fit: "Fit", index: int, points: int, level: float) -> Profile:
@@ -53,7 +55,8 @@ def profile(fit: "Fit", index: int, points: int, level: float) -> Profile:
     sides = [_side(fit, index, direction, rise, points) for direction in (-1.0, 1.0)]
     values = np.concatenate([sides[0][0][::-1], [fit.estimates[index]], sides[1][0]])
     chi2 = np.concatenate([sides[0][1][::-1], [fit.chi2], sides[1][1]])
-    return Profile(fit.names[index], fit.units[index], level, values, chi2, fit.chi2 + rise, sides[0][2], sides[1][2])
+    name, unit, scale = fit.names[index], fit.units[index], fit._free.variables[index].scale
+    return Profile(name, unit, scale, level, values, chi2, fit.chi2 + rise, sides[0][2], sides[1][2])
 
 
 def _side(fit: "Fit", index: int, direction: float, rise: float, points: int) -> tuple[np.ndarray, np.ndarray, float]:

@@ -10,7 +10,7 @@ from .._declare.by_name import parameters
 from .._declare.component import Component
 from .._errors import SimulationError, UnknownNameError, suggestion
 from .._extras import Axes, given_or_new
-from ._bounds import Scale
+from .._units.display import Scale, display_scale
 from ._free_parameters import free_parameters
 from ._limits import Objective, objectives_of
 from ._program import Program
@@ -22,8 +22,9 @@ MOST = 15  # rows of a chart
 class SensitivityRow(NamedTuple):
     """The sensitivity of a result to one parameter.
 
-    `per_unit` is d(result)/d(parameter) in their units; `relative` is the change of the result in per cent where the
-    parameter changes by one per cent, not a number where the result is zero.
+    `value` is in the declared `unit` and `per_unit` is d(result)/d(parameter) in SI units per that unit; tables and
+    charts show both in display units. `relative` is the change of the result in per cent where the parameter changes
+    by one per cent, not a number where the result is zero.
     """
 
     parameter: str
@@ -51,14 +52,14 @@ class SensitivityTable(NamedTuple):
 
     def __str__(self) -> str:
         head = ["parameter", "value", "unit", f"change [{self.scale.unit} per unit]", "% per %"]
-        rows = [
-            [
-                row.parameter, f"{row.value:.5g}", row.unit, f"{self.scale.difference(row.per_unit):.5g}",
-                f"{row.relative + 0.0:.4f}",
-            ]
-            for row in self.rows
-        ]  # fmt: skip
+        rows = [self._cells(row, display_scale(row.unit)) for row in self.rows]
         return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
+
+    def _cells(self, row: SensitivityRow, scale: Scale) -> list[str]:
+        change = self.scale.difference(row.per_unit) * scale.factor
+        return [
+            row.parameter, f"{scale.value(row.value):.5g}", scale.unit, f"{change:.5g}", f"{row.relative + 0.0:.4f}",
+        ]  # fmt: skip
 
     def plot(self, ax: Axes | None = None, most: int = MOST) -> Axes:
         """Bars of the change in per cent for one per cent of each parameter, the largest on top; returns the axes."""
@@ -67,8 +68,8 @@ class SensitivityTable(NamedTuple):
         colours = ["tab:red" if row.relative > 0.0 else "tab:blue" for row in rows]
         ax.barh([row.parameter for row in rows], [row.relative for row in rows], color=colours)
         for i, row in enumerate(rows):
-            unit = "" if row.unit in ("", "1") else f" {row.unit}"
-            ax.annotate(f" {row.value:.4g}{unit} ", (row.relative, i), va="center", fontsize="small",
+            scale = display_scale(row.unit)
+            ax.annotate(f" {scale.value(row.value):.4g}{scale.text} ", (row.relative, i), va="center", fontsize="small",
                         ha="left" if row.relative > 0.0 else "right")  # fmt: skip
         ax.axvline(0.0, color="black", linewidth=0.8)
         ax.margins(x=0.25)

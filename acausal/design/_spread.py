@@ -11,8 +11,9 @@ from jaxtyping import Float
 from .._analyse.table import aligned
 from .._errors import ModelError, ParameterError
 from .._extras import Axes, given_or_new
+from .._units.display import Scale
 from .._units.quantity import has_unit
-from ._bounds import Scale, number_in
+from ._bounds import number_in
 
 SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
 

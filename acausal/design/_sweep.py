@@ -14,10 +14,11 @@ from .._declare.component import Component
 from .._errors import ModelError, ParameterError
 from .._extras import Dataset, needed
 from .._integrate.options import count
+from .._units.display import Scale
 from .._units.quantity import has_unit, magnitude
 from ._bar import bar
 from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Task, code_names
-from ._bounds import Scale, number_in
+from ._bounds import number_in
 from ._distributions import Distribution
 from ._free import Free
 from ._free_parameters import single_parameters

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._analyse.table import aligned
 from .._errors import SimulationError
-from ._bounds import Scale
+from .._units.display import Scale, display_scale
 from ._program import Program
 
 REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the result
@@ -31,10 +31,10 @@ class Worst:
 
     def __str__(self) -> str:
         ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
-        units = self.units or ("",) * len(self.at_low)
+        scales = map(display_scale, self.units or ("",) * len(self.at_low))
         rows = [
-            [name, f"{self.at_low[name]:.6g}", f"{self.at_high[name]:.6g}", unit]
-            for name, unit in zip(self.at_low, units, strict=True)
+            [name, *(f"{scale.value(place[name]):.6g}" for place in (self.at_low, self.at_high)), scale.shown]
+            for name, scale in zip(self.at_low, scales, strict=True)
         ]
         return aligned([[f"worst case of {self.result}", *ends, ""], *rows])
 

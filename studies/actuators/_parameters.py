@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from .._trade import in_si
+from acausal import magnitude, quantity
 
 SUPPLY = 13.5  # V, full voltage
 REDUCED_SUPPLY = 9.45  # V, 70 % of it
@@ -92,7 +92,11 @@ def parameter_set(designs: Mapping[str, Callable[..., Any]]) -> list[Parameter]:
     return [
         Parameter(
             keyword, spoken, unit,
-            {name: defaults[name][keyword].default / in_si(unit) for name in designs if keyword in defaults[name]},
+            {
+                name: defaults[name][keyword].default / magnitude(quantity(1.0, unit), "")
+                for name in designs
+                if keyword in defaults[name]
+            },
             source,
         )
         for keyword, (spoken, unit, source) in SOURCES.items()

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 
-from .._trade import trade
+from acausal import displayed
 
 HEADS = ("case", "quantity", "value", "unit", "thesis", "remark")
 
@@ -22,11 +22,11 @@ class Row:
 
 
 def cells(rows: Iterable[Row]) -> list[Sequence[str]]:
-    """The table as texts, in units of the trade."""
+    """The table as texts, in display units."""
     return [_line(row) for row in rows]
 
 
 def _line(row: Row) -> Sequence[str]:
-    value, unit = trade(row.value, row.unit)
-    thesis = "-" if row.thesis is None else f"{trade(row.thesis, row.unit)[0]:g}"
+    value, unit = displayed(row.value, row.unit)
+    thesis = "-" if row.thesis is None else f"{displayed(row.thesis, row.unit)[0]:g}"
     return row.case, row.quantity, f"{value:.4g}", unit, thesis, row.remark

@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from acausal import parameters, replace
+from acausal import displayed, parameters, replace
 from acausal.design import Design, Front
 
 from .._measured import measured
-from .._trade import trade
 from ..actuators import (
     LARGEST_TORQUE,
     NO_LOAD_FRICTION,
@@ -263,11 +262,11 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
 
 
 def built(row: Row) -> str:
-    """The variables of a design in units of the trade."""
+    """The variables of a design in display units."""
     return ", ".join(
         f"{SPOKEN.get(path, path)} {shown:.4g}" + ("" if unit == "1" else f" {unit}")
         for path, value in row.variables.items()
-        for shown, unit in [trade(value, UNITS.get(path, "1"))]
+        for shown, unit in [displayed(value, UNITS.get(path, "1"))]
     )
 
 

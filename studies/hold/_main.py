@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from acausal import Solution
+from acausal import Solution, displayed
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
-from .._trade import trade
 from ..actuators import STROKE, SUPPLY, ema_fise, hold
 from ._failures import FAILURE_HEADS, failure_cells, failures
 from ._runs import DESIGNS, DURATION, run, static_current, static_power, top_up_times
@@ -162,5 +161,5 @@ def _number(value: float | None) -> str:
 def _sweep_cells(leaks: list[Leaking]) -> Iterable[tuple[str, ...]]:
     motor, valve = ([row for row in leaks if row.actuator == name] for name in DESIGNS)
     for by_motor, by_valve in zip(motor, valve, strict=True):
-        leakage = f"{trade(by_valve.leakage_resistance, 'Pa.s/m3')[0]:.4g}"
+        leakage = f"{displayed(by_valve.leakage_resistance, 'Pa.s/m3')[0]:.4g}"
         yield leakage, f"{by_motor.energy:.1f}", f"{by_valve.energy:.1f}", str(by_valve.top_ups)

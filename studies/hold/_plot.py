@@ -6,10 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from acausal import Solution
+from acausal import Solution, displayed
 
 from .._output import ACTUATOR_NAMES, COLORS, legend
-from .._trade import trade
 from ._runs import DURATION, top_up_times
 from ._sensitivities import Leaking
 
@@ -78,7 +77,7 @@ def plot_energies(runs: Mapping[str, Solution], leaks: list[Leaking]) -> Figure:
 
 def _leakage(row: Leaking) -> float:
     """In bar.s/cm3."""
-    return trade(row.leakage_resistance, "Pa.s/m3")[0]
+    return displayed(row.leakage_resistance, "Pa.s/m3")[0]
 
 
 def _sweep(panel: Axes, leaks: list[Leaking]) -> None:

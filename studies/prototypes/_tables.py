@@ -1,4 +1,4 @@
-"""What the study says, as tables in units of the trade."""
+"""What the study says, as tables in display units."""
 
 import dataclasses
 import math
@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from acausal import displayed
 from acausal.design import Combination, Fit
 
 from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
-from .._trade import trade
 from ..actuators import ClutchActuator
 from ._proposals import Proposal, Separation
 
@@ -205,5 +205,5 @@ def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:
 
 
 def _numbers(unit: str, *values: float | None) -> tuple[str, ...]:
-    """The unit of the trade, and values in it."""
-    return trade(1.0, unit)[1], *("-" if value is None else f"{trade(value, unit)[0]:.4g}" for value in values)
+    """The display unit, and values in it."""
+    return displayed(1.0, unit)[1], *("-" if value is None else f"{displayed(value, unit)[0]:.4g}" for value in values)

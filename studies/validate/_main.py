@@ -5,8 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
+from acausal import displayed
+
 from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, read_json, require_matplotlib, write_json
-from .._trade import trade
 from ..actuators import parameter_set
 from ._conflicts import CONFLICTS, NOT_COMPARED
 from ._rows import ACTUATORS, TOLERANCE, Row, compare
@@ -77,7 +78,7 @@ def tables(rows: Sequence[Row]) -> Iterable[tuple[str, tuple[str, ...], list[tup
 
 
 def _cells(row: Row, reasons: list[str], two: bool) -> tuple[str, ...]:
-    _, unit = trade(1.0, row.unit)
+    _, unit = displayed(1.0, row.unit)
     quantity = spoken(row.quantity) + ("" if unit == "1" else f" [{unit}]")
     thesis, model, no_load = (_number(value, row.unit) for value in (row.thesis, row.model, row.no_load))
     deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
@@ -88,7 +89,7 @@ def _cells(row: Row, reasons: list[str], two: bool) -> tuple[str, ...]:
 
 
 def _number(value: float | None, unit: str) -> str:
-    return "-" if value is None else f"{trade(value, unit)[0]:.5g}"
+    return "-" if value is None else f"{displayed(value, unit)[0]:.5g}"
 
 
 def _reasons(rows: Sequence[Row]) -> list[str]:
@@ -115,7 +116,7 @@ def count_cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def set_cells() -> list[tuple[str, ...]]:
-    """The set of parameters as texts, in units of the trade, with the source of each value."""
+    """The set of parameters as texts, in display units, with the source of each value."""
     return [
         (
             one.name, one.unit, *(f"{one.values[name]:.5g}" if name in one.values else "-" for name in ACTUATORS),

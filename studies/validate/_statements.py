@@ -1,9 +1,9 @@
 """Figures of Meloni's thesis (Politecnico di Torino, 2012) about the actuators, in SI units, each with its place."""
 
 import dataclasses
+import math
 
 from .._measured import DEAD_TIME, FULL, MEASURED, REDUCED
-from .._trade import in_si
 from ..actuators import PRESENT_RATIO, STROKE, WORN_LOAD
 from . import _reasons as why
 
@@ -39,7 +39,7 @@ class Statement:
         return ", ".join(changes + ["held against the spring"] * self.loaded) or "base"
 
 
-_RPM = in_si("rpm")
+_RPM = math.pi / 30.0  # rad/s
 _PRESENT_SPEED = 500.0 * PRESENT_RATIO * _RPM
 _REDUCED = (("voltage", REDUCED),)
 _STIFF = (("spring_rate", 1.2e5),)

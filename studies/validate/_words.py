@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from .._trade import trade
+from acausal import displayed
 
 UNITS: Mapping[str, str] = MappingProxyType(
     {
@@ -83,5 +83,5 @@ def _readable(change: str) -> str:
     if name not in CHANGED:
         return change
     words, unit = CHANGED[name]
-    shown, unit = trade(float(value), unit)
+    shown, unit = displayed(float(value), unit)
     return f"{words} {shown:.4g} {unit}"

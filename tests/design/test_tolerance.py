@@ -130,7 +130,7 @@ def test_worst_case_in_a_corner_and_within() -> None:
     assert (corner.low, corner.high) == pytest.approx((2 * 34 + 12, 2 * 46 + 18), rel=1e-9)
     assert corner.at_high == pytest.approx({C: 46.0, D: 1.8})
     assert corner.units == ("N/m", "N.s/m")
-    assert str(corner).splitlines()[1].split() == ["link.c", "34", "46", "N/m"]
+    assert str(corner).splitlines()[1].split() == ["link.c", "0.034", "0.046", "N/mm"]
     inner = study(lambda m: (m.link.c - 41.0) ** 2, {C: Uniform(30.0, 50.0)}).worst_case()
     assert inner.low == pytest.approx(0.0, abs=1e-9)
     assert inner.at_low[C] == pytest.approx(41.0, abs=1e-4)
