@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from .quantity import magnitude, quantity
 
@@ -24,7 +24,7 @@ def display_unit(unit: str) -> str:
 
 def displayed(value: Any, unit: str) -> tuple[Any, str]:
     """A value of a declared unit in its display unit, and that unit: 1.989e-7 m3/rad is (1.25, "cm3/rev")."""
-    scale = display_scale(unit)
+    scale = Scale.of(unit)
     return scale.value(value), scale.shown
 
 
@@ -34,6 +34,11 @@ class Scale(NamedTuple):
     shown: str = "1"
     factor: float = 1.0
     zero: float = 0.0
+
+    @classmethod
+    def of(cls, unit: str) -> Self:
+        """The scale that shows numbers of a declared unit in its display unit."""
+        return cls(*scale_of("", unit, unit))
 
     def value(self, number: Any) -> Any:
         """A number as it is shown."""
@@ -56,11 +61,6 @@ class Scale(NamedTuple):
     def headed(self, name: str) -> str:
         """A name with the unit of its numbers, above a column or along an axis: "time [ms]"."""
         return f"{name} [{self.unit}]" if self.text else name
-
-
-def display_scale(unit: str) -> Scale:
-    """The scale that shows numbers of a declared unit in its display unit."""
-    return scale_of("", unit, unit)
 
 
 def scale_of(shown: str, unit: str, where: str) -> Scale:

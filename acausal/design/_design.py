@@ -12,7 +12,7 @@ from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import Figure
 from .._save_load import load, save
-from .._units.display import Scale, display_scale
+from .._units.display import Scale
 from ._curvature import Curvature
 from ._free import Free
 from ._limits import Limit
@@ -250,7 +250,7 @@ class Design(Generic[M]):
                 f"{self.objective_scale.difference(row.per_percent):+.3g}",
             )
             for row in ranked[:SHOWN]
-            for scale in [display_scale(row.unit)]
+            for scale in [Scale.of(row.unit)]
         ]  # fmt: skip
         more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
         head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{self.objective_scale.unit}]")

@@ -14,7 +14,7 @@ from .._declare.component import Component
 from .._errors import SimulationError
 from .._integrate.failure import trials
 from .._progress import compiling
-from .._units.display import Scale, display_scale
+from .._units.display import Scale
 from ._differences import from_sides
 from ._free_parameters import single_parameters
 from ._limits import objectives_of
@@ -41,7 +41,7 @@ class Hessian(NamedTuple):
     matrix: Float[np.ndarray, "k k"]
 
     def __str__(self) -> str:
-        scales = [display_scale(unit) for unit in self.units]
+        scales = [Scale.of(unit) for unit in self.units]
         factors = np.array([scale.factor for scale in scales])
         matrix = self.scale.difference(self.matrix) * np.outer(factors, factors)
         rows = [

@@ -10,7 +10,7 @@ from .._declare.by_name import parameters
 from .._declare.component import Component
 from .._errors import SimulationError, UnknownNameError, suggestion
 from .._extras import Axes, given_or_new
-from .._units.display import Scale, display_scale
+from .._units.display import Scale
 from ._free_parameters import free_parameters
 from ._limits import Objective, objectives_of
 from ._program import Program
@@ -52,7 +52,7 @@ class SensitivityTable(NamedTuple):
 
     def __str__(self) -> str:
         head = ["parameter", "value", "unit", f"change [{self.scale.unit} per unit]", "% per %"]
-        rows = [self._cells(row, display_scale(row.unit)) for row in self.rows]
+        rows = [self._cells(row, Scale.of(row.unit)) for row in self.rows]
         return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
 
     def _cells(self, row: SensitivityRow, scale: Scale) -> list[str]:
@@ -68,7 +68,7 @@ class SensitivityTable(NamedTuple):
         colours = ["tab:red" if row.relative > 0.0 else "tab:blue" for row in rows]
         ax.barh([row.parameter for row in rows], [row.relative for row in rows], color=colours)
         for i, row in enumerate(rows):
-            scale = display_scale(row.unit)
+            scale = Scale.of(row.unit)
             ax.annotate(f" {scale.value(row.value):.4g}{scale.text} ", (row.relative, i), va="center", fontsize="small",
                         ha="left" if row.relative > 0.0 else "right")  # fmt: skip
         ax.axvline(0.0, color="black", linewidth=0.8)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._analyse.table import aligned
 from .._errors import SimulationError
-from .._units.display import Scale, display_scale
+from .._units.display import Scale
 from ._program import Program
 
 REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the result
@@ -31,7 +31,7 @@ class Worst:
 
     def __str__(self) -> str:
         ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
-        scales = map(display_scale, self.units or ("",) * len(self.at_low))
+        scales = map(Scale.of, self.units or ("",) * len(self.at_low))
         rows = [
             [name, *(f"{scale.value(place[name]):.6g}" for place in (self.at_low, self.at_high)), scale.shown]
             for name, scale in zip(self.at_low, scales, strict=True)

@@ -1,7 +1,7 @@
 """The set of parameters that all studies share, with the source of each value in Meloni's thesis (Torino, 2012).
 
-The values are the defaults of `ema_fise`, `ema_maxon`, `ehs_maxon` and `sila`; `parameter_set` lists them in units of
-the trade.
+The values are the defaults of `ema_fise`, `ema_maxon`, `ehs_maxon` and `sila`; `parameter_set` lists them with
+their sources.
 """
 
 import dataclasses

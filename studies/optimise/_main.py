@@ -105,12 +105,12 @@ def _report(outcomes: list[Outcome], cells: list[tuple[str, ...]], out: Path) ->
 
 
 def _cells(outcomes: list[Outcome]) -> Iterable[tuple[str, ...]]:
-    """Texts, in the unit that people use."""
+    """Texts, in display units."""
     for outcome in outcomes:
-        problem, row = outcome.problem, outcome.row
+        scale, row = outcome.problem.scale, outcome.row
         yield (
-            ACTUATOR_NAMES[row.actuator], row.parameter, problem.shown_unit, f"{row.start / problem.scale:.5g}",
-            f"{row.optimum / problem.scale:.7g}", f"{1e3 * row.opening_time_start:.6g}",
-            f"{1e3 * row.opening_time_optimum:.6g}", f"{1e3 * row.gradient_at_optimum * problem.scale:.1e}",
-            str(row.simulations), f"{outcome.best_of_sweep / problem.scale:.4g}",
+            ACTUATOR_NAMES[row.actuator], row.parameter, scale.unit, f"{scale.value(row.start):.5g}",
+            f"{scale.value(row.optimum):.7g}", f"{1e3 * row.opening_time_start:.6g}",
+            f"{1e3 * row.opening_time_optimum:.6g}", f"{1e3 * row.gradient_at_optimum * scale.factor:.1e}",
+            str(row.simulations), f"{scale.value(outcome.best_of_sweep):.4g}",
         )  # fmt: skip

@@ -25,13 +25,13 @@ def plot_optima(outcomes: Sequence[Outcome]) -> Figure:
 
 def _draw(panel: Axes, outcome: Outcome) -> None:
     problem, finite = outcome.problem, np.isfinite(outcome.times)
-    x, t = outcome.values / problem.scale, 1e3 * outcome.times
+    x, t = problem.scale.value(outcome.values), 1e3 * outcome.times
     panel.plot(x[finite], t[finite], "-", color=COLORS[problem.actuator], label="model")
     for low, high in _gaps(x, finite):
         panel.axvspan(low, high, color="black", alpha=0.12, linewidth=0, label="never opens")
     _draw_optimum(panel, outcome)
     panel.plot(
-        problem.built / problem.scale, 1e3 * problem.measured, "D", color="#d55e00", markersize=8, zorder=4,
+        problem.scale.value(problem.built), 1e3 * problem.measured, "D", color="#d55e00", markersize=8, zorder=4,
         label="thesis, as built and measured",
     )  # fmt: skip
     panel.set_xscale("log")
@@ -39,7 +39,7 @@ def _draw(panel: Axes, outcome: Outcome) -> None:
     panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     panel.xaxis.set_major_formatter(ScalarFormatter())
     panel.xaxis.set_minor_formatter(NullFormatter())
-    panel.set_xlabel(f"{problem.parameter} [{problem.shown_unit}]")
+    panel.set_xlabel(problem.scale.headed(problem.parameter))
     panel.set_ylabel("opening time [ms]")
     panel.set_title(ACTUATOR_NAMES[problem.actuator])
     panel.grid(alpha=0.3)
@@ -47,13 +47,11 @@ def _draw(panel: Axes, outcome: Outcome) -> None:
 
 def _draw_optimum(panel: Axes, outcome: Outcome) -> None:
     problem, best = outcome.problem, outcome.path[-1]
-    x, t = best.x / problem.scale, 1e3 * best.value
+    x, t = problem.scale.value(best.x), 1e3 * best.value
     panel.plot(x, t, "*", color="gold", markeredgecolor="black", markersize=16, zorder=4, label="optimum, model")
-    unit = "" if problem.shown_unit == "1" else f" {problem.shown_unit}"
-    built = float(np.interp(problem.built, outcome.values, outcome.times))
-    text = (
-        f"optimum {x:.4g}{unit}: {t:.1f} ms\nas built {problem.built / problem.scale:.4g}{unit}: {1e3 * built:.1f} ms"
-    )
+    unit = problem.scale.text
+    built, time = problem.scale.value(problem.built), float(np.interp(problem.built, outcome.values, outcome.times))
+    text = f"optimum {x:.4g}{unit}: {t:.1f} ms\nas built {built:.4g}{unit}: {1e3 * time:.1f} ms"
     panel.text(0.5, 0.96, text, transform=panel.transAxes, ha="center", va="top", fontsize=10)
     panel.set_ylim(0.0, TALLEST * t)
 

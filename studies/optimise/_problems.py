@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from acausal import Scalar
+from acausal.design import Scale
 
 from .._measured import measured
 from ..actuators import ClutchActuator, ehs_maxon, ema_fise, ema_maxon, opening_time
@@ -33,8 +34,11 @@ class Problem:
     high: float
     built: float  # in the thesis' prototype
     measured: float  # opening time in s of that, in the thesis
-    shown_unit: str = "1"  # for people
-    scale: float = 1.0  # of the shown unit, in SI
+
+    @property
+    def scale(self) -> Scale:
+        """What the parameter is shown in."""
+        return Scale.of(self.unit)
 
     def model(self, value: Scalar) -> ClutchActuator:
         return self.build(**{self.parameter: value})
@@ -78,6 +82,6 @@ PROBLEMS = (
     Problem("ema_maxon", ema_maxon, "ratio", "1", 8.6, 1.6, 10.0, 4.3, _measured("ema_maxon")),
     Problem(
         "ehs_maxon", ehs_maxon, "displacement", "m3/rad", 0.625 * CM3_PER_REV, 0.5 * CM3_PER_REV, 2.6 * CM3_PER_REV,
-        1.25 * CM3_PER_REV, _measured("ehs_maxon"), "cm3/rev", CM3_PER_REV,
+        1.25 * CM3_PER_REV, _measured("ehs_maxon"),
     ),
 )  # fmt: skip
