@@ -12,7 +12,7 @@ from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ._batches import Outcomes, Task
 from ._distributions import Distribution
-from ._free import Free
+from ._free import Free, span_text
 from ._free_parameters import single_parameters
 from ._hessian import hessians_of
 from ._indices import Indices, indices_of
@@ -249,8 +249,9 @@ def _check_box(free: Free, model: Component, box: Float[np.ndarray, "k 2"]) -> N
         for declaration in (declarations[place.path] for place in variable.places):
             if not np.all(declaration.admits(ends)):
                 raise ParameterError(
-                    f"{variable.name} must be {declaration.range}, but the worst case goes from {ends[0]:.6g} to "
-                    f"{ends[1]:.6g} {variable.unit}. Remedy: fewer `sigmas`, or a distribution within the range."
+                    f"{variable.name} must be {declaration.range}, but the worst case goes from "
+                    f"{span_text(ends[0], ends[1], variable.scale)}. Remedy: fewer `sigmas`, or a distribution within "
+                    "the range."
                 )
 
 
