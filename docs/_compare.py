@@ -15,21 +15,21 @@ ALIKE = 0.01  # difference of pictures that rounding may make
 MORE_STEPS = (0.1, 2)  # share and number by which rounding may change how many steps there are
 
 
-def first_difference(expected: str, found: str, rtol: float = 1e-4) -> str | None:
+def first_difference(expected: str, found: str, rtol: float = 1e-4, atol: float = 1e-12) -> str | None:
     """The first pair of lines that differ, one below the other; None where there is none."""
     a, b = (_NOISE.sub("...", text).splitlines() for text in (expected, found))
     for left, right in zip(a, b, strict=False):
-        if not _same(left, right, rtol):
+        if not _same(left, right, rtol, atol):
             return f"expected: {left}\n   found: {right}"
     return None if len(a) == len(b) else f"{len(a)} lines expected, {len(b)} found"
 
 
-def _same(left: str, right: str, rtol: float) -> bool:
+def _same(left: str, right: str, rtol: float, atol: float) -> bool:
     if left == right:
         return True
     numbers = [[float(text) for text in _NUMBER.findall(line)] for line in (left, right)]
     words = [re.sub(r"\s+", " ", _NUMBER.sub("#", line)) for line in (left, right)]
-    rel_tol, abs_tol = MORE_STEPS if _STEPS.search(left) else (rtol, 1e-12)
+    rel_tol, abs_tol = MORE_STEPS if _STEPS.search(left) else (rtol, atol)
     same_numbers = len(numbers[0]) == len(numbers[1]) and all(
         math.isclose(x, y, rel_tol=rel_tol, abs_tol=abs_tol) for x, y in zip(*numbers, strict=True)
     )

@@ -27,10 +27,15 @@ ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PICTURES = DOCS / "pictures"
 WIDTH = 110  # of messages
-PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")))
+PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("studies/*.md")))
 _BLOCK = re.compile(
     r"^```python(?P<words>[^\n]*)\n(?P<code>.*?)^```\n(?P<output>\n```text\n.*?^```\n)?", re.DOTALL | re.MULTILINE
 )
+
+
+def named(path: Path) -> str:
+    """The name of a page or notebook on the command line: its path from the folder of the documentation."""
+    return (path.relative_to(DOCS) if path.is_relative_to(DOCS) else path.relative_to(ROOT)).as_posix()
 
 
 class PageError(Exception):

@@ -23,6 +23,26 @@ from . import (
 )
 from ._own import task
 
+# By command, with what `--help` says of it.
+STUDIES = (
+    ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
+    ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
+    ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
+    (
+        "concepts",
+        concepts,
+        "design the thesis' two concepts anew under its targets, all that it fixed by hand free",
+    ),
+    ("beyond", beyond, "go on where the thesis stopped: real clutch, line, temperature, passages, landing, series"),
+    ("catalogue", catalogue, "choose motor, gearhead, pump and bores among 10,000 combinations of products"),
+    ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
+    ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
+    ("prototypes", prototypes, "tell what the measurements on the three prototypes say, and what they leave open"),
+    ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
+    ("control", control, "find the course of the voltage that opens softly within a current, soonest or coolest"),
+    ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),
+)
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run what the arguments say."""
@@ -55,24 +75,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Example: python -m studies optimise --json optimise.json --out pictures",
     )
     commands = parser.add_subparsers(required=True, metavar="STUDY")
-    for name, study, text in (
-        ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
-        ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
-        ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
-        (
-            "concepts",
-            concepts,
-            "design the thesis' two concepts anew under its targets, all that it fixed by hand free",
-        ),
-        ("beyond", beyond, "go on where the thesis stopped: real clutch, line, temperature, passages, landing, series"),
-        ("catalogue", catalogue, "choose motor, gearhead, pump and bores among 10,000 combinations of products"),
-        ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
-        ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
-        ("prototypes", prototypes, "tell what the measurements on the three prototypes say, and what they leave open"),
-        ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
-        ("control", control, "find the course of the voltage that opens softly within a current, soonest or coolest"),
-        ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),
-    ):
+    for name, study, text in STUDIES:
         command = commands.add_parser(name, help=text, description=study.__doc__)
         command.add_argument("--json", type=Path, metavar="FILE", help="write the rows of the table, in SI units")
         command.add_argument(

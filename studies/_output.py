@@ -19,6 +19,7 @@ import components
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.console import Console
 
 _T = TypeVar("_T")
 UNFINISHED = "unfinished"  # folder of what an interrupted study goes on from
@@ -95,23 +96,31 @@ def finished(out: Path | None) -> None:
 
 
 def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table of texts, with rich where it is installed."""
-    try:
-        from rich.console import Console
-        from rich.markup import escape
-        from rich.table import Table
-    except ImportError:
-        print(title, plain_table(heads, rows), sep="\n")
+    """Print a table of texts: with rich on a terminal, if it is installed, otherwise in aligned columns."""
+    console = _terminal()
+    if console is None:
+        print(f"{title}\n{plain_table(heads, rows)}\n")
         return
+    from rich.markup import escape
+    from rich.table import Table
+
     # Brackets are units, not markup.
     table = Table(title=escape(title), title_justify="left")
     for head in heads:
         table.add_column(escape(head), overflow="fold")
     for row in rows:
         table.add_row(*map(escape, row))
+    console.print(table)
+
+
+def _terminal() -> "Console | None":
+    """The terminal that the program prints to; None in a file, and without rich."""
+    try:
+        from rich.console import Console
+    except ImportError:
+        return None
     console = Console()
-    # Where no terminal sets the width, as in a file, rows need not be folded.
-    (console if console.is_terminal else Console(width=160)).print(table)
+    return console if console.is_terminal else None
 
 
 def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -64,7 +64,7 @@ def test_table_without_rich(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 
     monkeypatch.setattr(builtins, "__import__", without_rich)
     print_table("Title", ("a", "bb"), [("1", "2")])
-    assert capsys.readouterr().out == "Title\na  bb\n1  2\n"
+    assert capsys.readouterr().out == "Title\na  bb\n1  2\n\n"
 
 
 def test_what_an_interrupted_study_has_finished_is_not_done_again(tmp_path: Path) -> None:
