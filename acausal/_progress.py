@@ -175,7 +175,20 @@ def is_read(stream: TextIO | None, wanted: bool | None) -> bool:
     """Whether to speak: not where the environment variable `ACAUSAL_PROGRESS` or `wanted` forbids it; where one of them
     asks for it; else to a terminal or a notebook.
     """
-    chosen = os.environ.get("ACAUSAL_PROGRESS", "").lower()
-    if stream is None or chosen in OFF or wanted is False:
+    if stream is None or is_silent(stream, wanted):
         return False
-    return chosen in ON or wanted is True or stream.isatty() or "ipykernel" in type(stream).__module__
+    return _chosen() in ON or wanted is True or is_terminal(stream)
+
+
+def is_silent(stream: TextIO | None, wanted: bool | None) -> bool:
+    """Whether nothing may be said, not even in a log."""
+    return stream is None or _chosen() in OFF or wanted is False
+
+
+def is_terminal(stream: TextIO) -> bool:
+    """Whether somebody reads what is written as it comes."""
+    return stream.isatty() or "ipykernel" in type(stream).__module__
+
+
+def _chosen() -> str:
+    return os.environ.get("ACAUSAL_PROGRESS", "").lower()

@@ -1,11 +1,19 @@
-"""Results of many members of a model in batches, from one compiled program."""
+"""Results of many members of a model from one compiled program, on all cores.
+
+Each member runs by itself. Members that are stepped together wait for the slowest one at every event and at every
+rejected step; a compiled program runs without Python's lock, so that threads keep all cores busy instead.
+"""
 
 import collections
+import concurrent.futures
+import contextlib
 import functools as ft
+import os
 import threading
+import time
 import uuid
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Generator, Iterator, Mapping
+from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 import jax
@@ -23,9 +31,11 @@ from .._reduce.jaxpr import arrays_in
 from ._free import Free
 from ._program import Function, Program
 
-LOCKSTEP = 32  # members that are stepped together; more of them wait for the slowest one, and no longer fit the cache
-CHUNK = 256  # members of a task
+SPAN = 0.25  # s that a piece of work takes, unless a single member takes longer
+LISTEN = 0.5  # s after which a waiting thread looks for an interrupt
+CHUNK = 256  # members of a piece at most
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
+INTERRUPTED = NOT_FINITE + 1
 PROGRAMS = 16  # that a process keeps
 _making = threading.Lock()
 
@@ -43,24 +53,74 @@ class Outcomes(NamedTuple):
         return self.codes == COMPUTED
 
     @property
+    def are_finished(self) -> Bool[np.ndarray, " n"]:
+        """Members that were computed or failed before an interrupt."""
+        return self.codes != INTERRUPTED
+
+    @classmethod
+    def interrupted(cls, n: int, width: int) -> Self:
+        """Those of a study that an interrupt came before."""
+        return cls(np.full((n, width), np.nan), np.full(n, INTERRUPTED))
+
+    @property
     def failed(self) -> dict[str, int]:
         """How many members failed, by reason."""
-        counts = collections.Counter(self.codes[~self.are_good].tolist())
+        counts = collections.Counter(self.codes[~self.are_good & self.are_finished].tolist())
         return {code_names()[code]: number for code, number in sorted(counts.items())}
 
 
 def code_names() -> tuple[str, ...]:
     """What the codes are called, in their order."""
-    return ("computed", *list(members_of(Result))[1:], "no_finite_result")
+    return ("computed", *list(members_of(Result))[1:], "no_finite_result", "interrupted")
 
 
 def said(code: int) -> str:
     """A sentence on a code."""
     if code == COMPUTED:
         return "The results were computed."
-    return (
-        "A result is not a finite number." if code == NOT_FINITE else sentence(list(members_of(Result).values())[code])
-    )
+    if code == NOT_FINITE:
+        return "A result is not a finite number."
+    if code == INTERRUPTED:
+        return "The study was interrupted."
+    return sentence(list(members_of(Result).values())[code])
+
+
+def on_all_cores(
+    work: Callable[[np.ndarray], Any], x: Float[np.ndarray, "n k"], most: int = CHUNK
+) -> Generator[tuple[slice, Any]]:
+    """Pieces of the rows of x and what `work` makes of them, in the order in which they are done.
+
+    Pieces are as short as `SPAN` asks for, so that an interrupt loses little and no core waits for another at the end.
+    """
+    cores, first, size = os.cpu_count() or 1, 0, 1
+    running: dict[Any, slice] = {}
+    with threads(cores) as pool:
+        while first < len(x) or running:
+            while first < len(x) and len(running) < 2 * cores:
+                rows = slice(first, min(first + size, len(x)))
+                running[pool.submit(_timed, work, x[rows])] = rows
+                first = rows.stop
+            # Not every system wakes a waiting thread for an interrupt.
+            for future in concurrent.futures.wait(running, LISTEN, concurrent.futures.FIRST_COMPLETED).done:
+                rows = running.pop(future)
+                found, seconds = future.result()
+                size = int(np.clip(SPAN * (rows.stop - rows.start) / max(seconds, 1e-9), 1, most))
+                yield rows, found
+
+
+@contextlib.contextmanager
+def threads(number: int) -> Iterator[concurrent.futures.Executor]:
+    """Threads that nobody waits for once an interrupt ends the work; each ends after its piece."""
+    pool = concurrent.futures.ThreadPoolExecutor(number)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _timed(work: Callable[[np.ndarray], Any], x: np.ndarray) -> tuple[Any, float]:
+    began = time.perf_counter()
+    return work(x), time.perf_counter() - began
 
 
 class Task:
@@ -81,12 +141,13 @@ class Task:
     def __hash__(self) -> int:
         return hash(self._key)
 
-    def __call__(self, x: Float[np.ndarray, "n k"], side: int = LOCKSTEP) -> Piece:
-        """Results and codes of some members, of which `side` at most go side by side."""
-        found = [self._piece(x[start : start + CHUNK], side) for start in range(0, len(x), CHUNK)]
+    def __call__(self, x: Float[np.ndarray, "n k"]) -> Piece:
+        """Results and codes of some members, one after the other."""
+        found = [self._piece(x[start : start + CHUNK]) for start in range(0, len(x), CHUNK)]
         values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
         return values, codes
 
+    @ft.cached_property
     def columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The names of the results, and which function each of them is from."""
         program, row = Program(self.model, self.free, self.functions, self.run), self.free.values(self.model)
@@ -95,7 +156,7 @@ class Task:
         return program.names, program.owners
 
     def lowered(self) -> tuple[str, list[np.ndarray]]:
-        """The program for a batch of one member, as XLA is given it (StableHLO), and the arrays that it holds.
+        """The program for one member, as XLA is given it (StableHLO), and the arrays that it holds.
 
         The numbers of the model are arguments of it.
         """
@@ -103,56 +164,54 @@ class Task:
         arrays, rest = eqx.partition(self.model, eqx.is_array)
 
         @jax.jit
-        def batch(arrays: PyTree, rows: Array) -> tuple[Array, Array]:
-            return jax.vmap(lambda row: _one(program, eqx.combine(arrays, rest), row))(rows)
+        def member(arrays: PyTree, row: Array) -> tuple[Array, Array]:
+            return _one(program, eqx.combine(arrays, rest), row)
 
         with trials():
-            traced = batch.trace(arrays, row[None])
+            traced = member.trace(arrays, row)
             return traced.lower().as_text(), [np.asarray(array) for array in arrays_in(traced.jaxpr)]
 
-    def _piece(self, x: np.ndarray, size: int) -> Piece:
-        """At most `CHUNK` members; those that fill the last batch up are copies."""
-        batches = -(-len(x) // size)
-        room = size * (CHUNK // size)
-        filled = np.concatenate([x, np.repeat(x[-1:], room - len(x), axis=0)])
+    def _piece(self, x: np.ndarray) -> Piece:
+        """At most `CHUNK` members."""
         with _making:
             function = _compiled(self)
         with trials(), compiling("a batch of runs", self.model, function):
-            values, codes = function(filled.reshape(room // size, size, -1), batches)
-        return np.asarray(values).reshape(room, -1)[: len(x)], np.asarray(codes).ravel()[: len(x)]
+            values, codes = function(x)
+        return np.asarray(values)[: len(x)], np.asarray(codes)[: len(x)]
 
 
 class _Program:
-    """The compiled program of a task, for at most `CHUNK` members in batches."""
+    """The compiled program of a task, for at most `CHUNK` members one after the other."""
 
     def __init__(self, task: Task) -> None:
         program = Program(task.model, task.free, task.functions, task.run)
         arrays, rest = eqx.partition(task.model, eqx.is_array)
-        width = len(task.columns()[0])
+        width = len(task.columns[0])
 
         @jax.jit
-        def all_batches(arrays: PyTree, x: Array, batches: Array) -> PyTree:
+        def members(arrays: PyTree, x: Array, number: int) -> PyTree:
             model = eqx.combine(arrays, rest)
 
             def step(i: Array, found: PyTree) -> PyTree:
-                batch = jax.vmap(lambda row: _one(program, model, row))(x[i])
-                return tuple(whole.at[i].set(part) for whole, part in zip(found, batch, strict=True))
+                member = _one(program, model, x[i])
+                return tuple(whole.at[i].set(part) for whole, part in zip(found, member, strict=True))
 
-            empty = jnp.zeros((*x.shape[:2], width)), jnp.zeros(x.shape[:2], "int32")
-            # The number of batches is an argument, so that one program serves pieces of any length.
-            return jax.lax.fori_loop(0, batches, step, empty)
+            empty = jnp.zeros((CHUNK, width)), jnp.zeros(CHUNK, "int32")
+            # The number of members is an argument, so that one program serves pieces of any length.
+            return jax.lax.fori_loop(0, number, step, empty)
 
-        self._function = ft.partial(all_batches, arrays)
+        self._function = ft.partial(members, arrays)
         self._first, self._is_compiled = threading.Lock(), False
 
-    def __call__(self, x: np.ndarray, batches: int) -> PyTree:
+    def __call__(self, x: np.ndarray) -> PyTree:
+        filled = np.concatenate([x, np.zeros((CHUNK - len(x), *x.shape[1:]))])
         # The first piece compiles the program; pieces begun with it would do so again, each in its thread.
         with self._first:
             if not self._is_compiled:
-                found = jax.block_until_ready(self._function(x, batches))
+                found = jax.block_until_ready(self._function(filled, len(x)))
                 self._is_compiled = True
                 return found
-        return self._function(x, batches)
+        return self._function(filled, len(x))
 
 
 _compiled = ft.lru_cache(maxsize=PROGRAMS)(_Program)

@@ -10,7 +10,6 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import ModelError, SimulationError, suggestion
 from ._alternatives import Structure, on_pair, run_of_pair, structure_of
-from ._bar import bar
 from ._batches import COMPUTED, Outcomes, Task, code_names, said
 from ._choice import Asked, Choice
 from ._limits import Limit, Objective, limits_of, objectives_of
@@ -71,7 +70,7 @@ def choose(
     functions |= {name: on_pair(function) for name, (function, _) in limits.items()}
     of_pair = None if run is None else ft.partial(run_of_pair, run)
     tasks = [Task(one.model, one.part, functions, of_pair) for one in structures]
-    columns = [task.columns() for task in tasks]
+    columns = [task.columns for task in tasks]
     owners = columns[0][1]
     for structure, (_, own) in zip(structures, columns, strict=True):
         _check_owners(structure, own, owners, objectives)
@@ -79,11 +78,14 @@ def choose(
         compile_together(tasks, [structure.x for structure in structures])
     found: list[Outcomes] = []
     for structure, task, (names, _) in zip(structures, tasks, columns, strict=True):
+        if found and not np.all(found[-1].are_finished):
+            found.append(Outcomes.interrupted(len(structure.x), len(names)))
+            continue
         size = chunk_of(len(structure.x))
         path = Path(store) / structure.name if store is not None and structure.name else store
         kept = store_of(path, task, names, structure.x, size)
-        tell = bar(" of ".join(filter(None, ["combinations", structure.name])), progress)
-        found.append(evaluated(task, structure.x, executor=executor, chunk=size, store=kept, progress=tell))
+        what = " of ".join(filter(None, ["combinations", structure.name]))
+        found.append(evaluated(task, structure.x, what, executor=executor, chunk=size, store=kept, progress=progress))
     results, codes = np.concatenate([one.values for one in found]), np.concatenate([one.codes for one in found])
     if not np.any(codes == COMPUTED):
         raise SimulationError(f"None of {len(codes)} combinations could be computed: {said(int(codes[0]))}")

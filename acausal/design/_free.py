@@ -127,6 +127,13 @@ class Free:
         """The model with other numbers, which may be traced."""
         return with_numbers(model, [variable.places for variable in self.variables], x)
 
+    def text(self, x: Vector) -> str:
+        """Names and values, as in "load.m = 3 kg"; what follows the values of the variables is left out."""
+        shown = (
+            (v.name, f"{v.scale.value(value):.6g}{v.scale.text}") for v, value in zip(self.variables, x, strict=False)
+        )
+        return ", ".join(f"{name} = {value}" for name, value in shown)
+
     def changed(self, x: Vector, values: Mapping[str, object]) -> np.ndarray:
         """The numbers with some of them changed, by the names of the variables."""
         new = np.array(x, float)

@@ -19,7 +19,7 @@ class Indices:
 
     `first`: the share of the variance that a parameter causes by itself. `total`: what it causes in all combinations
     with others. `first_error` and `total_error`: their standard errors, by bootstrap. `lost`: of the samples, those of
-    which a run failed.
+    which a run failed. `unfinished`: those that an interrupt has left out.
     """
 
     parameters: tuple[str, ...]
@@ -29,6 +29,7 @@ class Indices:
     first_error: Float[np.ndarray, "m k"]
     total_error: Float[np.ndarray, "m k"]
     lost: int
+    unfinished: int = 0
 
     def plot(self, ax: Axes | None = None, result: str = "") -> Axes:
         """Bars of both indices of one result with their errors, the largest on top; returns the matplotlib axes."""
@@ -57,15 +58,18 @@ class Indices:
                 for i in np.argsort(-self.total[row])
             ]  # fmt: skip
             lines.append(aligned([[f"variance of {result}", "alone", "±", "in total", "±"], *cells]))
-        return "\n".join([*lines, *([f"{self.lost} samples lost to failed runs"] if self.lost else [])])
+        lines += [f"{self.lost} samples lost to failed runs"] if self.lost else []
+        lines += [f"interrupted: {self.unfinished} samples are missing"] if self.unfinished else []
+        return "\n".join(lines)
 
 
 def indices_of(
     parameters: tuple[str, ...], results: tuple[str, ...], outcomes: Outcomes, n: int, k: int, seed: int
 ) -> Indices:
-    """From results at A, B and A with one column of B after the other, n rows each."""
-    values = outcomes.values.reshape(k + 2, n, -1)
-    good = np.all(outcomes.are_good.reshape(k + 2, n), axis=0)
+    """From n samples, each with the results at a row of A, of B, and of A with one column of B after the other."""
+    values = np.swapaxes(outcomes.values.reshape(n, k + 2, -1), 0, 1)
+    good = np.all(outcomes.are_good.reshape(n, k + 2), axis=1)
+    unfinished = int(np.sum(np.any(~outcomes.are_finished.reshape(n, k + 2), axis=1)))
     if np.sum(good) < 2:
         raise SimulationError(f"Of {n} samples, {np.sum(good)} could be computed throughout: {outcomes.failed}.")
     values = values[:, good]
@@ -73,7 +77,9 @@ def indices_of(
     estimates = _estimated(values)
     again = [_estimated(values[:, rng.integers(0, count, count)]) for _ in range(REPLICATES)]
     errors = [np.std([pair[i] for pair in again], axis=0, ddof=1) for i in range(2)]
-    return Indices(parameters, results, estimates[0], estimates[1], errors[0], errors[1], int(n - count))
+    return Indices(
+        parameters, results, estimates[0], estimates[1], errors[0], errors[1], int(n - count) - unfinished, unfinished
+    )
 
 
 def _estimated(values: Float[np.ndarray, "q n m"]) -> tuple[np.ndarray, np.ndarray]:

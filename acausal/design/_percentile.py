@@ -12,7 +12,6 @@ from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ParameterError
 from .._integrate.result import is_success
-from ._batches import LOCKSTEP
 from ._distributions import Distribution
 from ._program import Program
 from ._scores import member_count, sobol_scores
@@ -61,7 +60,7 @@ def percentile_of(
             is_good = jnp.all(jnp.stack([jnp.ones((), bool), *map(is_success, outcomes)]))
             return jnp.where(is_good, values, jnp.nan)
 
-        values = jax.lax.map(one, (jnp.asarray(factors), jnp.asarray(offsets)), batch_size=LOCKSTEP)
+        values = jax.lax.map(one, (jnp.asarray(factors), jnp.asarray(offsets)))
         return jnp.percentile(values, p)
 
     return percentile

@@ -1,75 +1,90 @@
 """Many members computed piece by piece: on all cores or on an executor, kept in memory or in a store on disk."""
 
 import concurrent.futures
+import contextlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Generator, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .._errors import ArgumentError, SimulationError
-from ._batches import CHUNK, LOCKSTEP, Outcomes, Piece, Task
+from ._bar import Bar
+from ._batches import CHUNK, COMPUTED, Outcomes, Piece, Task, code_names, on_all_cores, threads
 from ._store import Memory, Store
 from ._types import Executor, Progress
+
+Rows: TypeAlias = Int[np.ndarray, " m"]  # numbers of members
+Pieces: TypeAlias = Generator[tuple[Rows, Piece]]  # members and their outcomes
 
 
 def evaluated(
     task: Task,
     x: Float[np.ndarray, "n k"],
+    what: str,
     *,
     executor: Executor | None = None,
     chunk: int = CHUNK,
     store: Store | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Outcomes:
-    """The outcomes of all rows in pieces of `chunk` members; what a store has already is not computed again.
+    """The outcomes of all rows; what a store has already is not computed again.
+
+    The bar calls the work `what`, and reports the first failures. After an interrupt from the keyboard, the outcomes
+    are those of the members that were finished; the others have the code `INTERRUPTED`. If none was, the interrupt is
+    raised. An executor is given pieces of `chunk` members.
 
     Raises `SimulationError` where a worker dies and its executor does not replace it.
     """
-    kept = Memory(len(x), chunk) if store is None else store
-    tell = progress or (lambda done, total: None)
-    starts, total = kept.starts(), -(-len(x) // kept.chunk)
-    done = total - len(starts)
-    tell(done, total)
-    work = {start: x[start : start + kept.chunk] for start in starts}
+    kept = Memory(len(x), len(task.columns[0])) if store is None else store
+    chunk = chunk if store is None else store.chunk
+    rows, total, bar = kept.open, len(x), Bar(what, progress)
+    done = total - len(rows)
+    bar(done, total)
+    pieces = _on_cores(task, x, rows) if executor is None else _on_executor(executor, task, x, rows, chunk)
     try:
-        for start, piece in _done(executor, task, work, _side(kept.chunk, x)):
-            kept.write(start, piece)
-            done += 1
-            tell(done, total)
+        with contextlib.closing(pieces):
+            for members, piece in pieces:
+                kept.write(members, piece)
+                for member, code in zip(members.tolist(), piece[1].tolist(), strict=True):
+                    if code != COMPUTED:
+                        bar.failed(f"member {member} failed ({code_names()[code]}): {task.free.text(x[member])}")
+                done += len(members)
+                bar(done, total)
+    except KeyboardInterrupt:
+        if not done:
+            raise
+        bar.say(f"interrupted after {done} of {total} members")
     except Exception as error:
         if not _is_death(error):
             raise
         raise SimulationError(
-            f"A worker died after {done} of {total} pieces of the work; what was finished is {kept.where}."
+            f"A worker died after {done} of {total} members; what was finished is {kept.where}."
         ) from error
+    finally:
+        kept.close()
     return Outcomes(*kept.read())
 
 
 def compile_together(tasks: Sequence[Task], x: Sequence[np.ndarray]) -> None:
-    """Compile the programs of several tasks side by side, with the pieces that `x` is cut into by default."""
+    """Compile the programs of several tasks side by side, with the first member of each."""
     if len(tasks) > 1:
-        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            for _ in pool.map(lambda task, rows: task(rows[:1], _side(CHUNK, rows)), tasks, x):
+        with threads(os.cpu_count() or 1) as pool:
+            for _ in pool.map(lambda task, rows: task(rows[:1]), tasks, x):
                 pass
 
 
-def _side(chunk: int, x: np.ndarray) -> int:
-    """How many members of a piece go side by side."""
-    return min(LOCKSTEP, chunk, len(x))
+def _on_cores(task: Task, x: np.ndarray, rows: Rows) -> Pieces:
+    with contextlib.closing(on_all_cores(task, x[rows])) as pieces:
+        for places, piece in pieces:
+            yield rows[places], piece
 
 
-def _done(
-    executor: Executor | None, task: Task, work: Mapping[int, np.ndarray], side: int
-) -> Iterator[tuple[int, Piece]]:
-    """The outcomes of pieces of work, in the order in which they are done."""
-    if executor is None:
-        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-            yield from _done(pool, task, work, side)
-        return
+def _on_executor(executor: Executor, task: Task, x: np.ndarray, rows: Rows, chunk: int) -> Pieces:
     submit = getattr(executor, "submit", lambda *work: None)
-    futures: dict[Any, int] = {submit(task, piece, side): number for number, piece in work.items()}
+    pieces = [rows[i : i + chunk] for i in range(0, len(rows), chunk)]
+    futures: dict[Any, np.ndarray] = {submit(task, x[piece]): piece for piece in pieces}
     if not all(isinstance(future, concurrent.futures.Future) for future in futures):
         raise ArgumentError(
             "executor must be like those of concurrent.futures, whose submit returns a Future of theirs; "

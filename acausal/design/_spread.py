@@ -14,6 +14,7 @@ from .._extras import Axes, given_or_new
 from .._units.display import Scale
 from .._units.quantity import has_unit
 from ._bounds import number_in
+from ._causes import Cause, table_of
 
 SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
 
@@ -26,7 +27,8 @@ class Spread:
     - `std_error`: of the mean, where it is of independent samples.
     - `samples`: values of the result: those that could be computed, or those of the polynomial that is the method's.
     - `failed`: how many members could not be computed, by reason. They are in no mean and no percentile.
-    - `shares`: of the variance by parameter, for a method of first order.
+    - `causes`: what each parameter has in the variance, for the method of first order.
+    - `unfinished`: how many members an interrupt has left out. They count nowhere.
     """
 
     result: str
@@ -37,7 +39,13 @@ class Spread:
     samples: Float[np.ndarray, " n"]
     failed: Mapping[str, int] = dataclasses.field(default_factory=dict)
     std_error: float = 0.0
-    shares: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    causes: tuple[Cause, ...] = ()
+    unfinished: int = 0
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Shares of the variance by parameter, for the method of first order."""
+        return {cause.parameter: cause.share for cause in self.causes}
 
     def percentile(self, p: npt.ArrayLike) -> Any:
         """The value below which p per cent lie; several at once for a sequence."""
@@ -124,11 +132,14 @@ class Spreads(dict[str, Spread]):
 
 
 def table(spreads: list[Spread]) -> str:
-    """Lines of distributions, and what failed."""
+    """Lines of distributions, what failed, and what causes the variance."""
     head = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
     lines = [aligned([head, *(spread.row() for spread in spreads)])]
     failed = next((spread.failed for spread in spreads if spread.failed), {})
-    return "\n".join([*lines, *(f"failed, {number} times: {reason}" for reason, number in failed.items())])
+    lines += [f"failed, {number} times: {reason}" for reason, number in failed.items()]
+    if unfinished := max(spread.unfinished for spread in spreads):
+        lines.append(f"interrupted: {unfinished} members are missing")
+    return "\n".join([*lines, *(table_of(s.result, s.scale, s.causes) for s in spreads if s.causes)])
 
 
 def _wilson(share: float, n: int) -> tuple[float, float]:

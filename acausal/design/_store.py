@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from .._declare.node import leaves_of
 from .._errors import ModelError
 from .._extras import needed
-from ._batches import Piece, Task
+from ._batches import INTERRUPTED, Piece, Task
 
 OPEN = -1  # code of a member that is not computed yet
 PARTS = {
@@ -32,32 +32,34 @@ class Memory:
 
     where = "lost, as no store was given"
 
-    def __init__(self, n: int, chunk: int) -> None:
-        self.n, self.chunk = n, chunk
-        self._pieces: dict[int, Piece] = {}
+    def __init__(self, n: int, width: int) -> None:
+        self._values, self._codes = np.full((n, width), np.nan), np.full(n, OPEN)
 
-    def starts(self) -> list[int]:
-        """The first members of the pieces that are not finished."""
-        return [start for start in range(0, self.n, self.chunk) if start not in self._pieces]
+    @property
+    def open(self) -> Int[np.ndarray, " n"]:
+        """The members that are not computed yet."""
+        return np.flatnonzero(self._codes == OPEN)
 
-    def write(self, start: int, piece: Piece) -> None:
-        """Keep the outcome of a piece."""
-        self._pieces[start] = piece
+    def write(self, rows: Int[np.ndarray, " n"], piece: Piece) -> None:
+        """Keep the outcome of some members."""
+        self._values[rows], self._codes[rows] = piece
+
+    def close(self) -> None:
+        """Nothing more will be written."""
 
     def read(self) -> Piece:
         """All results and codes."""
-        values, codes = zip(*(self._pieces[start] for start in sorted(self._pieces)), strict=True)
-        return np.concatenate(values), np.concatenate(codes)
+        return self._values, np.where(self._codes == OPEN, INTERRUPTED, self._codes)
 
 
-class Store:
-    """Results and codes of numbered members in a zarr store; a piece counts as finished once its codes are written."""
+class Store(Memory):
+    """Results and codes of numbered members in a zarr store, which takes them chunk by chunk."""
 
     def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
         zarr = needed("zarr", "stores", "A store on disk")
         if bad := [name for name in names if not _NAME.fullmatch(name)]:
             raise ModelError(f"{bad[0]!r} cannot be the name of an array in a store. Rename the result.")
-        self.names = tuple(names)
+        super().__init__(n, len(names))
         self.where = f"in {path}: the same call goes on from there"
         if path.exists():
             self._group = zarr.open_group(path, mode="r+")
@@ -66,12 +68,14 @@ class Store:
             self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
             # Pieces are small: to compress them would take longer than to write them.
             like: Any = dict(shape=(n,), chunks=(chunk,), dimension_names=["member"], compressors=None)
-            for name in self.names:
+            for name in names:
                 self._group.create_array(name, dtype="float64", fill_value=np.nan, **like)
             self._group.create_array("code", dtype="int16", fill_value=OPEN, **like)
-        self._columns = [self._group[name] for name in self.names]
-        self._codes = self._group["code"]
-        self.chunk = int(self._codes.chunks[0])
+        self._columns, self._column_of_codes = [self._group[name] for name in names], self._group["code"]
+        self.chunk = int(self._column_of_codes.chunks[0])
+        stored = [np.asarray(column[:]) for column in (*self._columns, self._column_of_codes)]
+        self._values[:], self._codes[:] = np.stack(stored[:-1], axis=1), stored[-1]
+        self._begun: set[int] = set()  # chunks whose members are not all computed, and not all in the store
 
     def _check(self, path: Path, study: Mapping[str, str]) -> None:
         known = self._group.attrs.get("study")
@@ -81,23 +85,27 @@ class Store:
         if other:
             raise ModelError(f"{path} belongs to another study: {'; '.join(other)}. Name another folder, or delete it.")
 
-    def starts(self) -> list[int]:
-        """The first members of the pieces that are not finished."""
-        still = np.asarray(self._codes[:]) == OPEN
-        return [start for start in range(0, len(still), self.chunk) if np.any(still[start : start + self.chunk])]
+    def write(self, rows: Int[np.ndarray, " n"], piece: Piece) -> None:
+        super().write(rows, piece)
+        for number in np.unique(rows // self.chunk).tolist():
+            self._begun.add(number)
+            if not np.any(self._codes[self._members(number)] == OPEN):
+                self._save(number)
 
-    def write(self, start: int, piece: Piece) -> None:
-        """Keep the outcome of a piece; its codes come last, so that half a piece is none."""
-        values, codes = piece
-        where = slice(start, start + len(codes))
-        for kept, column in zip(self._columns, values.T, strict=True):
-            kept[where] = column
-        self._codes[where] = codes.astype("int16")
+    def close(self) -> None:
+        for number in list(self._begun):
+            self._save(number)
 
-    def read(self) -> Piece:
-        """All results and codes."""
-        values = np.stack([np.asarray(kept[:]) for kept in self._columns], axis=1)
-        return values, np.asarray(self._codes[:])
+    def _members(self, number: int) -> slice:
+        return slice(number * self.chunk, (number + 1) * self.chunk)
+
+    def _save(self, number: int) -> None:
+        """Write a chunk to disk; its codes come last, so that half a chunk is none."""
+        where = self._members(number)
+        for kept, column in zip(self._columns, self._values.T, strict=True):
+            kept[where] = column[where]
+        self._column_of_codes[where] = self._codes[where].astype("int16")
+        self._begun.discard(number)
 
 
 def store_of(

@@ -16,8 +16,7 @@ from .._extras import Dataset, needed
 from .._integrate.options import count
 from .._units.display import Scale
 from .._units.quantity import has_unit, magnitude
-from ._bar import bar
-from ._batches import CHUNK, LOCKSTEP, NOT_FINITE, Task, code_names
+from ._batches import CHUNK, Task, code_names
 from ._bounds import number_in
 from ._distributions import Distribution
 from ._free import Free
@@ -30,6 +29,7 @@ from ._types import ByPath, Executor, Function
 
 M = TypeVar("M", bound=Component)
 MOST = 50_000_000  # members
+LEAST = 32  # members of a piece of work, by default
 SWEPT = "Elements of arrays are swept"
 
 
@@ -82,12 +82,14 @@ def sweep(
       results depend on.
     - `executor`: an object with `submit`, as those of `concurrent.futures`, or `Client.get_executor()` of Dask; by
       default threads on all cores. One of processes needs functions that can be pickled.
-    - `chunk`: members of a piece of work, which is what is lost by an interruption; by default 256, or fewer where the
-      members would not keep all cores busy. Within a piece, 32 members are stepped together.
-    - `progress`: whether to show a bar; by default on a terminal.
+    - `chunk`: members of a piece of work of the executor or the store, which is what is lost if the process is killed;
+      by default 256, or fewer where the members would not keep all cores busy.
+    - `progress`: whether to show a bar; by default on a terminal, and in logs as a line every ten seconds. The first
+      failures are reported as they happen.
 
     The variable `code` is 0 for members that were computed; the others keep the reason why not, whose name is among its
-    attributes, and their results are not numbers.
+    attributes, and their results are not numbers. An interrupt from the keyboard ends the sweep with the members that
+    are finished; the code of the others is that of "interrupted".
 
     Raises `ModelError` or `ParameterError` for what is wrong with names, values and units, and for a store that belongs
     to another study; `SimulationError` where a worker dies.
@@ -96,12 +98,11 @@ def sweep(
     scales = {objective.name: objective.scale for objective in objectives}
     members = _members(model, over)
     task = Task(model, members.free, {objective.name: objective.function for objective in objectives}, run)
-    names, owners = task.columns()
+    names, owners = task.columns
     _check_names(members, names)
     size = chunk_of(len(members.x)) if chunk is None else count(chunk, "chunk")
     kept = store_of(store, task, names, members.x, size)
-    tell = bar("sweep", progress)
-    outcomes = evaluated(task, members.x, executor=executor, chunk=size, store=kept, progress=tell)
+    outcomes = evaluated(task, members.x, "sweep", executor=executor, chunk=size, store=kept, progress=progress)
     shown = [scales[owner] for owner in owners]
     return _dataset(members, names, shown, outcomes.values, outcomes.codes)
 
@@ -122,9 +123,9 @@ def _check_names(members: Members, results: Sequence[str]) -> None:
 
 
 def chunk_of(n: int) -> int:
-    """Members of a piece: so few that each core gets four pieces or more, but not fewer than go side by side."""
+    """Members of a piece: so few that each core gets four pieces or more, but not so few that pieces cost too much."""
     fair = -(-n // (4 * (os.cpu_count() or 1)))
-    return int(min(CHUNK, LOCKSTEP * max(1, fair // LOCKSTEP)))
+    return int(np.clip(fair, LEAST, CHUNK))
 
 
 def _members(model: Component, over: Any) -> Members:
@@ -208,7 +209,7 @@ def _dataset(
         shown = np.where(good, scale.value(column), np.nan).reshape(shape)
         variables[name] = xr.Variable(dims, shown, {"units": scale.shown})
     meanings = " ".join(code_names())
-    about = {"flag_values": list(range(NOT_FINITE + 1)), "flag_meanings": meanings, "long_name": "why not computed"}
+    about = {"flag_values": list(range(len(code_names()))), "flag_meanings": meanings, "long_name": "why not computed"}
     variables["code"] = xr.Variable(dims, codes.reshape(shape), about)
     columns = members.axes or tuple(members.x.T)
     coords = {

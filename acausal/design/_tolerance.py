@@ -11,6 +11,7 @@ from .._declare.component import Component
 from .._declare.node import leaves_of
 from .._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ._batches import Outcomes, Task
+from ._causes import Cause
 from ._distributions import Distribution
 from ._free import Free, span_text
 from ._free_parameters import single_parameters
@@ -103,16 +104,21 @@ class Tolerance(Generic[M]):
         return np.stack([d.of_score(column) for d, column in zip(self.distributions, mixed.T, strict=True)], axis=1)
 
     def first_order(self) -> Spreads:
-        """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters."""
+        """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters.
+
+        The print shows which share of the variance each parameter causes: g_i (S g)_i / g^T S g.
+        """
         values, gradient = self._derivatives
         found = Spreads()
         for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
             g = gradient[i]
             variance = float(g @ self.covariance @ g)
-            parts = g * (self.covariance @ g) / (variance or 1.0)
-            shares = dict(zip(self.names, parts.tolist(), strict=True))
+            shares = g * (self.covariance @ g) / (variance or 1.0)
+            std = np.sqrt(np.diag(self.covariance))
+            rows = zip(self.free.variables, std.tolist(), (g * std).tolist(), shares.tolist(), strict=True)
+            causes = tuple(Cause(variable.name, variable.scale, *row) for variable, *row in rows)
             found[name] = Spread(
-                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), shares=shares
+                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), causes=causes
             )
         return found
 
@@ -135,26 +141,30 @@ class Tolerance(Generic[M]):
         return found
 
     def monte_carlo(
-        self, n: int = 1000, *, seed: int = 0, progress: Progress | None = None, scores: np.ndarray | None = None
+        self, n: int = 1000, *, seed: int = 0, progress: Progress | bool | None = None, scores: np.ndarray | None = None
     ) -> Spreads:
         """From `n` independent members, drawn by numpy's `default_rng(seed)`, or from `scores` of one's own.
 
-        The distributions hold the members that could be computed; the others are counted by reason.
+        The distributions hold the members that could be computed; the others are counted by reason. `progress` is as in
+        `sweep`, or a function of how many members are done and how many there are. After an interrupt from the
+        keyboard, the distributions are those of the members that are finished, and say how many are missing.
         """
         if scores is None:
             scores = np.random.default_rng(seed).standard_normal((member_count(n), len(self.names)))
         return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
 
-    def sobol_sequence(self, n: int = 1024, *, seed: int = 0, progress: Progress | None = None) -> Spreads:
+    def sobol_sequence(self, n: int = 1024, *, seed: int = 0, progress: Progress | bool | None = None) -> Spreads:
         """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
         return self._sampled("Sobol sequence", sobol_scores(len(self.names), member_count(n), seed), progress)
 
-    def members(self, scores: Float[np.ndarray, "n k"], progress: Progress | None = None) -> Members:
-        """The runs of members that are given by independent scores."""
+    def members(
+        self, scores: Float[np.ndarray, "n k"], progress: Progress | bool | None = None, what: str = "members"
+    ) -> Members:
+        """The runs of members that are given by independent scores; `what` is what the bar calls them."""
         x = self.parameters_at(scores)
-        return Members(x, evaluated(self._task, x, executor=self._executor, progress=progress))
+        return Members(x, evaluated(self._task, x, what, executor=self._executor, progress=progress))
 
-    def indices(self, n: int = 512, *, seed: int = 0, progress: Progress | None = None) -> Indices:
+    def indices(self, n: int = 512, *, seed: int = 0, progress: Progress | bool | None = None) -> Indices:
         """Sobol' indices of first order and in total, by n (k + 2) runs for k parameters; these have to be independent.
 
         Estimators: Saltelli and others (2010), Computer Physics Communications 181, 259-270, table 2 (b) and (f).
@@ -165,7 +175,9 @@ class Tolerance(Generic[M]):
         both = sobol_scores(2 * k, member_count(n), seed)
         first, second = both[:, :k], both[:, k:]
         mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
-        found = self.members(np.concatenate([first, second, *mixed]), progress)
+        # Sample by sample, so that an interrupt leaves whole ones.
+        scores = np.stack([first, second, *mixed], axis=1).reshape(n * (k + 2), k)
+        found = self.members(scores, progress, "Sobol indices")
         return indices_of(self.names, self._columns[0], found.outcomes, n, k, seed)
 
     def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
@@ -187,7 +199,7 @@ class Tolerance(Generic[M]):
     @ft.cached_property
     def _columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The names of the results, and which function each of them is from."""
-        return self._task.columns()
+        return self._task.columns
 
     def _row(self, result: str) -> int:
         names = self._columns[0]
@@ -197,11 +209,12 @@ class Tolerance(Generic[M]):
             raise UnknownNameError(f"There is no result {result!r}.{suggestion(result, names)}")
         return names.index(result)
 
-    def _sampled(self, method: str, scores: np.ndarray, progress: Progress | None) -> Spreads:
+    def _sampled(self, method: str, scores: np.ndarray, progress: Progress | bool | None) -> Spreads:
         if scores.ndim != 2 or scores.shape[1] != len(self.names):
             raise ModelError(f"scores need a column for each of {len(self.names)} parameters, got {scores.shape}.")
-        outcomes = self.members(scores, progress).outcomes
+        outcomes = self.members(scores, progress, method).outcomes
         good = outcomes.values[outcomes.are_good]
+        unfinished = int(np.sum(~outcomes.are_finished))
         if len(good) < 2:
             reasons = ", ".join(f"{reason} ({number})" for reason, number in outcomes.failed.items())
             raise SimulationError(f"Fewer than two of {len(scores)} members could be computed: {reasons}.")
@@ -210,8 +223,9 @@ class Tolerance(Generic[M]):
             mean, std = float(np.mean(good[:, i])), float(np.std(good[:, i], ddof=1))
             error = std / np.sqrt(len(good)) if method == "Monte Carlo" else 0.0
             found[name] = Spread(
-                name, self._scales[owner], method, mean, std, good[:, i], outcomes.failed, float(error)
-            )
+                name, self._scales[owner], method, mean, std, good[:, i], outcomes.failed, float(error),
+                unfinished=unfinished,
+            )  # fmt: skip
         return found
 
     @ft.cached_property
