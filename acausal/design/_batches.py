@@ -1,19 +1,15 @@
 """Results of many members of a model from one compiled program, on all cores.
 
-Each member runs by itself. Members that are stepped together wait for the slowest one at every event and at every
-rejected step; a compiled program runs without Python's lock, so that threads keep all cores busy instead.
+Each member runs by itself: members that are stepped together wait for the slowest one at every event and at every
+rejected step.
 """
 
 import collections
-import concurrent.futures
-import contextlib
 import functools as ft
-import os
 import threading
-import time
 import uuid
-from collections.abc import Callable, Generator, Iterator, Mapping
-from typing import Any, NamedTuple, Self
+from collections.abc import Mapping
+from typing import NamedTuple, Self
 
 import equinox as eqx
 import jax
@@ -28,12 +24,10 @@ from .._integrate.failure import trials
 from .._integrate.result import Result, is_success, sentence
 from .._progress import compiling
 from .._reduce.jaxpr import arrays_in
+from ._cores import CHUNK
 from ._free import Free
 from ._program import Function, Program
 
-SPAN = 0.25  # s that a piece of work takes, unless a single member takes longer
-LISTEN = 0.5  # s after which a waiting thread looks for an interrupt
-CHUNK = 256  # members of a piece at most
 COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
 INTERRUPTED = NOT_FINITE + 1
 PROGRAMS = 16  # that a process keeps
@@ -83,44 +77,6 @@ def said(code: int) -> str:
     if code == INTERRUPTED:
         return "The study was interrupted."
     return sentence(list(members_of(Result).values())[code])
-
-
-def on_all_cores(
-    work: Callable[[np.ndarray], Any], x: Float[np.ndarray, "n k"], most: int = CHUNK
-) -> Generator[tuple[slice, Any]]:
-    """Pieces of the rows of x and what `work` makes of them, in the order in which they are done.
-
-    Pieces are as short as `SPAN` asks for, so that an interrupt loses little and no core waits for another at the end.
-    """
-    cores, first, size = os.cpu_count() or 1, 0, 1
-    running: dict[Any, slice] = {}
-    with threads(cores) as pool:
-        while first < len(x) or running:
-            while first < len(x) and len(running) < 2 * cores:
-                rows = slice(first, min(first + size, len(x)))
-                running[pool.submit(_timed, work, x[rows])] = rows
-                first = rows.stop
-            # Not every system wakes a waiting thread for an interrupt.
-            for future in concurrent.futures.wait(running, LISTEN, concurrent.futures.FIRST_COMPLETED).done:
-                rows = running.pop(future)
-                found, seconds = future.result()
-                size = int(np.clip(SPAN * (rows.stop - rows.start) / max(seconds, 1e-9), 1, most))
-                yield rows, found
-
-
-@contextlib.contextmanager
-def threads(number: int) -> Iterator[concurrent.futures.Executor]:
-    """Threads that nobody waits for once an interrupt ends the work; each ends after its piece."""
-    pool = concurrent.futures.ThreadPoolExecutor(number)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _timed(work: Callable[[np.ndarray], Any], x: np.ndarray) -> tuple[Any, float]:
-    began = time.perf_counter()
-    return work(x), time.perf_counter() - began
 
 
 class Task:

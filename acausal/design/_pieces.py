@@ -11,7 +11,8 @@ from jaxtyping import Float, Int
 
 from .._errors import ArgumentError, SimulationError
 from ._bar import Bar
-from ._batches import CHUNK, COMPUTED, Outcomes, Piece, Task, code_names, on_all_cores, threads
+from ._batches import COMPUTED, Outcomes, Piece, Task, code_names
+from ._cores import CHUNK, on_all_cores, threads
 from ._store import Memory, Store
 from ._types import Executor, Progress
 

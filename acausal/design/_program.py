@@ -23,6 +23,7 @@ from .._integrate.result import Result, is_success, sentence
 from .._integrate.solution import Solution
 from .._numbers import Numbers
 from .._progress import compiling
+from ._cores import heard
 from ._free import Free
 from ._types import Function
 
@@ -77,13 +78,16 @@ class Program:
 
     def _evaluate(self, x: np.ndarray) -> Evaluation:
         began = time.perf_counter()
-        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian):
-            values, jacobian, results = self._compiled(self.model, x)
+        values, jacobian, results = heard(lambda: self._run_at(x))
         found = Evaluation(x, np.asarray(values), np.asarray(jacobian), _failure(self.names, values, jacobian, results))
         self.seconds += time.perf_counter() - began
         self.evaluations += 1
         self.failures += not found.is_good
         return found
+
+    def _run_at(self, x: np.ndarray) -> Any:
+        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian):
+            return jax.block_until_ready(self._compiled(self.model, x))
 
     def idle(self, rows: Iterable[int]) -> np.ndarray:
         """Which variables some results do not depend on, as far as has been evaluated."""
@@ -123,8 +127,11 @@ class Program:
         def combined(model: Component) -> Numbers:
             return weights @ self.results(self.free.with_values(model, x))[0]
 
-        with trials(), compiling("the sensitivities", self.model, combined):
-            return eqx.filter_jit(eqx.filter_grad(combined))(self.model)
+        def gradient() -> Component:
+            with trials(), compiling("the sensitivities", self.model, combined):
+                return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
+
+        return heard(gradient)
 
 
 def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | None) -> Function:

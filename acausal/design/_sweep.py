@@ -16,8 +16,9 @@ from .._extras import Dataset, needed
 from .._integrate.options import count
 from .._units.display import Scale
 from .._units.quantity import has_unit, magnitude
-from ._batches import CHUNK, Task, code_names
+from ._batches import Task, code_names
 from ._bounds import number_in
+from ._cores import CHUNK
 from ._distributions import Distribution
 from ._free import Free
 from ._free_parameters import single_parameters

@@ -15,7 +15,7 @@ from scipy.stats import norm
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
 from acausal.design import Samples, Tolerance, Uniform, _bar, choose, sweep
-from acausal.design._batches import on_all_cores
+from acausal.design._cores import on_all_cores
 
 
 class Ball(Component):
@@ -92,12 +92,13 @@ def test_an_interrupt_returns_what_is_finished_while_long_runs_go_on() -> None:
     times = Samples(np.append(np.linspace(1e-3, 2e-3, 99), 400_000.0))
     study = Tolerance(Ball(), {"until": times}, RESULTS, run=bounced)
     scores = np.append(np.full(6, -1.0), np.full(6, 9.0))[:, None]
-    with interrupted_after(6) as tell:
+    with interrupted_after(4) as tell:
         found = study.monte_carlo(scores=scores, progress=tell)
-    assert found["height"].unfinished == 6
-    assert len(found["height"].samples) == 6
+    missing = found["height"].unfinished
+    assert 6 <= missing <= 8
+    assert len(found["height"].samples) == 12 - missing
     assert found["height"].failed == {}
-    assert str(found).endswith("interrupted: 6 members are missing")
+    assert str(found).endswith(f"interrupted: {missing} members are missing")
 
 
 def raising(members: int) -> Any:
