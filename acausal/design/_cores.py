@@ -48,9 +48,14 @@ def heard(work: Callable[[], T]) -> T:
         return work()
     with threads(1) as pool:
         future = pool.submit(work)
-        while not finished([future]):
-            pass
+        wait_for([future])
         return future.result()
+
+
+def wait_for(futures: Iterable[concurrent.futures.Future[Any]]) -> None:
+    """Returns once all of them are done."""
+    while concurrent.futures.wait(futures, LISTEN).not_done:
+        pass
 
 
 def finished(futures: Iterable[concurrent.futures.Future[T]]) -> set[concurrent.futures.Future[T]]:

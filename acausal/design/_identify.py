@@ -11,13 +11,12 @@ import numpy as np
 from .._declare.component import Component
 from .._errors import ModelError, ParameterError, SimulationError, suggestion
 from .._integrate.options import count
-from .._progress import compiling
 from ._distributions import Normal
 from ._experiment import Experiment, Prepared
 from ._fit import RANK, Channel, Fit
 from ._free import Free
 from ._free_parameters import free_parameters
-from ._least_squares import Ends, Minimum, Problem, _solve, ends_of, least, minimise, stacked, starts_between
+from ._least_squares import Ends, Minimum, Problem, ends_of, least, minimise, stacked, starts_between
 from ._prepare import Labels, prepared, with_own
 from ._types import ByPath
 
@@ -52,7 +51,7 @@ def identify(
     - `priors`: what is known of parameters beforehand, by the same keys as in `free`, or by the name of what is an
       experiment's own: `Normal(mean, std)`.
     - `starts`: how many starts, those beyond the model's own numbers being from Sobol's sequence between the bounds;
-      they run side by side, and the fit tells in `ends` where each has led.
+      they run on all cores, and the fit tells in `ends` where each has led.
     - `level`: of the confidence intervals. `tolerance`: of the parameters, in parts of their bounds' distance.
 
     The bounds are met by projection: a parameter that the data push against its bound stays there, and the covariance
@@ -81,8 +80,7 @@ def identify(
     channels = _channels(problem, members, labels)
     begin = np.array([variable.start for variable in chosen.variables])
     places = starts_between(problem, np.asarray(chosen.scaled(begin)), count(starts, "starts"))
-    with compiling("the fit", model, _solve):
-        problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
+    problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
     if not minimum.computed:
         _raise_start(problem, ready, labels, begin)
     if not minimum.converged:

@@ -1,5 +1,6 @@
 """Weighted least squares within bounds, by the Levenberg-Marquardt method of optimistix, as one compiled program."""
 
+import itertools
 from collections.abc import Hashable, Sequence
 from typing import Any, NamedTuple
 
@@ -12,11 +13,14 @@ from jaxtyping import Array, Bool, Float
 from scipy.stats import qmc
 
 from .._declare.component import Component
+from .._progress import compiling
 from ._certificate import Bounds
+from ._cores import heard, on_all_cores
 from ._descent import descended
 from ._experiment import Prepared
 from ._free import Free
 from ._orthogonal import Reflections
+from ._search import ALIKE
 from ._second_order import STEP
 from ._task import Point
 
@@ -168,6 +172,16 @@ def _solve(problem: Problem, z: Array, held: Bool[Array, " n"], low: Array, high
     return found.value, residuals, jacobian, found.stats["num_steps"], found.result == optx.RESULTS.successful
 
 
+def _solved(problem: Problem, z: np.ndarray, held: Bool[Array, " n"], tolerance: float, most: int) -> Any:
+    """One search, while the main thread listens for an interrupt."""
+
+    def work() -> Any:
+        with compiling("the fit", problem.model, _solve):
+            return jax.block_until_ready(_solve(problem, jnp.asarray(z), held, *problem.bounds, tolerance, most))
+
+    return heard(work)
+
+
 def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: float, most: int = 200) -> Minimum:
     """The least squares within the bounds, from a start, with some parameters held.
 
@@ -180,7 +194,7 @@ def minimise(problem: Problem, start: np.ndarray, held: np.ndarray, tolerance: f
     found = Minimum(start, np.zeros(0), np.zeros((0, 0)), 0, False, none)
     for _ in range(2 * len(start) + 2):
         fixed = jnp.asarray(held | found.at_bound)
-        outcome = _solve(problem, jnp.asarray(found.z), fixed, low, high, tolerance, most)
+        outcome = _solved(problem, found.z, fixed, tolerance, most)
         z, residuals, jacobian, steps, converged = (np.asarray(value) for value in outcome)
         z = np.clip(z, low, high)
         pushed = ~held & _pushed(z, residuals @ jacobian, low, high)
@@ -230,7 +244,7 @@ def _curvature(found: Minimum) -> float:
 def _point(problem: Problem, z: np.ndarray, tolerance: float, most: int, size: float) -> Point | None:
     """Half of the sum of squares at a place, from the program of the search, in which all parameters are held."""
     held = jnp.ones(len(z), bool)
-    _, residuals, jacobian, *_ = _solve(problem, jnp.asarray(z), held, *problem.bounds, tolerance, most)
+    _, residuals, jacobian, *_ = _solved(problem, z, held, tolerance, most)
     residuals, jacobian = np.asarray(residuals), np.asarray(jacobian)
     if np.any(np.abs(residuals) >= REFUSED):
         return None
@@ -254,7 +268,9 @@ def _is_convex(problem: Problem, found: Minimum, bounds: Bounds, tolerance: floa
 
 
 class Ends(NamedTuple):
-    """Where searches from several starts ended, row by row; the sum of squares is infinite where one found no way."""
+    """Where searches from several starts ended, row by row; the sum of squares is infinite where the model could not be
+    run.
+    """
 
     starts: Float[np.ndarray, "s n"]
     z: Float[np.ndarray, "s n"]
@@ -262,18 +278,18 @@ class Ends(NamedTuple):
 
 
 def ends_of(problem: Problem, starts: Float[np.ndarray, "s n"], tolerance: float, most: int) -> Ends:
-    """The ends of searches from several starts, which run side by side as one batch; as `minimise` does each."""
-    low, high = problem.bounds
-    solve = eqx.filter_vmap(_solve, in_axes=(None, 0, 0, None, None, None, None))
-    z, pushed = starts, np.zeros(starts.shape, bool)
-    chi2 = np.full(len(starts), np.inf)
-    for _ in range(2 * starts.shape[1] + 2):
-        found = solve(problem, jnp.asarray(z), jnp.asarray(pushed), low, high, tolerance, most)
-        z, residuals, jacobian = np.clip(found[0], low, high), np.asarray(found[1]), np.asarray(found[2])
-        computed = ~np.any(np.abs(residuals) >= REFUSED, axis=1)
-        chi2 = np.where(computed, np.sum(residuals**2, axis=1), np.inf)
-        before, pushed = pushed, _pushed(z, np.einsum("sm,smn->sn", residuals, jacobian), low, high)
-        if np.array_equal(before, pushed):
+    """The ends of searches from several starts, on all cores. None follows if the first ones all fail."""
+    held, z, chi2 = np.zeros(starts.shape[1], bool), np.array(starts), np.full(len(starts), np.inf)
+
+    def search(which: np.ndarray) -> tuple[int, Minimum]:
+        return int(which[0]), minimise(problem, starts[which[0]], held, tolerance, most)
+
+    numbers = np.arange(len(starts))
+    others = (found for _, found in on_all_cores(search, numbers[1:], most=1))
+    # The first search compiles the program for the others.
+    for done, (place, found) in enumerate(itertools.chain([search(numbers[:1])], others), start=1):
+        z[place], chi2[place] = found.z, found.chi2 if found.computed else np.inf
+        if done >= ALIKE and not np.any(np.isfinite(chi2)):
             break
     return Ends(starts, z, chi2)
 

@@ -1,6 +1,5 @@
 """`optimise`: the free parameters of a model that minimise a result of its runs while others keep their limits."""
 
-import concurrent.futures
 import dataclasses
 import os
 import time
@@ -13,11 +12,12 @@ from .._declare.component import Component
 from .._errors import ModelError, SimulationError
 from .._integrate.options import count, flag, one_of
 from ._certified import certified, sensitivities_of
+from ._cores import threads, wait_for
 from ._design import Design
 from ._limits import Objective, objectives_of
 from ._problem import Problem, starts_of
-from ._report import reporter
-from ._search import Outcome, Trail, sample, search
+from ._report import Watch, reporter
+from ._search import Outcome, Trail, interrupted, sample, search
 from ._solve import Method
 from ._task import FEASIBLE, Task
 from ._types import ByPath
@@ -65,10 +65,12 @@ def optimise(
       method on the conditions of an optimum, whose residual is accurate to the runs: use `rtol=1e-9` or so.
     - `most`: how many iterations at most. `sensitivities`: whether to compute those of the optimum to all fixed
       parameters.
-    - `progress`: whether to print a line for each iteration; by default on a terminal.
+    - `progress`: whether to print a line for each iteration; by default on a terminal. Unless it is False, the first
+      designs that fail are reported, and every ten seconds how many were computed.
 
     A run that fails, or never meets its stop condition, is a design that the search steps back from, whatever its
-    `throw` says. An interrupt from the keyboard ends the search with the best design so far.
+    `throw` says. If the start and four designs spread between the bounds fail for the same reason, the search ends with
+    it. An interrupt from the keyboard ends the search with the best design so far.
 
     Raises `ModelError` for what is wrong with the problem, `ParameterError` for bounds, units and starts, and
     `SimulationError` where no design between the bounds can be computed.
@@ -78,6 +80,7 @@ def optimise(
     if more:
         raise ModelError("optimise minimises one function; pareto takes two.")
     problem = Problem.of(model, free, [objective], run, constraints, scenarios)
+    problem.program.watch = Watch(problem.program, progress)
     one_of(method, "method", METHODS)
     places = starts_of(problem.free, model, start)
     task = problem.task(places[0])
@@ -111,16 +114,19 @@ def search_all(
     trails = [Trail(said=reporter(task, objective, number, starts, progress)) for number in range(len(places))]
     if starts == 1:
         return [search(task, places[0], trails[0], method, most)]
-    outcomes: list[Outcome] = []
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threads(os.cpu_count() or 1) as pool:
         pairs = zip(places, trails, strict=True)
-        futures = [pool.submit(_searched, task, place, trail, method, most) for place, trail in pairs]
+        futures = {pool.submit(_searched, task, place, trail, method, most): trail for place, trail in pairs}
         try:
-            concurrent.futures.wait(futures)
+            wait_for(futures)
+            ends = [future.result() for future in futures]
         except KeyboardInterrupt:
-            for trail in trails:
-                trail.stop.set()
-        outcomes = [found for future in futures if (found := future.result()) is not None]
+            # What still runs has its last design in its trail; nobody waits for its next one.
+            pairs = futures.items()
+            ends = [future.result() if future.done() else interrupted(task, trail) for future, trail in pairs]
+            if not any(ends):
+                raise
+    outcomes = [end for end in ends if end is not None]
     if not outcomes:
         raise SimulationError("None of the starts led to a design that could be computed.")
     return outcomes

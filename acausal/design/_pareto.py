@@ -1,7 +1,7 @@
 """`pareto`: what a little less of one result costs in another one."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from ._design import Design
 from ._limits import Limit, Objective, objectives_of
 from ._optimise import METHODS
 from ._problem import Problem, starts_of
-from ._report import reporter
+from ._report import Watch, reporter
 from ._search import Outcome, Trail, search
 from ._solve import Method
 from ._task import Task
@@ -31,13 +31,15 @@ class Front(Generic[M]):
     """Designs of which none is better in both of two results, from the least of the first to the least of the second.
 
     `values[i]` are the two results of `designs[i]`. Between the ends, a design has the least first result with the
-    second one limited to its value, so that the multiplier of that limit is the slope of the front.
+    second one limited to its value, so that the multiplier of that limit is the slope of the front. If the search was
+    interrupted, `is_interrupted`, designs are missing between the ends, or at one of them.
     """
 
     names: tuple[str, str]
     scales: tuple[Scale, Scale]
     values: np.ndarray
     designs: tuple[Design[M], ...]
+    is_interrupted: bool = False
 
     def __str__(self) -> str:
         variables = self.designs[0].free.variables
@@ -48,7 +50,7 @@ class Front(Generic[M]):
             (*(f"{scale.value(x):.6g}" for scale, x in zip(scales, [*both, *design.x], strict=True)), design.status)
             for both, design in zip(self.values, self.designs, strict=True)
         ]
-        return aligned([(*heads, ""), *rows])
+        return aligned([(*heads, ""), *rows]) + ("\ninterrupted: designs are missing" if self.is_interrupted else "")
 
     def __repr__(self) -> str:
         return f"<Front of {self.names[0]} and {self.names[1]}: {len(self.designs)} designs>"
@@ -81,8 +83,10 @@ def pareto(
 
     The ends are the optima of each result by itself; variables that it does not depend on minimise the other one.
     Between them the second one is limited to evenly spaced values, and the first one minimised from the design before;
-    one compiled program serves all. All else is as in `optimise`, and each design has its certificate. See
-    Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
+    one compiled program serves all. All else is as in `optimise`, and each design has its certificate. An interrupt
+    from the keyboard ends the search with the designs so far.
+
+    Source: Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
 
     Raises what `optimise` raises, and `ModelError` unless there are two results and at least two points.
     """
@@ -94,6 +98,7 @@ def pareto(
         raise ModelError("A front has two ends: points must be at least 2.")
     one_of(method, "method", METHODS)
     problem = Problem.of(model, free, objectives, run, constraints, scenarios)
+    problem.program.watch = Watch(problem.program, progress)
 
     def posed(objective: Objective, x: np.ndarray, limits: Mapping[str, Limit]) -> tuple[Problem, Task]:
         stated = dataclasses.replace(problem, objective=objective, limits={**problem.limits, **limits})
@@ -128,11 +133,23 @@ def pareto(
         return float(problem.program(design.x).values[problem.program.owners.index(objective.name)])
 
     designs = [an_end(first, second, starts_of(problem.free, model, start)[0], 0)]
-    last = an_end(second, first, designs[0].x, points - 1)
-    levels = np.linspace(value(second, designs[0]), value(second, last), points)[1:-1]
-    for number, level in enumerate(levels.tolist(), start=1):
-        limit = Limit(second.name, "<=", level, second.scale)
-        designs.append(solved(first, {second.name: limit}, designs[-1].x, number))
-    designs.append(last)
+    try:
+        _raise_interrupted(designs)
+        designs.append(an_end(second, first, designs[0].x, points - 1))
+        _raise_interrupted(designs)
+        levels = np.linspace(value(second, designs[0]), value(second, designs[1]), points)[1:-1]
+        for number, level in enumerate(levels.tolist(), start=1):
+            limit = Limit(second.name, "<=", level, second.scale)
+            designs.insert(number, solved(first, {second.name: limit}, designs[number - 1].x, number))
+            _raise_interrupted(designs)
+        is_interrupted = False
+    except KeyboardInterrupt:
+        is_interrupted = True
     values = np.array([[value(objective, design) for objective in objectives] for design in designs])
-    return Front((first.name, second.name), (first.scale, second.scale), values, tuple(designs))
+    return Front((first.name, second.name), (first.scale, second.scale), values, tuple(designs), is_interrupted)
+
+
+def _raise_interrupted(designs: Sequence[Design[Any]]) -> None:
+    """Raise for a design whose search was interrupted: no further ones are wanted."""
+    if any(design.status == "interrupted" for design in designs):
+        raise KeyboardInterrupt

@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -65,6 +65,7 @@ class Program:
         self.names: tuple[str, ...] = ()  # of the values, known from the first evaluation on
         self.owners: tuple[str, ...] = ()  # which function each of them is from
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
+        self.watch: Callable[[Evaluation], None] = lambda found: None  # is told of each evaluation
         self._seen: dict[bytes, Evaluation] = {}
         self._compiled = eqx.filter_jit(self._with_jacobian)
 
@@ -83,6 +84,7 @@ class Program:
         self.seconds += time.perf_counter() - began
         self.evaluations += 1
         self.failures += not found.is_good
+        self.watch(found)
         return found
 
     def _run_at(self, x: np.ndarray) -> Any:

@@ -16,6 +16,7 @@ from ._solve import At, Method, solve
 from ._task import FEASIBLE, Point, Task
 
 PLACES = 64  # tried where the start cannot be computed
+ALIKE = 5  # designs that fail for the same reason, after which no more are tried
 RESIZED = 3  # times that a search goes on with larger sizes of variables without bounds
 
 
@@ -73,13 +74,19 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
             outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
         return outcome
     except (KeyboardInterrupt, Interrupted):
-        trail.stop.set()
-        best = _best(task, trail)
-        if best is None:
+        outcome = interrupted(task, trail)
+        if outcome is None:
             raise
-        return Outcome(task, best, trail, is_interrupted=True)
+        return outcome
     finally:
         trail.seconds = time.perf_counter() - began
+
+
+def interrupted(task: Task, trail: Trail) -> Outcome | None:
+    """Ends a search with the best design so far; None if there is none."""
+    trail.stop.set()
+    best = _best(task, trail)
+    return None if best is None else Outcome(task, best, trail, is_interrupted=True)
 
 
 def _evaluator(task: Task, trail: Trail) -> At:
@@ -137,7 +144,14 @@ def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:
     """The start, or the nearest place of a sample where all can be computed."""
     if task.at(start) is not None:
         return start
-    for z in sorted(sample(task, PLACES), key=lambda z: float(np.linalg.norm(z - start))):
+    places = list(sample(task, PLACES))
+    reasons = [task.evaluation(z).why for z in (start, *places[: ALIKE - 1])]
+    if len(set(reasons)) == 1:
+        raise SimulationError(
+            f"The start and {ALIKE - 1} designs spread between the bounds all fail alike: {reasons[0]}. Start from a "
+            "design that works, or change what they have in common, such as the options of the run."
+        )
+    for z in sorted(places, key=lambda z: float(np.linalg.norm(z - start))):
         if task.at(z) is not None:
             return z
     raise SimulationError(
