@@ -316,3 +316,19 @@ class Oil(Component):
 def test_a_spread_of_temperature_is_a_difference(std: Any) -> None:
     found = Tolerance(Oil(), {"T": Normal(std=std)}, {"T": lambda m: m.T}).first_order()["T"]
     assert found.std == pytest.approx(2.0)
+
+
+def test_first_order_prints_what_each_parameter_causes() -> None:
+    """2 c + 10 d: variances 16 and 100 * 0.03; independent, and with a correlation of normal parameters of -0.5."""
+    printed = str(study((linear, "kN")).first_order()).splitlines()
+    assert [line.split() for line in printed[2:]] == [
+        ["variance", "of", "y", "share", "change", "[kN]", "for", "std", "unit"],
+        [C, "0.8421", "0.004", "2", "N/m"],
+        [D, "0.1579", "0.001732", "0.1732", "N.s/m"],
+    ]
+    both = {C: Normal(std=2.0), D: Normal(std=0.4)}
+    found = study(distributions=both, correlation={(C, D): -0.5}).first_order()["y"]
+    # Both changes are 4: the variance is 16 + 16 - 16, of which each parameter has a half.
+    assert [cause.change for cause in found.causes] == pytest.approx([4.0, 4.0], rel=1e-12)
+    assert found.shares == pytest.approx({C: 0.5, D: 0.5}, rel=1e-9)
+    assert "share" not in str(study().sobol_sequence(8))

@@ -1,0 +1,109 @@
+"""Searches that are interrupted, that fail from the first designs on, and what they say on the way."""
+
+import _thread
+import threading
+import time
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _problems import GearedLoad, Valleys
+
+from acausal import SimulationError
+from acausal.design import _report, identify, optimise, pareto
+from acausal.design._cores import heard
+from acausal.design._experiment import Experiment
+from acausal.design._program import Program
+
+RATIO = {"ratio": (5.0, 40.0)}
+BOTH = {"time": (lambda m: m.time, "ms"), "motor speed": (lambda m: m.motor_speed, "rad/s")}
+
+
+def test_work_in_a_thread_leaves_an_interrupt_to_be_heard() -> None:
+    began = time.monotonic()
+    threading.Timer(0.3, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt):
+        heard(lambda: time.sleep(4.0))
+    assert time.monotonic() - began < 2.3
+
+
+def test_an_interrupt_ends_several_starts_while_their_runs_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All searches hang in a run of several seconds."""
+    evaluate, lock, struck = Program._evaluate, threading.Lock(), []
+
+    def slow(self: Program, x: np.ndarray) -> Any:
+        if self.evaluations < 12 or threading.current_thread() is threading.main_thread():
+            return evaluate(self, x)
+        with lock:
+            if not struck:
+                struck.append(time.monotonic())
+                _thread.interrupt_main()
+        time.sleep(4.0)
+        return evaluate(self, x)
+
+    monkeypatch.setattr(Program, "_evaluate", slow)
+    design = optimise(Valleys(x=2.5), {"x": (-3.0, 3.0)}, lambda m: m.height, starts=4)
+    assert time.monotonic() - struck[0] < 2.0
+    assert design.status == "interrupted"
+    assert design.objective < float(Valleys(x=2.5).height)
+
+
+def test_an_interrupted_front_has_the_designs_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = pareto(GearedLoad(), RATIO, BOTH, points=5)
+    assert not whole.is_interrupted
+    evaluate = Program._evaluate
+
+    def interrupted(self: Program, x: np.ndarray) -> Any:
+        if self.evaluations == 32:
+            raise KeyboardInterrupt
+        return evaluate(self, x)
+
+    monkeypatch.setattr(Program, "_evaluate", interrupted)
+    part = pareto(GearedLoad(), RATIO, BOTH, points=5)
+    assert part.is_interrupted
+    assert 2 <= len(part.designs) < 5
+    np.testing.assert_array_equal(part.values[-1], whole.values[-1])
+    assert str(part).endswith("interrupted: designs are missing")
+
+
+def test_first_designs_that_fail_alike_end_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[np.ndarray] = []
+    evaluate = Program._evaluate
+    monkeypatch.setattr(Program, "_evaluate", lambda self, x: (seen.append(x), evaluate(self, x))[1])
+    text = r"The start and 4 designs spread between the bounds all fail alike: time is nan\. Start from a design"
+    for search in (optimise, pareto):
+        seen.clear()
+        results = {"time": lambda m: m.time * jnp.nan, "speed": lambda m: m.motor_speed}
+        with pytest.raises(SimulationError, match=text):
+            search(GearedLoad(), RATIO, results if search is pareto else {"time": results["time"]})
+        assert len(seen) <= 6
+
+
+def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    found: list[int] = []
+    from acausal.design import _least_squares
+
+    solve = _least_squares._solved
+    monkeypatch.setattr(_least_squares, "_solved", lambda *work: (found.append(1), solve(*work))[1])
+    experiment = Experiment(lambda m: {"a": m.x * jnp.nan}, {"a": 0.0}, {"a": 1.0})
+    with pytest.raises(SimulationError, match="from the start values of the fit, a is nan"):
+        identify(Valleys(), {"x": (-3.0, 3.0)}, experiment, starts=64)
+    assert len(found) < 16
+
+
+def test_a_search_reports_its_first_failures_and_how_far_it_is(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_report, "EVERY", 0.0)
+
+    def time(m: GearedLoad) -> Any:
+        return jnp.where(m.ratio > 19.5, jnp.inf, m.time)
+
+    optimise(GearedLoad(), {"ratio": (2.0, 100.0)}, {"time": time}, start={"ratio": 50.0})
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "design 1 failed: time is inf, ratio = 50"
+    assert lines[1].startswith("1 designs, 1 failed, ")
+    assert sum("failed:" in line for line in lines) == 5
+    optimise(GearedLoad(), {"ratio": (2.0, 100.0)}, {"time": time}, start={"ratio": 50.0}, progress=False)
+    assert capsys.readouterr().err == ""
