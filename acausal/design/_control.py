@@ -71,7 +71,7 @@ def control(
       limited.
     - `free`: further free parameters, with their bounds, as in `optimise`.
     - `segments`: into how many pieces the horizon is cut, each with as many samples. The states between them are then
-      free, and that segments join is a condition (multiple shooting); all are run as one batch. For motions that are
+      free, and that segments join is a condition (multiple shooting). For motions that are
       unstable or long. With segments or limits of `path`, the horizon is run piece by piece, and each piece begins in
       the modes that its states imply.
     - `switching`: whether the instants of the samples are free, too.

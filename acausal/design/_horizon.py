@@ -1,7 +1,7 @@
 """A model with its signals over a horizon of time that may be free, in one piece or cut into segments.
 
 Multiple shooting: the states at the ends of segments are unknowns of their own, and that a segment ends where the next
-one begins is a condition. Errors then grow over one segment only, and all of them are run as one batch. See Bock and
+one begins is a condition. Errors then grow over one segment only, and all of them share one program. See Bock and
 Plitt, A multiple shooting algorithm for direct solution of optimal control problems, Proc. 9th IFAC World Congress
 (1984) 242-247.
 """
@@ -100,7 +100,8 @@ class Shooting:
 
             return jax.lax.scan(go_on, begin, tables)
 
-        ended, solution = jax.vmap(segment)(begins, self._tables(model, times))
+        # One by one: segments that are stepped together wait for the slowest one.
+        ended, solution = jax.lax.map(lambda each: segment(*each), (begins, self._tables(model, times)))
         solution = jax.tree_util.tree_map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), solution)
         return Runs(solution, times[-1], (ended[:-1] - begins[1:]) / self.nodes.sizes)
 

@@ -46,8 +46,8 @@ def identify(
       `{"motor.resistor.R": (0.1, 1.0), "line.stiffness": (None, None)}`. A tuple of paths shares one value. Parameters
       whose bounds are more than a decade apart are scaled by their logarithm.
     - `experiments`: one or several; what is free has the same value in all of them, but for what an experiment names as
-      free in itself, which is called "experiment: path". Those of the same kind, with as many samples, run as one
-      batch.
+      free in itself, which is called "experiment: path". Those of the same kind, with as many samples, share
+      one program.
     - `priors`: what is known of parameters beforehand, by the same keys as in `free`, or by the name of what is an
       experiment's own: `Normal(mean, std)`.
     - `starts`: how many starts, those beyond the model's own numbers being from Sobol's sequence between the bounds;

@@ -31,7 +31,7 @@ REFUSED = 1e10  # residual of a trial that cannot be computed: no step leads the
 class Problem(eqx.Module):
     """Residuals of experiments and priors, as functions of the scaled free parameters z.
 
-    Experiments of the same kind, with as many values, are stacked and run as one batch.
+    Experiments of the same kind, with as many values, are stacked and share the program of one run.
     """
 
     free: Free = eqx.field(static=True)
@@ -79,10 +79,11 @@ class Problem(eqx.Module):
 
 def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
     if group.measured[group.names[0]].shape[0] == 1:
-        # A batch of one costs more to compile than the experiment by itself.
+        # A loop over one costs more to compile than the experiment by itself.
         single = jax.tree_util.tree_map(lambda leaf: leaf[0], group)
         return {name: value[None] for name, value in single.predicted(single.applied(model, x)).items()}
-    return jax.vmap(lambda one: one.predicted(one.applied(model, x)))(group)
+    # One by one: runs that are stepped together wait for the slowest one.
+    return jax.lax.map(lambda one: one.predicted(one.applied(model, x)), group)
 
 
 def stacked(experiments: Sequence[Prepared]) -> tuple[tuple[Prepared, ...], list[tuple[int, int]]]:
