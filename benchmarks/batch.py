@@ -1,4 +1,4 @@
-"""Many designs at once, on all cores, against one CVODES run after the other."""
+"""Many designs at once, on all cores: against one CVODES run after the other, and runs with events against a loop."""
 
 import concurrent.futures
 import os
@@ -10,7 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Scalar
+from acausal import Scalar, simulate
+from acausal.design import Tolerance, Uniform
 from studies import opening_time
 from studies.actuators import ema_maxon
 
@@ -19,11 +20,14 @@ from ._cvodes import Run
 from ._effort import Effort
 from ._rows import Row, compared
 from ._timing import fastest
+from .events import Ball
 
 RTOL = 1e-6
 LIMIT = 0.1
 RATIOS = (3.0, 8.0)
 CHUNKS = (8, 32, 128)
+LIMIT_OF_EVENTS = 1.1  # of a loop over single runs, shared out to the cores
+GRAVITY = (1.0, 5_000.0)  # m/s2: from 2 to 180 impacts
 
 
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
@@ -45,13 +49,31 @@ def run(effort: Effort, out: Path | None = None) -> list[Row]:
     times = fastest(calls, max(2, effort.repeats // 20))
     reference = fastest({"CVODES": Run(p, RTOL, RTOL)}, 5 * effort.repeats)["CVODES"] * 1e6
     best = min(ways, key=lambda name: times[name])
-    return [
+    return [_with_events(effort)] + [
         compared(
             f"batch: {name}", times[name] / effort.designs * 1e6, "us", reference, "one CVODES run",
             LIMIT if name == best else None,
         )
         for name in sorted(ways, key=lambda name: times[name])
     ]  # fmt: skip
+
+
+def _with_events(effort: Effort) -> Row:
+    """Balls with differing numbers of impacts, as a study of tolerances and as a loop over one compiled run."""
+    run = lambda ball: simulate(ball, 5.0, save="end", rtol=RTOL)  # noqa: E731
+    study = Tolerance(Ball(), {"g": Uniform(*GRAVITY)}, lambda s: s.final.h, run=run)
+    scores = np.random.default_rng(0).standard_normal((effort.designs, 1))
+    gravities = study.parameters_at(scores)[:, 0]
+    one = jax.jit(lambda g: run(Ball(g=g)).final.h)
+    ways = {
+        "batch": lambda: study.members(scores, progress=False).outcomes.values[:, 0],
+        "loop": lambda: np.array([float(one(g)) for g in gravities]),
+    }
+    np.testing.assert_allclose(ways["batch"](), ways["loop"](), rtol=1e-12)
+    times = fastest(ways, max(2, effort.repeats // 20))
+    share = times["loop"] / (os.cpu_count() or 1) / effort.designs * 1e6
+    each = times["batch"] / effort.designs * 1e6
+    return compared("batch: runs with events", each, "us", share, "a loop over single runs, by cores", LIMIT_OF_EVENTS)
 
 
 def _opening(ratio: Scalar) -> Scalar:
