@@ -25,14 +25,16 @@ def on_all_cores(
 ) -> Generator[tuple[slice, Any]]:
     """Pieces of the rows of x and what `work` makes of them, in the order in which they are done.
 
-    Pieces are as short as `SPAN` asks for, so that an interrupt loses little and no core waits for another at the end.
+    Pieces are as short as `SPAN` asks for, so that an interrupt loses little, and leave some rows for each core, so
+    that none waits for another at the end.
     """
     cores, first, size = os.cpu_count() or 1, 0, 1
     running: dict[Any, slice] = {}
     with threads(cores) as pool:
         while first < len(x) or running:
             while first < len(x) and len(running) < 2 * cores:
-                rows = slice(first, min(first + size, len(x)))
+                share = -(-(len(x) - first) // (2 * cores))
+                rows = slice(first, first + min(size, share))
                 running[pool.submit(_timed, work, x[rows])] = rows
                 first = rows.stop
             for future in finished(running):

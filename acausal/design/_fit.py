@@ -14,9 +14,10 @@ from .._declare.component import Component
 from .._errors import UnknownNameError, suggestion
 from .._extras import Axes, Panels
 from ._free import Free
-from ._least_squares import Ends, Minimum, Problem
+from ._least_squares import Minimum, Problem
 from ._profile import Profile, profile
 from ._residuals import ResidualTest, tests_of
+from ._starts import Ends
 
 M = TypeVar("M", bound=Component, covariant=True)
 RANK = 1e-7  # singular values below this share of the largest are errors of the runs

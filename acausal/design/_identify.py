@@ -16,8 +16,9 @@ from ._experiment import Experiment, Prepared
 from ._fit import RANK, Channel, Fit
 from ._free import Free
 from ._free_parameters import free_parameters
-from ._least_squares import Ends, Minimum, Problem, ends_of, least, minimise, stacked, starts_between
+from ._least_squares import Minimum, Problem, least, minimise, stacked
 from ._prepare import Labels, prepared, with_own
+from ._starts import Ends, ends_of, starts_between
 from ._types import ByPath
 
 M = TypeVar("M", bound=Component)

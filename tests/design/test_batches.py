@@ -126,11 +126,12 @@ def test_an_interrupt_before_anything_is_finished_is_raised() -> None:
 
 def test_the_first_failures_are_reported_in_logs(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("xarray")
-    over = {"link.c": np.linspace(1.0, 2.0, 9)}
+    over = {"link.c": np.linspace(1.0, 3.0, 17)}
     sweep(rig(), over, {"root": lambda m: (1.45 - m.link.c) ** 0.5})
-    lines = capsys.readouterr().err.splitlines()
-    assert lines[0] == "sweep: member 4 failed (no_finite_result): link.c = 1.5 N/m"
+    lines = set(capsys.readouterr().err.splitlines())
+    members = [f"sweep: member {4 + i} failed (no_finite_result): link.c = {1.5 + 0.125 * i:g} N/m" for i in range(13)]
     assert len(lines) == 5
+    assert lines <= set(members)
     sweep(rig(), over, {"root": lambda m: (1.45 - m.link.c) ** 0.5}, progress=False)
     assert capsys.readouterr().err == ""
 
