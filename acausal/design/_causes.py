@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from .._analyse.table import aligned
-from ._bounds import Scale
+from .._units.display import Scale
 
 
 @dataclasses.dataclass(frozen=True)

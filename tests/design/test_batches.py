@@ -129,7 +129,9 @@ def test_the_first_failures_are_reported_in_logs(capsys: pytest.CaptureFixture[s
     over = {"link.c": np.linspace(1.0, 3.0, 17)}
     sweep(rig(), over, {"root": lambda m: (1.45 - m.link.c) ** 0.5})
     lines = set(capsys.readouterr().err.splitlines())
-    members = [f"sweep: member {4 + i} failed (no_finite_result): link.c = {1.5 + 0.125 * i:g} N/m" for i in range(13)]
+    members = [
+        f"sweep: member {4 + i} failed (no_finite_result): link.c = {1.5e-3 + 0.125e-3 * i:.6g} N/mm" for i in range(13)
+    ]
     assert len(lines) == 5
     assert lines <= set(members)
     sweep(rig(), over, {"root": lambda m: (1.45 - m.link.c) ** 0.5}, progress=False)

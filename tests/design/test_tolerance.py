@@ -323,7 +323,7 @@ def test_first_order_prints_what_each_parameter_causes() -> None:
     printed = str(study((linear, "kN")).first_order()).splitlines()
     assert [line.split() for line in printed[2:]] == [
         ["variance", "of", "y", "share", "change", "[kN]", "for", "std", "unit"],
-        [C, "0.8421", "0.004", "2", "N/m"],
+        [C, "0.8421", "0.004", "0.002", "N/mm"],
         [D, "0.1579", "0.001732", "0.1732", "N.s/m"],
     ]
     both = {C: Normal(std=2.0), D: Normal(std=0.4)}
