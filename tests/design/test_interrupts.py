@@ -89,7 +89,7 @@ def test_a_search_reports_its_first_failures_and_how_far_it_is(
 
 
 def test_an_interrupt_ends_several_starts_while_their_runs_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All searches hang in a run of several seconds. Their threads outlive this test, which is the last one for that."""
+    """All searches hang in a run of several seconds. Their threads outlive this test, so it comes last."""
     evaluate, lock, struck = Program._evaluate, threading.Lock(), []
 
     def slow(self: Program, x: np.ndarray) -> Any:
