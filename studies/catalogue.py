@@ -29,7 +29,7 @@ FAILURES = {"never_stopped": f"opening time <= {1e3 * LONGEST:g} ms"}
 LARGEST = 40.0  # ratio; with more than that no motor is fast enough
 INCH = 25.4  # mm
 FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
-HOLDING = "holding current of the supply"  # a limit
+HOLDING = "holding current of the motor"  # a limit
 # Opening time in s and holding current in A of the prototypes in the thesis.
 MEASURED = {"RE 50 with cam": (0.070, 23.0), "RE 40 with pump": (0.130, 19.0)}
 # Parts that are chosen among, by order name: the tables hold more, each of which would add its share of combinations.
