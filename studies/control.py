@@ -168,13 +168,15 @@ def picture(name: str, course: Course[Any]) -> "Figure":
     """Voltage, current, travel and speed over time, beside those at full voltage."""
     actuator, allowed = ACTUATORS[name]
     full = opening(actuator, rtol=1e-6)
-    figure = course.plot(*SHOWN)
-    others = (np.full(len(full.ts), SUPPLY), full["motor.p.i"], full["slave.rod.s"], full["piston.v"])
-    labels = ("voltage [V]", "current [A]", "travel [m]", "speed [m/s]")
+    figure = course.plot(*SHOWN, units=("mm", "mm/s"))
+    others = (np.full(len(full.ts), SUPPLY), full["motor.p.i"], 1e3 * full["slave.rod.s"], 1e3 * full["piston.v"])
+    labels = ("voltage [V]", "current [A]", "travel [mm]", "speed [mm/s]")
     for panel, other, label in zip(figure.axes, others, labels, strict=True):
         panel.plot(full.ts, other, "--", color="0.5", label="at full voltage")
         panel.set_ylabel(label)
         panel.get_lines()[0].set_label("found")
     figure.axes[1].axhline(allowed, color="C3", linewidth=1.0, label="limit")
+    figure.axes[-1].xaxis.set_major_formatter(lambda t, _: f"{1e3 * t:g}")
+    figure.axes[-1].set_xlabel("time [ms]")
     legend(figure, 3)
     return figure
