@@ -79,10 +79,10 @@ def plot_temperature(rows: Sequence[Row]) -> "Figure":
             left.plot(at, [1e3 * row.value for row in own], style, color=color, label=f"{name}, {what}")
     left.axhline(TARGET, color="0.6", ls=":", lw=1.0)
     left.annotate("thesis, target of 200 ms", (-30.0, TARGET), va="bottom", fontsize="small")
-    left.set(xlabel="temperature [C]", ylabel="opening time [ms]")
+    left.set(xlabel="temperature [degC]", ylabel="opening time [ms]")
     left.legend(frameon=False)
     left.grid(alpha=0.3)
-    _bars(right, _of(rows, "operations allowed"), 1.0, "operations per minute that the winding stands for ever")
+    _bars(right, _of(rows, "operations allowed"), 1.0, "operations allowed [1/min]")
     for bars in right.containers:
         right.bar_label(bars, fmt="%.3g", padding=3, fontsize="small")
     right.margins(x=0.12)
@@ -125,13 +125,13 @@ def plot_series(rows: Sequence[Row]) -> "Figure":
     """Which tolerances to tighten."""
     figure, ax = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
     own = _of(rows, "less deviation")
-    _bars(ax, own, 1e3, "standard deviation less by [ms]")
+    _bars(ax, own, 1e3, "decrease of the standard deviation [ms]")
     for i, row in enumerate(own):
         ax.annotate(
             row.remark, (1e3 * row.value, i), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8
         )
     ax.set_xlim(0.0, 1.4e3 * float(np.max([row.value for row in own])))
-    ax.set_title("What it brings to halve one tolerance", loc="left")
+    ax.set_title("Effect of halving one tolerance", loc="left")
     return figure
 
 

@@ -114,7 +114,7 @@ def thermal_rows(rtol: float = 1e-8) -> list[Row]:
             once = one.cycle.warmest(COLD) - 273.15
             rows += [
                 Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=_bound(one)),
-                Row(ITEM, case, "winding after the first operation", "C", once),
+                Row(ITEM, case, "winding after the first operation", "degC", once),
                 Row(ITEM, case, "heat of the winding, an operation", "J", one.heat),
             ]
     for name in ORDERS:

@@ -175,6 +175,7 @@ def test_rows_and_report(tmp_path: Any) -> None:
     assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 80 C, 1 s held by its valve"]
     assert allowed["EHS, RE40, 80 C, 10 s held by its motor"] == 0.0
     warm = found["EHS, RE40, 80 C, 10 s held by its motor", "winding after the first operation"]
-    assert warm > 155.0  # C, which the winding stands
+    assert warm > 155.0  # degC, which the winding stands
+    assert {row.unit for row in rows if row.quantity.startswith("winding")} == {"degC"}
     written = {path.name for path in tmp_path.iterdir()}
     assert {f"beyond_{name.replace(' ', '_')}.png" for name in ITEMS} | {"beyond.html"} <= written
