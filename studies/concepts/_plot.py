@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLORS: Mapping[str, str] = {"EMA": "#d55e00", "EHS, motor holds": "#009e73", "EHS, valve holds": "#0072b2"}
-NEAR = 0.03  # of the axes: points closer than that would have their labels on each other
+NEAR = 0.03  # of the axes: points closer than that share a name
 ASIDE = ((7, 7), (7, -13), (-7, 7), (-7, -13), (7, 19), (7, -25), (-7, 19), (-7, -25))  # points, of labels
 
 
@@ -49,27 +49,33 @@ def plot_designs(rows: Sequence[Row], fronts: Sequence[Row], products: Sequence[
         )  # fmt: skip
     ax.set(xlabel="opening time at 800 N [ms]", ylabel="energy of a hold of 10 s [J]", ylim=(0.0, None))
     ax.margins(x=0.1)
-    _label(ax, named)
     ax.grid(alpha=0.3)
     legend(figure, 4)
+    figure.draw_without_rendering()  # which settles the layout
+    _label(ax, named)
     return figure
 
 
 def _label(ax: "Axes", named: Sequence[tuple[Row, str, str]]) -> None:
-    """Names at the points; those of near points go to different sides, and a name is told once at one place."""
+    """Names at the points, each on the first side where it covers no other text; the same name once at near points."""
+    taken = [text.get_window_extent() for text in ax.texts]
     places: list[tuple[float, float, str]] = []
     for row, text, color in named:
         place = (1e3 * row.opening_time, row.holding_energy)
         x, y = ax.transAxes.inverted().transform(ax.transData.transform(place))
-        near = [other for u, v, other in places if abs(u - x) < 4.0 * NEAR and abs(v - y) < NEAR]
-        if text in near:
+        if any(text == other and abs(u - x) < 4.0 * NEAR and abs(v - y) < NEAR for u, v, other in places):
             continue
-        side = ASIDE[len(near) % len(ASIDE)]
-        ax.annotate(
-            text, place, xytext=side, textcoords="offset points", color=color, fontsize=8,
-            ha="left" if side[0] > 0 else "right",
-        )  # fmt: skip
-        places.append((x, y, text))
+        for side in ASIDE:
+            label = ax.annotate(
+                text, place, xytext=side, textcoords="offset points", color=color, fontsize=8,
+                ha="left" if side[0] > 0 else "right",
+            )  # fmt: skip
+            box = label.get_window_extent()
+            if box.x0 > ax.bbox.x0 and box.y0 > ax.bbox.y0 and not box.count_overlaps(taken):
+                taken.append(box)
+                places.append((x, y, text))
+                break
+            label.remove()
 
 
 def _places(rows: Iterable[Row]) -> Any:

@@ -11,7 +11,8 @@ from acausal import replace
 from studies.__main__ import main
 from studies.actuators import STROKE, WORN_LOAD
 from studies.concepts import CONCEPTS, MOTORS
-from studies.concepts._rows import optimum, statements
+from studies.concepts._plot import plot_designs
+from studies.concepts._rows import Row, optimum, statements
 from studies.concepts._targets import OVERALL, opening
 
 EMA, EHS, EHS_VALVE = CONCEPTS
@@ -45,6 +46,19 @@ def times_of(fronts: list[dict[str, Any]], product: dict[str, Any]) -> float:
     """The opening time of the next point of the front that takes more energy than a product: a bound from below."""
     own = [row for row in fronts if (row["design"], row["motor"]) == ("EHS, motor holds, front", product["motor"])]
     return max(row["opening_time"] for row in own if row["holding_energy"] >= product["holding_energy"])
+
+
+def test_names_in_the_picture_do_not_overlap() -> None:
+    """Those of the points on a dense front included."""
+    plt = pytest.importorskip("matplotlib.pyplot")
+    rows = [
+        Row("EMA", f"RE {i}", 0.1 + 0.01 * i, None, 9.0, None, 300.0 - 20.0 * i, None) for i in range(8)
+    ] + [Row("EHS, motor holds", "RE 50", 0.5, None, 9.0, None, 2000.0, 2.13)]  # fmt: skip
+    (ax,) = plot_designs(rows, [], rows[-1:]).axes
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) > len(rows)
+    assert all(box.x0 > ax.bbox.x0 and box.count_overlaps(boxes) == 1 for box in boxes)  # each with itself
+    plt.close("all")
 
 
 @pytest.mark.slow
