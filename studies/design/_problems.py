@@ -7,7 +7,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from acausal import Scalar, Solution
+from acausal import Scalar, Solution, replace
 from acausal.design import Design, optimise
 from components.catalogues import catalogue
 
@@ -85,7 +85,10 @@ def _by_factor(path: str, value: float) -> list[dict[str, float]]:
 
 _DISPLACEMENT = float(ehs_maxon().pump.displacement)
 _FOUR = {"gearbox.ratio": (1.5, 12.0), "cam.profile.eccentricity": ("3 mm", "12 mm"), "supply.V": (6.0, SUPPLY)}
-_START = [{"gearbox.ratio": 4.4, "master.bore": "13.3 mm", "cam.profile.eccentricity": "11.7 mm", "supply.V": 12.4}]
+_BEGIN = replace(
+    ema_maxon(),
+    {"gearbox.ratio": 4.4, "master.bore": 13.3e-3, "cam.profile.eccentricity": 11.7e-3, "supply.V": 12.4},
+)
 _OTHERS = {"peak_current": "<= 38 A", "line_pressure": "<= 32 bar", "pressure_angle": "<= 30 deg", "lift": "<= 1"}
 
 PROBLEMS = (
@@ -100,12 +103,12 @@ PROBLEMS = (
         start=_by_factor("pump.displacement", _DISPLACEMENT),
     ),
     Problem(
-        "EMA, RE50: four variables", ema_maxon(master_bore=13.3e-3), {**_FOUR, "master.bore": ("10 mm", "13.65 mm")},
-        _limits(**_OTHERS, holding_current="<= 12 A"), _START,
+        "EMA, RE50: four variables", _BEGIN, {**_FOUR, "master.bore": ("10 mm", "13.65 mm")},
+        _limits(**_OTHERS, holding_current="<= 12 A"),
     ),
     Problem(
-        "EMA, RE50: less current to hold", ema_maxon(master_bore=13.3e-3), {**_FOUR, "master.bore": ("10 mm", "14 mm")},
-        _limits(**_OTHERS, holding_current="<= 11 A"), _START,
+        "EMA, RE50: less current to hold", _BEGIN, {**_FOUR, "master.bore": ("10 mm", "14 mm")},
+        _limits(**_OTHERS, holding_current="<= 11 A"),
     ),
     Problem(
         "EMA, RE50: six variables", ema_maxon(),
