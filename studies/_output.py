@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import acausal
 import components
+from acausal.design import Design
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,6 +122,14 @@ def _terminal() -> "Console | None":
         return None
     console = Console()
     return console if console.is_terminal else None
+
+
+def prices_of(design: Design[Any]) -> str:
+    """The active limits and bounds of a design, each with what one unit more of it buys."""
+    unit = design.objective_scale.unit
+    return ", ".join(
+        f"{active.name} ({design.price(active):.3g} {unit} per {active.scale.unit})" for active in design.active
+    )
 
 
 def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

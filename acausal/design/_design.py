@@ -137,6 +137,10 @@ class Design(Generic[M]):
         """The multipliers of what is active, by name; those of bounds by the name of the variable."""
         return {active.name: active.multiplier for active in self.active}
 
+    def price(self, active: Active) -> float:
+        """The multiplier of an active limit or bound in shown units: ms per bar, where `multipliers` has s per Pa."""
+        return active.multiplier * active.scale.factor / self.objective_scale.factor
+
     def optima(self, tolerance: float = 1e-4) -> list["Design[M]"]:
         """The different designs that all starts ended in, the best one first; `tolerance` is of the scaled values."""
         found: list[Design[M]] = []
@@ -239,8 +243,7 @@ class Design(Generic[M]):
         return variable.name, *numbers, variable.scale.shown
 
     def _active_row(self, active: Active) -> tuple[str, ...]:
-        price = active.multiplier * active.scale.factor / self.objective_scale.factor
-        return f"{active.name} ({active.side})", f"{price:.6g}", f"per {active.scale.unit}"
+        return f"{active.name} ({active.side})", f"{self.price(active):.6g}", f"per {active.scale.unit}"
 
     def _sensitivity_table(self) -> str:
         ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))

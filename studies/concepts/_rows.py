@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from acausal import displayed, parameters, replace
-from acausal.design import Design, Front
+from acausal import parameters, replace
+from acausal.design import Design, Front, Scale
 
 from .._measured import measured
+from .._output import prices_of
 from ..actuators import (
     LARGEST_TORQUE,
     NO_LOAD_FRICTION,
@@ -189,11 +190,7 @@ def _prices(design: Design[Any]) -> str:
     """What holds the optimum, with its price."""
     if design.conflict:
         return f"in conflict: {', '.join(design.conflict)}"
-    scale = design.objective_scale
-    return ", ".join(
-        f"{active.name} ({active.multiplier * active.scale.factor / scale.factor:.3g} ms per {active.scale.unit})"
-        for active in design.active
-    )
+    return prices_of(design)
 
 
 def solved(concept: Concept, motor: Motor) -> Row | None:
@@ -264,9 +261,9 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
 def built(row: Row) -> str:
     """The variables of a design in display units."""
     return ", ".join(
-        f"{SPOKEN.get(path, path)} {shown:.4g}" + ("" if unit == "1" else f" {unit}")
+        f"{SPOKEN.get(path, path)} {scale.value(value):.4g}{scale.text}"
         for path, value in row.variables.items()
-        for shown, unit in [displayed(value, UNITS.get(path, "1"))]
+        for scale in [Scale.of(UNITS.get(path, "1"))]
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from acausal.design import Design
 
-from .._output import finished, print_table, progress, require_matplotlib, resumed, save, write_json
+from .._output import finished, prices_of, print_table, progress, require_matplotlib, resumed, save, write_json
 from .._report import Table, write_report
 from ._problems import PROBLEMS
 
@@ -69,13 +69,9 @@ def _row(name: str, design: Design) -> Row:
 def _cells(designs: Mapping[str, Design]) -> Iterable[tuple[str, ...]]:
     for name, design in designs.items():
         scale = design.objective_scale
-        prices = (
-            f"{active.name} ({active.multiplier * active.scale.factor / scale.factor:.3g} ms per {active.scale.unit})"
-            for active in design.active
-        )
         yield (
             name, str(len(design.others) + 1), f"{scale.value(design.objective):.6g}", design.status,
-            f"{design.kkt_residual:.1e}", ", ".join(prices), str(design.total_evaluations),
+            f"{design.kkt_residual:.1e}", prices_of(design), str(design.total_evaluations),
         )  # fmt: skip
 
 

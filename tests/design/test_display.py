@@ -134,6 +134,7 @@ def test_design() -> None:
     price = next(line for line in text.splitlines() if line.startswith("displacement (lower bound)")).split()
     assert float(price[3]) == pytest.approx(29e5 * 8.5 * PER_TURN, rel=1e-5)
     assert price[4:] == ["per", "cm3/rev"]
+    assert float(price[3]) == pytest.approx(design.price(design.active[0]), rel=1e-5)
 
 
 def test_front() -> None:
@@ -141,3 +142,23 @@ def test_front() -> None:
     front = pareto(Pump(), {"displacement": (1e-7, 4e-7)}, {"torque": (torque, "N.m"), "work": work}, points=2)
     assert "displacement [cm3/rev]" in str(front).splitlines()[0]
     assert "2.51327" in str(front)
+
+
+class Oven(Component):
+    """A temperature."""
+
+    temperature: Param[Scalar, "K", positive] = 310.0
+
+
+def test_differences_of_temperatures_have_no_zero() -> None:
+    """A deviation of 1 K is one of 1 degC, and so are slopes and curvatures of a result in degC."""
+    square = (lambda m: m.temperature**2, "degC")
+    assert float(cells(str(hessian(Oven(), ["temperature"], square)), "temperature")[2]) == pytest.approx(2.0)
+    assert float(cells(str(sensitivities(Oven(), square)), "temperature")[3]) == pytest.approx(620.0)
+    experiment = Experiment(lambda m: {"T": jnp.full(2, m.temperature)}, {"T": [311.0, 313.0]}, {"T": 1.0})
+    line = cells(str(identify(Oven(), {"temperature": ("20 degC", "80 degC")}, experiment)), "temperature")
+    assert line[1] == "degC"
+    assert [float(cell) for cell in line[2:4]] == pytest.approx([38.85, math.sqrt(0.5)], rel=1e-5)
+    design = optimise(Oven(), {"temperature": ("30 degC", "80 degC")}, {"result": square})
+    assert cells(str(design), "temperature")[1:] == ["30", "30", "80", "degC"]
+    assert design.price(design.active[0]) == pytest.approx(2.0 * 303.15)
