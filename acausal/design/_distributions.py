@@ -9,8 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from .._errors import ParameterError
+from .._units.display import Scale
 from .._units.quantity import has_unit, magnitude
 from ._bounds import difference_in, number_in
+from ._free import span_text
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +78,7 @@ class Uniform(Bounded):
     def resolved(self, unit: str, where: str, nominal: float) -> "Uniform":
         """The same with numbers in the declared unit."""
         low, high = (_limit(value, unit, where, nominal) for value in (self.low, self.high))
-        _check_order(where, low, high)
+        _check_order(where, low, high, unit)
         return Uniform(low, high)
 
     @property
@@ -112,9 +114,13 @@ class Triangular(Bounded):
         """The same with numbers in the declared unit."""
         low, high = (_limit(value, unit, where, nominal) for value in (self.low, self.high))
         mode = nominal if self.mode is None else _limit(self.mode, unit, where, nominal)
-        _check_order(where, low, high)
+        _check_order(where, low, high, unit)
         if not low <= mode <= high:
-            raise ParameterError(f"{where}: the mode {mode:g} lies outside of the limits {low:g} to {high:g}.")
+            scale = Scale.of(unit)
+            raise ParameterError(
+                f"{where}: the mode {scale.value(mode):g}{scale.text} lies outside of the limits "
+                f"{span_text(low, high, scale)}."
+            )
         return Triangular(low, high, mode)
 
     @property
@@ -200,6 +206,7 @@ def _limit(value: object, unit: str, where: str, nominal: float) -> float:
     return number_in(value, unit, where)[0] if share is None else nominal + share * abs(nominal)
 
 
-def _check_order(where: str, low: float, high: float) -> None:
+def _check_order(where: str, low: float, high: float, unit: str) -> None:
     if not (np.isfinite(low) and np.isfinite(high) and low < high):
-        raise ParameterError(f"{where}: the lower limit must be below the upper one, got {low:g} and {high:g}.")
+        span = span_text(low, high, Scale.of(unit))
+        raise ParameterError(f"{where}: the lower limit must be below the upper one, got {span}.")

@@ -51,10 +51,14 @@ class Variable(NamedTuple):
         """A value to start from, which has to lie between the bounds."""
         if not self.low <= value <= self.high:
             raise ParameterError(
-                f"{self.name} starts from {self.scale.value(value):g}{self.scale.text}, outside of its bounds "
+                f"{self.name} starts from {self.text(value)}, outside of its bounds "
                 f"{span_text(self.low, self.high, self.scale)}. Widen these, or start from another value."
             )
         return value
+
+    def text(self, value: float) -> str:
+        """A value with its unit, as tables show it."""
+        return f"{self.scale.value(value):.6g}{self.scale.text}"
 
     @property
     def is_open(self) -> bool:

@@ -137,10 +137,10 @@ def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, 
         raise ParameterError(f"{name}: the lower bound must be below the upper one, got {span_text(low, high, scale)}.")
     for place in places:
         _check_range(place.name, known[place.path].declaration, low, high, scale)
-    if any(other != start for other in starts):
-        values = ", ".join(f"{place.name} = {value:g}" for place, value in zip(places, starts, strict=True))
-        raise ParameterError(f"What shares a value must start from one: {values}. Set them by replace(model, ...).")
     found = Variable(name, places, known[places[0].path].declaration.unit, scale, low, high, start)
+    if any(other != start for other in starts):
+        values = ", ".join(f"{place.name} = {found.text(value)}" for place, value in zip(places, starts, strict=True))
+        raise ParameterError(f"What shares a value must start from one: {values}. Set them by replace(model, ...).")
     found.checked(start)
     return found
 

@@ -146,7 +146,8 @@ def _beside(program: Program, here: Evaluation, i: int, sizes: np.ndarray, step:
 
 def _against(program: Program, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
     """What differences over steps of the i-th parameter say against its second derivatives; empty if some agree."""
-    first, where = here.jacobian[:, i] * sizes[i], f"{program.free.names[i]} = {here.x[i]:.6g}"
+    variable = program.free.variables[i]
+    first, where = here.jacobian[:, i] * sizes[i], f"{variable.name} = {variable.text(here.x[i])}"
     wide = _beside(program, here, i, sizes, STEPS[0])
     room = APART * (np.abs(first) + wide.slope) + LEAST * np.abs(here.values)
     known = LEAST * (np.abs(here.jacobian * sizes) + np.abs(here.values)[:, None])
