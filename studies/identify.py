@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from acausal import displayed, parameters, simulate
-from acausal.design import Experiment, Fit, identify
+from acausal import parameters, simulate
+from acausal.design import Experiment, Fit, Scale, identify
 
 from ._output import print_table, progress, require_matplotlib, write_json
 from .actuators import ElectromechanicalActuator, ema_maxon
@@ -75,8 +75,9 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 def _cells(row: Row) -> tuple[str, ...]:
     """A line of the table, in display units."""
-    shown = [displayed(value, row.unit) for value in (row.true, row.estimate, row.low, row.high)]
-    return row.case, row.parameter, shown[0][1], *(f"{value:.6g}" for value, _ in shown)
+    scale = Scale.of(row.unit)
+    numbers = (row.true, row.estimate, row.low, row.high)
+    return row.case, row.parameter, scale.unit, *(f"{scale.value(number):.6g}" for number in numbers)
 
 
 def _rows(case: str, fit: Fit[Any]) -> list[Row]:

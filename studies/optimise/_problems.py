@@ -37,7 +37,7 @@ class Problem:
 
     @property
     def scale(self) -> Scale:
-        """What the parameter is shown in."""
+        """The display unit of the parameter."""
         return Scale.of(self.unit)
 
     def model(self, value: Scalar) -> ClutchActuator:

@@ -1,4 +1,4 @@
-"""What the study says, as tables in display units."""
+"""Tables of the study, in display units."""
 
 import dataclasses
 import math
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from acausal import displayed
+from acausal import display_unit, displayed
 from acausal.design import Combination, Fit
 
 from .._output import ACTUATOR_NAMES, plain_table, read_json, write_json
@@ -206,4 +206,4 @@ def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:
 
 def _numbers(unit: str, *values: float | None) -> tuple[str, ...]:
     """The display unit, and values in it."""
-    return displayed(1.0, unit)[1], *("-" if value is None else f"{displayed(value, unit)[0]:.4g}" for value in values)
+    return display_unit(unit), *("-" if value is None else f"{displayed(value, unit)[0]:.4g}" for value in values)

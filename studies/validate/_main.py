@@ -6,6 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from acausal import displayed
+from acausal.design import Scale
 
 from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, read_json, require_matplotlib, write_json
 from ..actuators import parameter_set
@@ -78,8 +79,7 @@ def tables(rows: Sequence[Row]) -> Iterable[tuple[str, tuple[str, ...], list[tup
 
 
 def _cells(row: Row, reasons: list[str], two: bool) -> tuple[str, ...]:
-    _, unit = displayed(1.0, row.unit)
-    quantity = spoken(row.quantity) + ("" if unit == "1" else f" [{unit}]")
+    quantity = Scale.of(row.unit).headed(spoken(row.quantity))
     thesis, model, no_load = (_number(value, row.unit) for value in (row.thesis, row.model, row.no_load))
     deviation = "" if row.deviation is None else f"{100.0 * row.deviation:+z.2f} %"
     note = f"({reasons.index(row.reason) + 1})" if row.reason else ""

@@ -20,7 +20,7 @@ def test_every_keyword_has_a_source(design: str) -> None:
     assert listed == set(inspect.signature(DESIGNS[design]).parameters) - {"inductance"}
 
 
-def test_units_of_the_trade() -> None:
+def test_display_units() -> None:
     found = _set()
     for keyword, design, unit, value in (
         ("displacement", "ehs_maxon", "cm3/rev", 1.25),

@@ -83,7 +83,7 @@ def test_notes_follow_the_tables_and_are_few() -> None:
     assert all(f"({number})" in text[:first] for number in range(1, len(notes) + 1))
 
 
-def test_units_of_the_trade() -> None:
+def test_display_units() -> None:
     """No figure is told in seconds, radians per second, pascals or newtons per metre."""
     text = as_text(stored()) + set_as_text()
     assert not [unit for unit in ("[s]", "[rad/s]", "[Pa]", "N/m]", "[N.m.s/rad]", "m3/rad") if unit in text]
