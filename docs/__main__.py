@@ -16,6 +16,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m docs", description=__doc__)
     parser.add_argument("names", nargs="*", help=", ".join(map(named, [*PAGES, *notebooks])))
     names = parser.parse_args().names
+    if unknown := set(names) - {named(path) for path in [*PAGES, *notebooks]}:
+        parser.error(f"no page or notebook is named {', '.join(sorted(unknown))}")
     for page in PAGES:
         if not names or named(page) in names:
             page.write_text(refreshed(page, PICTURES))

@@ -1,4 +1,4 @@
-"""Pages of studies: what their commands print, and the pictures that they write.
+"""Pages of studies: the outputs of their commands, and the pictures that they write.
 
 A block that opens with ```` ```console ```` holds a command; the ```` ```text ```` block right after it is what it
 printed. A study takes minutes: `python -m docs` runs the commands of the pages that are named, and slow tests run
@@ -37,7 +37,7 @@ def studied(page: Path, pictures: Path | None = None) -> str:
 
 
 def _output(command: str, text: str, page: Path, pictures: Path | None) -> str:
-    """What a command prints, without the names of the files that it writes."""
+    """The output of a command, without the names of the files that it writes."""
     program, *arguments = shlex.split(command)
     if program != "python":
         raise PageError(f"{page.name}: a command begins with python, got {command!r}.")

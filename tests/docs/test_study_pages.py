@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.__main__ import main
 from docs._execute import PageError
 from docs._studies import commands, studied
 
@@ -54,3 +55,10 @@ def test_commands_that_fail_are_told(tmp_path: Path, command: str, said: str) ->
     page = page_with(tmp_path, f"```console\n{command}\n```\n")
     with pytest.raises(PageError, match=said):
         studied(page)
+
+
+def test_a_name_without_a_page_is_refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.argv", ["docs", "hold.md"])
+    with pytest.raises(SystemExit):
+        main()
+    assert "no page or notebook is named hold.md" in capsys.readouterr().err
