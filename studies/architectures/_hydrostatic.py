@@ -85,7 +85,7 @@ class ServoPumpActuator(ClosedCircuit):
 class VariablePurgeActuator(Controlled):
     """A motor that turns all the time, with a variable pump from a tank and a purge valve between pump and slave.
 
-    One controller has both: to open and hold it sets the displacement, to close it opens the purge valve.
+    One controller drives both: it sets the displacement to open and hold, and opens the purge valve to close.
     """
 
     supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -6,7 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import pytest
 
-from acausal import Component, Param, Scalar, positive
+from acausal import Component, Param, Scalar, SimulationError, positive
 from acausal.design import Experiment, Fit, Normal, Tolerance, hessian, identify, optimise, pareto, sensitivities
 
 DISPLACEMENT = 2.55404e-07  # m3/rad, 1.60475 cm3/rev
@@ -75,6 +75,11 @@ def test_second_derivatives() -> None:
     assert (unit, float(own)) == ("cm3/rev", 0.0)
     assert float(mixed) == pytest.approx(8.5 * PER_TURN * 1e5, rel=1e-5)
     assert cells(text, "pressure")[1:3] == ["bar", mixed]
+
+
+def test_kink_is_told_in_display_units() -> None:
+    with pytest.raises(SimulationError, match="no second derivatives at stroke = 17 mm: "):
+        hessian(Pump(), ["stroke"], lambda m: jnp.abs(m.stroke - Pump().stroke))
 
 
 @pytest.fixture(scope="module")
