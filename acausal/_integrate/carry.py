@@ -5,14 +5,14 @@ from typing import Any, NamedTuple
 from jax import Array
 
 from .controller import Control
-from .dense import Pieces
+from .dense import Record
 from .event_history import EventHistory
 from .interval import Seen
 from .state_vector import Vector
 
 
 class Rows(NamedTuple):
-    """Saved times and vectors, of which `n` are there."""
+    """Times asked for and the vectors there, of which `n` have been reached."""
 
     ts: Any
     ys: Any
@@ -45,6 +45,6 @@ class Carry(NamedTuple):
     n_steps: Array
     n_accepted: Array
     history: EventHistory | None
-    rows: Rows
-    pieces: Pieces | None
+    rows: Rows | None
+    record: Record | None
     meter: Any

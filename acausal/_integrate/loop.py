@@ -27,9 +27,9 @@ EARLY = 1e-2  # share of a step within which a relation does not change back by 
 class Run(Steps):
     """The steps of a run, up to its end."""
 
-    def all_steps(self, begun: Begun) -> Carry:
-        """The end of the run."""
-        events, y = self.events, begun.y
+    def first(self, begun: Begun) -> Carry:
+        """What is carried into the first step; no step is recorded yet."""
+        y = begun.y
         args, core = self.given.carrying(y[self.layout.carried]), self.layout.core(y)
         dt0 = self.given.numbers.dt0
         control = self.sizes.init(
@@ -40,7 +40,7 @@ class Run(Steps):
         if not self.settings.follows_course:
             inner = self.solver.init(self.terms, self.t0, first_end, core, args)
         none = jnp.asarray(0)
-        c = Carry(
+        return Carry(
             t=self.forward * begun.t,
             y=y,
             truths=begun.truths,
@@ -48,7 +48,7 @@ class Run(Steps):
             farthest=jnp.zeros(begun.truths.shape),
             due=begun.due,
             outcome=begun.outcome,
-            jumped=jnp.asarray(events is not None),
+            jumped=jnp.asarray(self.events is not None),
             seen=self.not_seen(y),
             mark=jnp.asarray(-jnp.inf),
             crowd=none,
@@ -58,17 +58,34 @@ class Run(Steps):
             n_steps=none,
             n_accepted=none,
             history=begun.history,
-            rows=self.no_rows(y),
-            pieces=None,
+            rows=self.no_rows(),
+            record=None,
             meter=self.settings.progress.init(),
         )
-        c = c._replace(pieces=self.no_pieces(c))
+
+    def goes_on(self, c: Carry) -> Array:
+        """Whether the run is not over."""
+        most = self.given.numbers.most
+        goes_on = (c.t < self.t1) & (c.outcome == 0) & ~c.failed
+        return goes_on if most is None else goes_on & (c.n_steps < most)
+
+    def steps(self, c: Carry) -> Carry:
+        """Steps up to the end of the run, or as many as there is room for."""
+        settings = self.settings
+        c = c._replace(record=self.no_record(c))
+        if settings.save == "chunk" and c.history is not None:
+            c = c._replace(history=c.history.emptied(self._width_of_history, settings.max_events))
+
+        def has_room(c: Carry) -> Array:
+            assert c.history is not None
+            return c.history.count + settings.room_at_once <= settings.max_events
 
         def goes_on(c: Carry) -> Array:
-            return (c.t < self.t1) & (c.outcome == 0) & ~c.failed
+            is_in_room = settings.save == "chunk" and c.history is not None
+            return self.goes_on(c) & has_room(c) if is_in_room else self.goes_on(c)
 
-        end = self.kind.loop(goes_on, self.body, c, max_steps=self.settings.max_steps, buffers=self.buffers)
-        self.settings.progress.close(end.meter)
+        end = self.kind.loop(goes_on, self.body, c, max_steps=settings.max_steps, buffers=self.buffers)
+        settings.progress.close(end.meter)
         return end
 
     def body(self, c: Carry) -> Carry:
@@ -111,13 +128,13 @@ class Run(Steps):
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, args)
             y = layout.with_part(y, layout.peaks, new)
-        rows = self.saved(path, c, t, y, keep)
-        pieces = self.kept(c, t, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
+        rows = self.saved(path, c, t, keep)
+        record = self.recorded(c, t, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
         # A step of which little was used gives no reason for a longer one.
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
-        chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, pieces=None, meter=None)
-        old = c._replace(control=control, history=None, rows=None, pieces=None, meter=None)
+        chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, record=None, meter=None)
+        old = c._replace(control=control, history=None, rows=None, record=None, meter=None)
         new = jax.tree.map(lambda a, b: jnp.where(keep, a, b), chosen, old)
         meter = self.settings.progress.step(c.meter, (new.t - self.t0) / (self.t1 - self.t0))
         return new._replace(
@@ -127,7 +144,7 @@ class Run(Steps):
             n_accepted=c.n_accepted + keep,
             history=self.noted(c.history, settled.history, keep),
             rows=rows,
-            pieces=pieces,
+            record=record,
             meter=meter,
         )
 

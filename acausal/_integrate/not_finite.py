@@ -40,7 +40,7 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
     if settings.save == "end":
         return none
     pairs = pairs_of(system, system.flat.variable_leaves)
-    n, point_at = (_of_steps if end.pieces is not None else _of_rows)(settings, forward, end)
+    n, point_at = (_of_times if end.record is None else _of_steps)(settings, forward, end)
 
     def goes_on(carry: tuple[Array, NotFinite]) -> Array:
         return (carry[0] < n) & ~carry[1].exists
@@ -56,35 +56,35 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
 Points = tuple[Array, Callable[[Array], Point]]  # how many there are, and the point of a number
 
 
-def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
-    """The ends of the steps whose dense output is kept."""
-    pieces, layout = end.pieces, settings.layout
-    assert pieces is not None
-
-    def point(i: Array) -> Point:
-        t = pieces.ts[i]
-        span, is_there = pieces.span(t, settings.solver, layout)
-        return Point(forward * t, span.plain(t)[layout.point], is_there)
-
-    return end.n_accepted + 1, point
-
-
-def _of_rows(settings: Settings, forward: Array, end: Carry) -> Points:
-    """The saved rows, and where steps are saved, those before events."""
-    rows, history, here = end.rows, end.history, settings.layout.point
+def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
+    """The times asked for."""
+    rows, here = end.rows, settings.layout.point
+    assert rows is not None
 
     def row(i: Array) -> Point:
         return Point(forward * rows.ts[i], rows.ys[i, here], jnp.asarray(True))
 
-    if settings.save != "steps" or history is None:
-        # The last of the times asked for fills up those that the program is compiled for.
-        return jnp.minimum(rows.n, 1 + jnp.sum(rows.ts < rows.ts[rows.n - 1])), row
+    # The last of the times asked for fills up those that the program is compiled for.
+    return jnp.minimum(rows.n, 1 + jnp.sum(rows.ts < rows.ts[rows.n - 1])), row
+
+
+def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
+    """The recorded steps, and what was before events."""
+    record, history, here = end.record, end.history, settings.layout.point
+    assert record is not None
+
+    def row(i: Array) -> Point:
+        return Point(forward * record.ts[i], record.ys[i, here], jnp.asarray(True))
+
+    n = record.n + 1
+    if history is None:
+        return n, row
     times = history.times
-    is_first = times > jnp.concatenate([rows.ts[:1] * forward, times[:-1]])  # of its instant, and not at the start
+    is_first = times > jnp.concatenate([record.ts[:1] * forward, times[:-1]])  # of its instant, and not at the start
 
     def point(i: Array) -> Point:
-        j = jnp.maximum(i - rows.n, 0)
+        j = jnp.maximum(i - n, 0)
         before = Point(times[j], history.before[j, here], is_first[j])
-        return jax.tree.map(lambda a, b: jnp.where(i < rows.n, a, b), row(i), before)
+        return jax.tree.map(lambda a, b: jnp.where(i < n, a, b), row(i), before)
 
-    return rows.n + jnp.minimum(history.count, len(times)), point
+    return n + jnp.minimum(history.count, len(times)), point

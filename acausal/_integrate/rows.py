@@ -1,8 +1,12 @@
 """How many rows a program is compiled for: a few numbers of them, so that runs that differ in it share programs."""
 
-import numpy as np
+from typing import Any
 
-from .._tracing import within_transformation
+import jax
+import numpy as np
+from jax import Array
+
+from .._tracing import is_traced, within_transformation
 
 NUMBERS = (128, 1024)  # beyond these, and where rows are differentiated or batched, powers of two
 LEAST = 16
@@ -14,3 +18,12 @@ def shared(n: int) -> np.ndarray:
     if not within_transformation():
         rounded = next((number for number in NUMBERS if number >= n), rounded)
     return np.minimum(np.arange(rounded), n - 1)
+
+
+def chosen(rows: Array | np.ndarray, which: Any) -> Array | np.ndarray:
+    """What an index chooses. Outside of transformations numpy does: jax compiles anew for each number of rows, also for
+    `jnp.asarray` of them.
+    """
+    if is_traced(rows) or isinstance(rows, np.ndarray):
+        return rows[which]
+    return jax.device_put(np.asarray(rows)[which])

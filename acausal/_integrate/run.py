@@ -8,40 +8,90 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
-from .._compiled_once import compiled_once
 from .._evaluate.initial import initial_state
-from .._evaluate.packing import ModelParameters
-from .._evaluate.singular import singular_blocks
-from .._indices import first_true
 from .adjoint import BOTH_MODES, FORWARDS, Kind, kind_of_loop
 from .carry import Carry
 from .derivative import differentiable
+from .ending import Integrated, Kept, ended, solution_of, with_saved
 from .field import Given
-from .iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .loop import Run
-from .not_finite import NotFinite, first_saved_not_finite
-from .options import harmless, sentences, unmet
-from .result import Result
+from .not_finite import first_saved_not_finite
+from .options import harmless, unmet
 from .run_events import RunEvents
 from .settings import RunNumbers, Settings
 from .solution import Solution
 from .starting import begin
-from .unresolved import are_blurred, are_unresolved
+from .unresolved import are_blurred
 
 
 @ft.partial(jax.jit, static_argnums=0)
 def run(settings: Settings, given: Given) -> Solution:
-    """Integrate; compiled once for each `settings`. The parameters of the model are left to whoever has them."""
+    """Integrate, as one program for each `settings`. The parameters of the model are left to whoever has them."""
     numbers = given.numbers
     wrong = unmet(settings.system, numbers)
     safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
+    integrated = _both_modes(settings, safe)
+    packed = _packed(settings, safe)
+    saved = first_saved_not_finite(settings, packed, integrated.end)
+    ending = with_saved(settings, ended(settings, packed, integrated, wrong), saved.exists)
+    found = solution_of(settings, packed, ending, _kept(packed, integrated.end))
+    return dataclasses.replace(found, _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y))
+
+
+class Started(NamedTuple):
+    """The numbers of a run as its functions read them, which start values are bad, and what the first step begins
+    with.
+    """
+
+    given: Given
+    bad_starts: Array
+    carry: Carry
+
+
+def started(settings: Settings, given: Given, kind: Kind = FORWARDS) -> Started:
+    """The start of a run, up to its first step."""
+    given = _packed(settings, given)
+    y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
+    events = _events(settings, kind)
+    given, begun = begin(settings, given, y0, events)
+    return Started(given, bad_starts, Run(settings, given, events, kind).first(begun))
+
+
+def advanced(settings: Settings, given: Given, carry: Carry, kind: Kind = FORWARDS) -> tuple[Carry, Array]:
+    """The steps of a run, up to its end or as many as there is room for, and whether it goes on."""
+    run = Run(settings, given, _events(settings, kind), kind)
+    end = run.steps(carry)
+    return end, run.goes_on(end)
+
+
+def blurred(settings: Settings, given: Given, end: Carry) -> Array:
+    """See `are_blurred`."""
+    return are_blurred(given.band, given.back, end.armed, end.farthest) if settings.has_events else jnp.zeros(0)
+
+
+def _events(settings: Settings, kind: Kind) -> RunEvents | None:
+    return RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
+
+
+def _packed(settings: Settings, given: Given) -> Given:
+    """The numbers of a run as its functions read them."""
+    return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
+
+
+def _integrated(settings: Settings, kind: Kind, given: Given) -> Integrated:
+    begun = started(settings, given, kind)
+    end, _ = advanced(settings, begun.given, begun.carry, kind)
+    return Integrated(begun.carry.y, begun.bad_starts, end, blurred(settings, begun.given, end))
+
+
+def _both_modes(settings: Settings, given: Given) -> Integrated:
+    """The steps of a run, to be differentiated as it is asked for."""
     if settings.adjoint is not None:
-        return _solution(settings, safe, _integrated(settings, kind_of_loop(settings.adjoint), safe), wrong)
-    leaves, structure = jax.tree.flatten(safe)
+        return _integrated(settings, kind_of_loop(settings.adjoint), given)
+    leaves, structure = jax.tree.flatten(given)
     others: list[PyTree] = []  # what is the same for all numbers
 
     def with_loop(kind: Kind) -> Callable[[list[Array]], PyTree]:
@@ -52,35 +102,9 @@ def run(settings: Settings, given: Given) -> Solution:
 
         return arrays
 
-    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, numbers))
+    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, given.numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
-    return _solution(settings, safe, eqx.combine(found, *others), wrong)
-
-
-class _Integrated(NamedTuple):
-    """What the loop over the steps started with, which start values are bad, what it leaves, and how far the crossing
-    functions of relations were from zero at most that have changed and could not change back, zero for all others.
-    """
-
-    start: Array
-    bad_starts: Array
-    end: Carry
-    blurred: Array
-
-
-def _packed(settings: Settings, given: Given) -> Given:
-    """The numbers of a run as its functions read them."""
-    return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
-
-
-def _integrated(settings: Settings, kind: Kind, given: Given) -> _Integrated:
-    given = _packed(settings, given)
-    y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
-    events = RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
-    given, begun = begin(settings, given, y0, events)
-    end = Run(settings, given, events, kind).all_steps(begun)
-    blurred = jnp.zeros(0) if events is None else are_blurred(given.band, given.back, end.armed, end.farthest)
-    return _Integrated(begun.y, bad_starts, end, blurred)
+    return eqx.combine(found, *others)
 
 
 def _saved(settings: Settings, numbers: RunNumbers) -> int:
@@ -94,94 +118,9 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
     return points[settings.save] * settings.layout.size
 
 
-def _solution(settings: Settings, given: Given, integrated: _Integrated, wrong: Array) -> Solution:
-    """The solution; `wrong` are the demands on its numbers that are not met."""
-    system, layout, given, numbers = settings.system, settings.layout, _packed(settings, given), given.numbers
-    y0, _, end, blurred = integrated
-    forward, control, largest = given.direction, end.control, end.control.largest[: layout.n_states]
-    t_end, y_end = forward * end.t, end.y
-    ts, ys = (t_end[None], y_end[None]) if settings.save in ("end", "dense") else (forward * end.rows.ts, end.rows.ys)
-    saved = first_saved_not_finite(settings, given, end)
-    result, culprit = _outcome(settings, given, integrated, wrong, saved)
-    n_accepted = end.n_accepted
-    stats = {
-        "max_steps": settings.max_steps,
-        "num_accepted_steps": n_accepted,
-        "num_rejected_steps": end.n_steps - n_accepted,
-        "num_steps": end.n_steps,
-    }
-    return Solution(
-        t1=t_end if settings.stop is None else jnp.where(result == Result.stopped, t_end, jnp.inf),
-        result=result,
-        stats=stats,
-        _start=(jnp.asarray(numbers.t0, float), y0[layout.point]),
-        _end=(t_end, y_end[layout.point]),
-        _path=(ts, ys[:, layout.point]),
-        _end_integrals=y_end[layout.integrals][: settings.n_integrals],
-        _path_integrals=ys[:, layout.integrals][:, : settings.n_integrals],
-        _culprit=culprit,
-        _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y),
-        _params={},
-        _inputs=dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots)),
-        _dense=end.pieces,
-        _losses=y_end[layout.losses],
-        _peaks=_peaks(settings, given, y_end),
-        _errors=control.error[: layout.n_states],
-        _largest=largest,
-        _blurred=blurred,
-        _unresolved=are_unresolved(system.nominals, numbers.rtol, largest, control.total[: layout.n_states]),
-        _history=None if system.events is None else end.history,
-        system=system,
-        _solver=settings.solver,
-        _layout=layout,
-        _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin", "dtmax")},
-        _choices=settings.choices,
-        _demands=sentences(system, numbers),
-        _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
-        _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
-    )
-
-
-def _peaks(settings: Settings, given: Given, y: Array) -> Array:
-    """Values, then times, which the solver counts forwards."""
-    values, times = jnp.split(y[settings.layout.peaks], 2)
-    return jnp.concatenate([values, given.direction * times])
-
-
-def _outcome(
-    settings: Settings, given: Given, integrated: _Integrated, wrong: Array, saved: NotFinite
-) -> tuple[Result, Array]:
-    """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
-    system, layout, inputs = settings.system, settings.layout, given.inputs
-    _, bad_starts, end, _ = integrated
-    t, y, why = given.direction * end.t, end.y, end.outcome
-    bound = system.carried.with_discrete(inputs, y[layout.point])
-    everything = system.evaluate_all(t, y[layout.point], bound)
-    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
-    rules = [  # of all that apply the first one counts
-        ([wrong], Result.bad_option),
-        (system.intake.bad_values(inputs), Result.bad_parameter),
-        ([bad_starts], Result.bad_start),
-        (no_start, Result.bad_start),
-        ([~everything.is_finite()], Result.not_finite),
-        (singular_blocks(system, everything, bound), Result.undetermined),
-        ([why == REFUSED], Result.refused),
-        ([why == CONTRADICTED], Result.bad_reset),
-        ([why == ENDLESS], Result.events_endless),
-        ([why == ACCUMULATED], Result.events_accumulate),
-        ([end.failed & jnp.any(jnp.isnan(end.control.error))], Result.not_finite),
-        ([end.failed], Result.step_too_small),
-        (
-            [(end.n_steps >= settings.max_steps) & (end.t < given.direction * given.numbers.t1) & (why == 0)],
-            Result.too_many_steps,
-        ),
-        ([saved.exists], Result.not_finite),
-        ([why == STOPPED], Result.stopped),
-    ]
-    index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)
-    result = Result.reached_end if settings.stop is None else Result.never_stopped
-    culprit, ends = jnp.asarray(-1), np.cumsum([sum(mask.size for mask in masks) for masks, _ in rules]).tolist()
-    for low, high, (_, outcome) in zip([0, *ends], ends, rules, strict=False):
-        is_it = (index >= low) & (index < high)
-        result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - low, culprit)
-    return result, culprit
+def _kept(given: Given, end: Carry) -> Kept:
+    """The rows that a run has saved, in the time of the model."""
+    forward, rows = given.direction, end.rows if end.record is None else end.record
+    ts, ys = (end.t[None], end.y[None]) if rows is None else (rows.ts, rows.ys)
+    record = None if end.record is None or end.record.infos is None else end.record
+    return Kept(forward * ts, ys, record, end.history)

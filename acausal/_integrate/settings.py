@@ -15,6 +15,8 @@ from .solvers._rosenbrock import AbstractRosenbrock
 from .state_vector import StateVector
 from .user_function import UserFunction
 
+STEPS = 128  # steps at a time, where a run is a program that is called again and again
+EVENTS = 64  # and events
 AT_ONCE = 8  # events of one instant that are recorded, besides two of each
 
 
@@ -49,6 +51,13 @@ class Settings:
         """How many events of one instant are recorded."""
         events = self.system.events
         return min(self.max_events, AT_ONCE + (0 if events is None else 2 * events.total))
+
+    @property
+    def in_chunks(self) -> "Settings":
+        """The settings of the program that runs some steps at a time, whatever is read of them afterwards."""
+        room = EVENTS + AT_ONCE + (0 if self.system.events is None else 2 * self.system.events.total)
+        none = diffrax.NoProgressMeter()
+        return dataclasses.replace(self, save="chunk", adjoint=None, max_steps=STEPS, max_events=room, progress=none)
 
     @property
     def choices(self) -> tuple[tuple[str, str | int | None], ...]:
@@ -89,7 +98,12 @@ class Settings:
             return False
         leaves = self.read_by_margins | set(self.peaks.leaves if self.peaks else ())
         read = pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
-        return self.save in ("times", "dense") or not set(read) <= set(system.states)
+        return self.save == "times" or not set(read) <= set(system.states)
+
+    @property
+    def keeps_steps(self) -> bool:
+        """Whether the steps are recorded."""
+        return self.save in ("steps", "dense", "chunk")
 
     @property
     def n_integrals(self) -> int:
@@ -117,6 +131,7 @@ class RunNumbers:
     rates: list[Numbers]  # numbers in the integrands
     peaks: list[Numbers]  # in the functions whose peaks are wanted
     stored: list[Numbers]  # and in the energy
+    most: Numbers | None = None  # most steps, if they are not those that a program has room for
     unmet: Numbers | None = None  # 1 where no start values meet the initial equations of components, else 0
     past: Past | None = None  # what has happened before the run
     dtmax: Array | None = None

@@ -23,20 +23,17 @@ from .._evaluate.system import System
 from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
-from .._tracing import known
 from .._units.quantity import has_unit
 from .energy import powers, stored
 from .failure import is_trial, report_failure
 from .field import Given
 from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
-from .rows import shared
+from .run_of_known import run
 from .settings import RunNumbers, Settings
 from .solution import Solution
 from .solvers import AbstractRosenbrock, Rodas5P
 from .start_search import search_start
 from .started import started
-from .stored_run import run
-from .trajectories import chosen
 from .unresolved import warn_of_unresolved
 from .user_function import UserFunction, as_function, trace
 
@@ -165,23 +162,11 @@ def simulate(
     )
     check_known(system, numbers)
     with compiling("a run", model, run, progress):
-        solution = _run(settings, Given(inputs, numbers))
+        solution = run(settings, Given(inputs, numbers))
     solution = dataclasses.replace(solution, _params=params.leaves)
     solution = report_failure(solution) if throw else solution
     warn_of_unresolved(solution)
     return solution
-
-
-def _run(settings: Settings, given: Given) -> Solution:
-    """The run, by a program that holds for other numbers of times to save at, too."""
-    times = given.numbers.times
-    if times is None or known(times) is None:
-        return run(settings, given)
-    more = dataclasses.replace(given.numbers, times=chosen(times, shared(len(times))))
-    solution = run(settings, dataclasses.replace(given, numbers=more))
-    asked = slice(len(times))
-    ts, ys = (chosen(rows, asked) for rows in solution._path)
-    return dataclasses.replace(solution, _path=(ts, ys), _path_integrals=chosen(solution._path_integrals, asked))
 
 
 def _as_number(value: Any) -> Any:

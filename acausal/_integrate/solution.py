@@ -26,16 +26,16 @@ from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
-from .dense import Pieces, points_at
+from .dense import Reading, Record
 from .energy import EnergyAccount, stored
 from .event_history import EventHistory
 from .event_log import EventLog
 from .made_from import equations_of
 from .peaks import Peak
 from .result import sentence
-from .rows import shared
+from .rows import chosen
 from .state_vector import StateVector
-from .trajectories import both_sides, chosen, over_batch, trajectories
+from .trajectories import both_sides, over_batch, trajectories
 from .unresolved import unresolved
 
 M = TypeVar("M", bound=Component)
@@ -65,7 +65,7 @@ class Solution(eqx.Module, Generic[M]):
     _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if there is one
     _params: dict[int, Array]  # parameters of the model, by the number of their leaves
     _inputs: Inputs
-    _dense: Pieces | None
+    _record: Record | None  # of the steps
     _losses: Array  # energies lost at events
     _peaks: Array  # values and times
     _errors: Array  # of the states in the last step, in tolerances
@@ -111,15 +111,7 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def values(self) -> M:
         """The model with trajectories in place of its variables."""
-        ts, ys = self._rows
-        if self.is_batched or known(ts) is None or len(ts) == 0:
-            return self._view(ts, ys)
-        rows = shared(len(ts))
-        ts_padded, ys_padded = ((x if is_traced(x) else np.asarray(x))[rows] for x in (ts, ys))
-        leaves, structure = jax.tree_util.tree_flatten(self._view(ts_padded, ys_padded))
-        cut = [leaf.declaration.role != "param" or leaf.stack != () for leaf in self.system.flat.own_leaves]
-        reached = slice(len(ts))
-        return structure.unflatten([chosen(x, reached) if c else x for x, c in zip(leaves, cut, strict=True)])
+        return self._view(*self._rows)
 
     @property
     def final(self) -> M:
@@ -128,18 +120,19 @@ class Solution(eqx.Module, Generic[M]):
 
     def at(self, t: Numbers) -> M:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
-        if self._dense is None:
-            raise ModelError('sol.at(t) needs a dense solution: simulate(..., save="dense").')
-        t = jnp.asarray(t, float)
-
-        read = ft.partial(points_at, self.system, self._solver, self._layout, t)
+        if self._record is None:
+            raise ModelError(
+                'The run has kept no dense output to read at other times. Remedy: simulate(..., save="dense").'
+            )
         t0, t1 = self._numbers["t0"], self._numbers["t1"]
         assert t0 is not None
         assert t1 is not None
-        forward = jnp.where(t1 < t0, -1.0, 1.0)
-        forward = jnp.broadcast_to(forward, jnp.shape(self.t1))
-        points = over_batch(read, jnp.ndim(self.t1))(self._dense, self._inputs, forward, self._start[1])
-        return self._view(jnp.broadcast_to(t, jnp.shape(self.t1) + t.shape), points)
+        reading = Reading(self.system, self._solver, self._layout)
+        batch = jnp.shape(self.t1)
+        t, forward = jnp.asarray(t, float), jnp.broadcast_to(jnp.where(t1 < t0, -1.0, 1.0), batch)
+        read = over_batch(ft.partial(reading.at, t), len(batch))
+        vectors = read(self._record, self._inputs, forward)
+        return self._view(jnp.broadcast_to(t, batch + t.shape), vectors[..., self._layout.point])
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)

@@ -53,7 +53,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     band, back = events.bands(given)
     given = dataclasses.replace(given, band=band, back=back)
     past = events.past(t0, y, given)
-    n_kept = layout.size if settings.save == "steps" else 0
+    n_kept = layout.size if settings.keeps_steps else 0
     history = EventHistory.empty(settings.room_at_once, n_kept, events.n_model)
     none = jnp.zeros(events.total, bool)
     begins = none if settings.is_started else jnp.isfinite(past)

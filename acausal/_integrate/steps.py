@@ -21,7 +21,7 @@ from .adjoint import Kind
 from .carry import Carry, Rows
 from .controller import StepSizes, step_sizes
 from .crossing import Found, first_crossing
-from .dense import Pieces
+from .dense import Record
 from .event_history import EventHistory
 from .field import Given, vector_field
 from .interval import Seen, seen, seen_on_course
@@ -146,21 +146,18 @@ class Steps:
 
     @property
     def _width_of_history(self) -> int:
-        return self.layout.size if self.settings.save == "steps" else 0
+        return self.layout.size if self.settings.keeps_steps else 0
 
     @property
     def _inner_loop(self) -> Callable[..., PyTree]:
         """A loop within a step."""
         return ft.partial(while_loop, kind="bounded" if self.kind.is_reversible else "lax")
 
-    def saved(self, path: Span, c: Carry, t: Array, y: Vector, keep: Array) -> Rows:
-        """The rows after a step along a path, which ends at t with the vector y."""
+    def saved(self, path: Span, c: Carry, t: Array, keep: Array) -> Rows | None:
+        """The rows after a step along a path, which ends at t."""
         times = self.given.numbers.times
-        if self.settings.save == "steps":
-            i = c.rows.n
-            return Rows(written(c.rows.ts, t, i, keep), written(c.rows.ys, y, i, keep), i + keep)
         if times is None:
-            return c.rows
+            return None
         ordered = self.forward * times
 
         def is_passed(rows: Rows) -> Array:
@@ -175,45 +172,54 @@ class Steps:
 
         return self._inner_loop(is_passed, save, c.rows, max_steps=len(times), buffers=lambda rows: (rows.ts, rows.ys))
 
-    def no_rows(self, y: Vector) -> Rows:
-        """The rows of a run that begins with y."""
+    def no_rows(self) -> Rows | None:
+        """The rows of a run that has not begun."""
         times = self.given.numbers.times
-        size = {"steps": self.settings.max_steps + 1, "times": 0 if times is None else len(times)}
-        size = size.get(self.settings.save, 0)
-        rows = Rows(jnp.full(size, jnp.inf), jnp.full((size, len(y)), jnp.inf), jnp.asarray(0))
-        if self.settings.save != "steps":
-            return rows
-        return Rows(rows.ts.at[0].set(self.t0), rows.ys.at[0].set(y), jnp.asarray(1))
-
-    def kept(self, c: Carry, t: Array, keep: Array, info: PyTree) -> Pieces | None:
-        """The dense output after a step that ends at t, and that is evaluated from `info`."""
-        if c.pieces is None:
+        if times is None:
             return None
-        values, structure = jax.tree.flatten(info)
-        buffers = structure.flatten_up_to(c.pieces.infos)
-        infos = [written(*item, c.n_accepted, keep) for item in zip(buffers, values, strict=True)]
-        return Pieces(written(c.pieces.ts, t, c.n_accepted + 1, keep), structure.unflatten(infos))
+        return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
 
-    def no_pieces(self, c: Carry) -> Pieces | None:
-        if self.settings.save != "dense":
+    def recorded(self, c: Carry, t: Array, y: Vector, keep: Array, info: PyTree) -> Record | None:
+        """The record after a step that ends at t with the vector y, and whose dense output is evaluated from `info`."""
+        record = c.record
+        if record is None:
             return None
-        args = self.given.carrying(c.y[self.layout.carried])
-        core = self.layout.core(c.y)
+        infos = None
+        if record.infos is not None:
+            values, structure = jax.tree.flatten(info)
+            rows = zip(structure.flatten_up_to(record.infos), values, strict=True)
+            infos = structure.unflatten([written(buffer, value, record.n, keep) for buffer, value in rows])
+        ts, ys = written(record.ts, t, record.n + 1, keep), written(record.ys, y, record.n + 1, keep)
+        return Record(ts, ys, infos, record.n + keep)
+
+    def no_record(self, c: Carry) -> Record | None:
+        """The record of steps to come."""
+        if not self.settings.keeps_steps:
+            return None
+        n, y = self.settings.max_steps, c.y
+        ts = jnp.full(n + 1, jnp.inf).at[0].set(c.t)
+        ys = jnp.full((n + 1, len(y)), jnp.inf).at[0].set(y)
+        if self.settings.save == "steps":
+            return Record(ts, ys, None, jnp.asarray(0))
+        carried = y[self.layout.carried]
         where = (self.solver, c.t, c.t, c.jumped, c.inner)
-        info = eqx.filter_eval_shape(lambda: self.attempt(core, args, where)[2][0])
-        kept = {
-            "inner": info, "begin": c.t, "end": c.t, "carried": c.y[self.layout.carried],
-        }  # fmt: skip
-        n = self.settings.max_steps
+        info = eqx.filter_eval_shape(
+            lambda: self.attempt(self.layout.core(y), self.given.carrying(carried), where)[2][0]
+        )
+        kept = {"inner": info, "begin": c.t, "end": c.t, "carried": carried}
         infos = jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), kept)
-        return Pieces(jnp.full(n + 1, jnp.inf).at[0].set(self.t0), infos)
+        return Record(ts, ys, infos, jnp.asarray(0))
 
     def buffers(self, c: Carry) -> PyTree:
         """What is written to, one row after the other."""
-        found: list[PyTree] = [c.rows.ts, c.rows.ys]
+        found: list[PyTree] = []
+        if c.rows is not None:
+            found += [c.rows.ts, c.rows.ys]
+        if c.record is not None:
+            found += [c.record.ts, c.record.ys, c.record.infos]
         if self.events is not None:
             found += [c.history.times, c.history.numbers, c.history.before]  # pyright: ignore[reportOptionalMemberAccess]
-        return [*found, c.pieces] if self.settings.save == "dense" else found
+        return found
 
 
 def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:

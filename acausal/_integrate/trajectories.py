@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -18,6 +18,7 @@ from .._numbers import Numbers
 from .._tracing import is_traced, known
 from .event_history import EventHistory
 from .made_from import digest_of
+from .rows import NUMBERS, chosen, shared
 from .stored_program import result_of
 
 
@@ -44,15 +45,6 @@ def both_sides(
     return xp.concatenate([before, rows])[order]
 
 
-def chosen(rows: Array | np.ndarray, which: Any) -> Array | np.ndarray:
-    """What an index chooses. Outside of transformations numpy does: jax compiles anew for each number of rows, also for
-    `jnp.asarray` of them.
-    """
-    if is_traced(rows) or isinstance(rows, np.ndarray):
-        return rows[which]
-    return jax.device_put(np.asarray(rows)[which])
-
-
 def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:
     """The function mapped over leading axes of all its arguments."""
     return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
@@ -63,7 +55,41 @@ def trajectories(system: System, batch: int, ts: Numbers, ys: Numbers, inputs: I
 
     `batch` leading axes of all of them are those of a batch of runs.
     """
-    return result_of(_Trajectories(system, batch), (ts, ys, inputs))
+    if batch or np.ndim(ts) != 1 or not len(ts) or any(map(is_traced, jax.tree.leaves((ts, ys, inputs)))):
+        return result_of(_Trajectories(system, batch), (ts, ys, inputs))
+    blocks = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
+    if len(blocks) == 1:
+        return jax.device_put(blocks[0])
+    return {leaf: jax.device_put(np.concatenate([block[leaf] for block in blocks])) for leaf in blocks[0]}
+
+
+def first_not_finite(system: System, ts: Numbers, ys: Numbers, inputs: Inputs) -> int | None:
+    """The number of the first of some known points at which a variable is not finite; None if there is none.
+
+    Parameters and discrete variables do not count: an infinite time may mean "never".
+    """
+    begin = 0
+    for t, y in _blocks(ts, ys):
+        values = _block(system, np.asarray(t), np.asarray(y), inputs)
+        columns = [np.reshape(values[leaf], (len(t), -1)) for leaf in system.flat.variable_leaves]
+        is_bad = ~np.all(np.isfinite(np.concatenate([np.zeros((len(t), 1)), *columns], axis=1)), axis=1)
+        if np.any(is_bad):
+            return begin + int(np.argmax(is_bad))
+        begin += len(t)
+    return None
+
+
+def _blocks(ts: Numbers, ys: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
+    """Rows, as many at a time as programs are compiled for."""
+    for i in range(0, len(ts), NUMBERS[-1]):
+        yield ts[i : i + NUMBERS[-1]], ys[i : i + NUMBERS[-1]]
+
+
+def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> dict[int, np.ndarray]:
+    """The values at known points."""
+    rows = shared(len(ts))
+    found = result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs))
+    return {leaf: np.asarray(values)[: len(ts)] for leaf, values in found.items()}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,0 +1,120 @@
+"""Runs of known numbers: small programs for the start, some steps at a time, and the end.
+
+They depend on the model, its events and the method alone. What is saved, and how many steps and events there may be, is
+decided outside of them.
+"""
+
+import dataclasses
+import functools as ft
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import PyTree
+
+from .._tracing import is_traced, within_transformation
+from . import run as traced
+from .adjoint import kind_of_loop
+from .carry import Carry
+from .ending import Ending, Integrated, ended
+from .field import Given
+from .made_from import digest_of
+from .options import unmet
+from .recording import Recording
+from .settings import Settings
+from .solution import Solution
+from .stored_program import result_of
+
+
+def run(settings: Settings, given: Given) -> Solution:
+    """As `run.run`, by programs that are shared by all runs of a model where numbers are known."""
+    if within_transformation() or any(is_traced(leaf) for leaf in jax.tree.leaves(given)):
+        return traced.run(settings, given)
+    return _run(settings, given)
+
+
+def _run(settings: Settings, given: Given) -> Solution:
+    if settings.adjoint is not None:
+        kind_of_loop(settings.adjoint)  # refuses one that is not supported
+    program, times = settings.in_chunks, given.numbers.times
+    numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
+    begun: traced.Started = result_of(_Start(program), dataclasses.replace(given, numbers=numbers))
+    carry, goes_on, recording = begun.carry, True, Recording(settings, begun.carry)
+    is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
+    while goes_on:
+        carry, goes_on = result_of(_Steps(program), (begun.given, carry._replace(record=None)))
+        recording.add(carry)
+        if is_shown:
+            print(f"{100.0 * _share(begun.given, carry):.2f}%")
+    parts = (begun.given, begun.carry.y, begun.bad_starts, carry._replace(record=None, history=None))
+    ending: Ending = result_of(_End(program), parts)
+    return recording.solution(begun.given, ending, times)
+
+
+def _share(given: Given, carry: Carry) -> float:
+    """The share of the run that has passed."""
+    t0, t1, t = float(given.numbers.t0), float(given.numbers.t1), float(given.direction * carry.t)
+    return 1.0 if t1 == t0 else (t - t0) / (t1 - t0)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Part:
+    """A part of a run as a function of numbers alone."""
+
+    settings: Settings
+
+    def __call__(self, given: Any) -> PyTree:
+        return _called(type(self), self.settings, given)
+
+    def contents(self, given: Any) -> list[object]:
+        settings = self.settings
+        functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
+        seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
+        inputs = (given if isinstance(given, Given) else given[0]).inputs
+        return [
+            inputs.given,  # the leaves whose start values are given
+            digest_of(settings.system),
+            *(None if f is None else (f.closed, f.leaves) for f in functions),
+            *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
+        ]
+
+    def held(self) -> dict[str, Any]:
+        return {}
+
+
+class _Start(_Part):
+    name = "start"
+
+    @staticmethod
+    def of(settings: Settings, given: Given) -> traced.Started:
+        return traced.started(settings, given)
+
+
+class _Steps(_Part):
+    name = "steps"
+
+    @staticmethod
+    def of(settings: Settings, given: tuple[Given, Carry]) -> tuple[Carry, Any]:
+        return traced.advanced(settings, *given)
+
+
+class _End(_Part):
+    name = "end"
+
+    @staticmethod
+    def of(settings: Settings, given: tuple[Given, Any, Any, Carry]) -> Ending:
+        numbers, y0, bad_starts, end = given
+        integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, numbers, end))
+        return ended(settings, numbers, integrated, unmet(settings.system, numbers.numbers))
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _called(part: type[Any], settings: Settings, given: Any) -> PyTree:
+    return _strong(part.of(settings, given))
+
+
+def _strong(outputs: PyTree) -> PyTree:
+    """Numbers whose type is their own, as those of the programs that are called with them."""
+    return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), outputs)
