@@ -57,10 +57,9 @@ class Ending(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What a run has kept: the saved times and vectors, its recorded steps and its events."""
+    """What a run has kept: the times asked for and the vectors there, its recorded steps and its events."""
 
-    ts: Any
-    ys: Any
+    path: tuple[Any, Any] | None
     record: Record | None
     history: EventHistory | None
 
@@ -93,7 +92,7 @@ def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array
 def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) -> Solution:
     """The solution, except for the parameters of the model."""
     system, layout, numbers = settings.system, settings.layout, given.numbers
-    ts, ys, record, history = kept
+    path, record, history = kept
     return Solution(
         t1=ending.t1,
         result=ending.result,
@@ -105,9 +104,8 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
         },
         _start=ending.start,
         _end=ending.end,
-        _path=(ts, ys[:, layout.point]),
+        _path=path,
         _end_integrals=ending.integrals,
-        _path_integrals=ys[:, layout.integrals][:, : settings.n_integrals],
         _culprit=ending.culprit,
         _not_finite=ending.end,
         _params={},

@@ -27,6 +27,7 @@ class Settled(NamedTuple):
     truths: Array
     holds: Array
     history: EventHistory
+    before: Array
     outcome: Array
 
 
@@ -42,6 +43,7 @@ def settle(
     history: EventHistory,
     given: Given,
     *,
+    n_before: int = 0,
     order: Array | None = None,
 ) -> Settled:
     """Carry out the events that begin at t, each at its own moment, then those that become true by them, and so on.
@@ -54,6 +56,8 @@ def settle(
     Programming`, 1988, ch. 4).
 
     A relation keeps its truth while its crossing function is within its band.
+
+    `n_before` elements of the vector before the first listed event are handed back, infinite without one.
 
     At the start of a run, `order` has the times of the past events. They happen in this order, and have no moments of
     their own. The energy account begins after what happens at the start, which is no loss.
@@ -75,6 +79,7 @@ def settle(
         order=jax.lax.stop_gradient(order) if is_start else jnp.zeros(0),
         n_own=zero,
         history=history,
+        before=jnp.full(n_before, jnp.inf),
         is_bad=no,
         goes_on=jnp.any(begins) | is_start,
         count=zero,
@@ -86,7 +91,7 @@ def settle(
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     y = end.ys[1] if is_start else _accounted(events, end)
-    return Settled(end.t, y, end.truths, end.holds, end.history, outcome)
+    return Settled(end.t, y, end.truths, end.holds, end.history, end.before, outcome)
 
 
 def _accounted(events: RunEvents, end: Round) -> Array:

@@ -58,6 +58,7 @@ class Run(Steps):
             n_steps=none,
             n_accepted=none,
             history=begun.history,
+            before=jnp.full(self.layout.size if self.settings.keeps_steps else 0, jnp.inf),
             rows=self.no_rows(),
             record=None,
             meter=self.settings.progress.init(),
@@ -74,11 +75,11 @@ class Run(Steps):
         settings = self.settings
         c = c._replace(record=self.no_record(c))
         if settings.save == "chunk" and c.history is not None:
-            c = c._replace(history=c.history.emptied(self._width_of_history, settings.max_events))
+            c = c._replace(history=c.history.emptied(settings.max_events + settings.room_at_once))
 
         def has_room(c: Carry) -> Array:
             assert c.history is not None
-            return c.history.count + settings.room_at_once <= settings.max_events
+            return c.history.count <= settings.max_events
 
         def goes_on(c: Carry) -> Array:
             is_in_room = settings.save == "chunk" and c.history is not None
@@ -129,7 +130,7 @@ class Run(Steps):
             new = self.peaks.renewed(path, t, y, args)
             y = layout.with_part(y, layout.peaks, new)
         rows = self.saved(path, c, t, keep)
-        record = self.recorded(c, t, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
+        record = self.recorded(c, settled, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
         # A step of which little was used gives no reason for a longer one.
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
@@ -206,24 +207,35 @@ class Run(Steps):
         events, given, forward = self.events, self.given, self.forward
         assert events is not None
         assert c.history is not None
-        log = c.history.emptied(self._width_of_history, self.settings.room_at_once)
+        log = c.history.emptied(self.settings.room_at_once)
 
         def settled() -> dict[str, Any]:
             # What is not due has no time, and reverse mode must not meet its infinity.
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             holds = events.circuit.hold(c.truths)
-            end = settle(events, forward * c.t, approach, c.y, begins, c.truths, holds, due, log, given)
+            end = settle(
+                events, forward * c.t, approach, c.y, begins, c.truths, holds, due, log, given, n_before=len(c.before)
+            )
             y = events.with_algebraic(end.t, end.y, given, anew=True)
             mark, crowd, is_crowd = self.crowded(c, forward * end.t, begins)
             outcome = jnp.where(end.outcome != 0, end.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
             return dict(
                 t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, given), history=end.history,
+                before=end.before,
                 outcome=outcome, mark=mark, crowd=crowd,
             )  # fmt: skip
 
         def idle() -> dict[str, Any]:
             return dict(
-                t=c.t, y=c.y, truths=c.truths, due=c.due, history=log, outcome=c.outcome, mark=c.mark, crowd=c.crowd
+                t=c.t,
+                y=c.y,
+                truths=c.truths,
+                due=c.due,
+                history=log,
+                before=jnp.full(len(c.before), jnp.inf),
+                outcome=c.outcome,
+                mark=c.mark,
+                crowd=c.crowd,
             )
 
         return c._replace(**jax.lax.cond(unvmap_any(jnp.any(begins)), settled, idle))

@@ -70,21 +70,18 @@ def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
 
 def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
     """The recorded steps, and what was before events."""
-    record, history, here = end.record, end.history, settings.layout.point
+    record, here = end.record, settings.layout.point
     assert record is not None
 
     def row(i: Array) -> Point:
         return Point(forward * record.ts[i], record.ys[i, here], jnp.asarray(True))
 
     n = record.n + 1
-    if history is None:
-        return n, row
-    times = history.times
-    is_first = times > jnp.concatenate([record.ts[:1] * forward, times[:-1]])  # of its instant, and not at the start
 
     def point(i: Array) -> Point:
         j = jnp.maximum(i - n, 0)
-        before = Point(times[j], history.before[j, here], is_first[j])
+        is_shown = jnp.isfinite(record.moments[j]) & (record.moments[j] > record.ts[0])
+        before = Point(forward * record.moments[j], record.befores[j, here], is_shown)
         return jax.tree.map(lambda a, b: jnp.where(i < n, a, b), row(i), before)
 
-    return n + jnp.minimum(history.count, len(times)), point
+    return n + record.n, point

@@ -36,18 +36,16 @@ class Recording:
 
     def solution(self, given: Given, ending: Ending, times: Any) -> Solution:
         """The solution, with the values at the times asked for, if there are any."""
-        forward, record = float(given.direction), self._record()
+        record, path = self._record(), None
         if record is None:
-            ts, ys = forward * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
-        elif times is None:
-            ts, ys = forward * np.asarray(record.ts), np.asarray(record.ys)
-        else:
-            ts, ys = self._at(np.asarray(times), record, given)
-        kept = Kept(*jax.device_put((ts, ys)), record, self._history())
+            path = float(given.direction) * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
+        elif times is not None:
+            path = self._at(np.asarray(times), record, given)
+        kept = Kept(*jax.device_put((path, record, self._history())))
         solution = solution_of(self.settings, given, ending, kept)
-        if record is None:
+        if self.settings.save == "end":
             return solution
-        ts, ys = solution._rows
+        ts, ys = solution._saved(None), solution._saved(self.settings.layout.point)
         place = first_not_finite(self.settings.system, ts, ys, given.inputs)
         if place is None:
             return solution
@@ -80,24 +78,24 @@ class Recording:
         def ends(parts: list[Any]) -> np.ndarray:
             return np.concatenate([np.asarray(parts[0])[:1], joined(parts, 1)])
 
-        infos = jax.tree.map(lambda *parts: joined(list(parts), 0), *(record.infos for record in self.records))
-        ts, ys = ([getattr(record, name) for record in self.records] for name in ("ts", "ys"))
-        return Record(*jax.device_put((ends(ts), ends(ys), infos, np.asarray(n))))
+        def rows(name: str) -> list[Any]:
+            return [getattr(record, name) for record in self.records]
+
+        infos = jax.tree.map(lambda *parts: joined(list(parts), 0), *rows("infos"))
+        moments, befores = joined(rows("moments"), 0), joined(rows("befores"), 0)
+        return Record(*jax.device_put((ends(rows("ts")), ends(rows("ys")), moments, befores, infos, np.asarray(n))))
 
     def _history(self) -> EventHistory | None:
-        """The events of all pieces, up to as many as are wanted; with what was before them if steps are shown."""
+        """The events of all pieces, up to as many as are wanted."""
         last = self.histories[-1]
         if last is None:
             return None
-        keep, room = self.settings.keeps_steps, self.settings.max_events
         parts = [history for history in self.histories if history is not None]
         is_there = [np.asarray(part.numbers) >= 0 for part in parts]
 
         def joined(name: str) -> np.ndarray:
             rows = [np.asarray(getattr(part, name))[there] for part, there in zip(parts, is_there, strict=True)]
-            return np.concatenate(rows)[:room]
+            return np.concatenate(rows)[: self.settings.max_events]
 
-        before = joined("before") if keep else np.zeros((len(joined("times")), 0))
         count = np.asarray(sum(int(part.count) for part in parts))
-        new = jax.device_put((joined("times"), joined("numbers"), before, count))
-        return eqx.tree_at(lambda h: (h.times, h.numbers, h.before, h.count), last, new)
+        return eqx.tree_at(lambda h: (h.times, h.numbers, h.count), last, (joined("times"), joined("numbers"), count))

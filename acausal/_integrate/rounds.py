@@ -62,6 +62,7 @@ class Round(NamedTuple):
     order: Array  # at the start of a run, the last time of each past event
     n_own: Array  # rounds of events that were due
     history: EventHistory
+    before: Array  # the first elements of the vector before the first listed event
     is_bad: Array
     goes_on: Array
     count: Any
@@ -115,6 +116,8 @@ class Iteration(NamedTuple):
         holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.curved, true, held), holds)
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
+        history = r.history.noted(t, (fired | told)[: events.n_model], events.is_listed[: events.n_model])
+        is_first_listed = (r.history.count == 0) & (history.count > 0)
         return Round(
             t=t,
             ys=jnp.stack([base, y]),
@@ -128,7 +131,8 @@ class Iteration(NamedTuple):
             lost=jnp.where(own.is_any, r.lost, stored - here.stored),
             order=order,
             n_own=r.n_own + own.is_any,
-            history=r.history.noted(t, ys[0], (fired | told)[: events.n_model], events.is_listed[: events.n_model]),
+            history=history,
+            before=jnp.where(is_first_listed, ys[0][: len(r.before)], r.before),
             is_bad=r.is_bad | (is_bad & any_acts),
             goes_on=(own.is_any | jnp.any(fired) | jnp.any(due)) & ~jnp.any(fired & events.refused),
             count=r.count + 1,

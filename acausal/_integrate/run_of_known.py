@@ -25,7 +25,7 @@ from .options import unmet
 from .recording import Recording
 from .settings import Settings
 from .solution import Solution
-from .stored_program import result_of
+from .stored_program import program_for, result_of
 
 
 def run(settings: Settings, given: Given) -> Solution:
@@ -42,9 +42,10 @@ def _run(settings: Settings, given: Given) -> Solution:
     numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
     begun: traced.Started = result_of(_Start(program), dataclasses.replace(given, numbers=numbers))
     carry, goes_on, recording = begun.carry, True, Recording(settings, begun.carry)
+    further = program_for(_Steps(program), (begun.given, carry))
     is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
     while goes_on:
-        carry, goes_on = result_of(_Steps(program), (begun.given, carry._replace(record=None)))
+        carry, goes_on = further((begun.given, carry._replace(record=None)))
         recording.add(carry)
         if is_shown:
             print(f"{100.0 * _share(begun.given, carry):.2f}%")

@@ -15,8 +15,9 @@ from .solvers._rosenbrock import AbstractRosenbrock
 from .state_vector import StateVector
 from .user_function import UserFunction
 
-STEPS = 128  # steps at a time, where a run is a program that is called again and again
-EVENTS = 64  # and events
+STEPS = 256  # most steps at a time, where a run is a program that is called again and again
+EVENTS = 2  # that it has room for in a step, on average
+ROOM = 400_000  # bytes that they take: XLA compiles loops over up to a million bytes as one function
 AT_ONCE = 8  # events of one instant that are recorded, besides two of each
 
 
@@ -55,9 +56,12 @@ class Settings:
     @property
     def in_chunks(self) -> "Settings":
         """The settings of the program that runs some steps at a time, whatever is read of them afterwards."""
-        room = EVENTS + AT_ONCE + (0 if self.system.events is None else 2 * self.system.events.total)
-        none = diffrax.NoProgressMeter()
-        return dataclasses.replace(self, save="chunk", adjoint=None, max_steps=STEPS, max_events=room, progress=none)
+        layout, none = self.layout, diffrax.NoProgressMeter()
+        steps = ROOM // (8 * (3 * layout.size + 8 * layout.n_core))
+        steps = min(max(steps, 16), STEPS)
+        return dataclasses.replace(
+            self, save="chunk", adjoint=None, max_steps=steps, max_events=EVENTS * steps, progress=none
+        )
 
     @property
     def choices(self) -> tuple[tuple[str, str | int | None], ...]:

@@ -58,9 +58,8 @@ class Solution(eqx.Module, Generic[M]):
     stats: dict[str, Scalar]
     _start: tuple[Array, Array]  # time and state vector
     _end: tuple[Array, Array]
-    _path: tuple[Array, Array]  # at the saved times, padded with infinities after the end
+    _path: tuple[Array, Array] | None  # at the times asked for, infinite after the end; None: those of the steps
     _end_integrals: Array
-    _path_integrals: Array
     _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
     _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if there is one
     _params: dict[int, Array]  # parameters of the model, by the number of their leaves
@@ -89,29 +88,37 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def ts(self) -> Array | np.ndarray:
         """The saved times; in a single solution, those that the run did not reach are left out."""
-        return self._rows[0]
+        return self._saved(None)
 
     @property
     def ys(self) -> Array | np.ndarray:
         """The state vector at the saved times; see `sol.system.state_names`."""
-        return chosen(self._rows[1], (..., slice(len(self.system.nominals))))
+        return self._saved(slice(len(self.system.nominals)))
 
-    @property
-    def _rows(self) -> tuple[Array | np.ndarray, Array | np.ndarray]:
-        """The saved times and vectors."""
-        return self._both_sides(self._path[0], None), self._both_sides(self._path[1], self._layout.point)
-
-    def _both_sides(self, rows: Array, columns: slice | None) -> Array | np.ndarray:
-        """Saved rows; in a single solution, with those before each event, see `both_sides`."""
-        times = known(self._path[0])
+    def _saved(self, columns: slice | None) -> Array | np.ndarray:
+        """The saved times, or columns of the vectors there; in a single solution of which the steps are shown, with
+        those before each event.
+        """
+        record = self._record if self._path is None else None
+        ts, ys = (self._forward[..., None] * record.ts, record.ys) if record is not None else self._path
+        rows, times = ts if columns is None else ys[..., columns], known(ts)
         if self.is_batched or times is None:
             return rows
-        return both_sides(rows, times, self._start[0], self._history, columns)
+        if record is None:
+            return chosen(rows, np.isfinite(times))
+        before = self._forward * record.moments if columns is None else record.befores[:, columns]
+        return both_sides(rows, before, *map(np.asarray, (known(record.ts), known(record.moments))))
+
+    @property
+    def _forward(self) -> Numbers:
+        """1, or -1 for a run that went back in time."""
+        forward = np.where(self._numbers["t1"] < self._numbers["t0"], -1.0, 1.0)
+        return jnp.broadcast_to(forward, jnp.shape(self.t1))
 
     @property
     def values(self) -> M:
         """The model with trajectories in place of its variables."""
-        return self._view(*self._rows)
+        return self._view(self._saved(None), self._saved(self._layout.point))
 
     @property
     def final(self) -> M:
@@ -120,18 +127,14 @@ class Solution(eqx.Module, Generic[M]):
 
     def at(self, t: Numbers) -> M:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
-        if self._record is None:
+        if self._record is None or self._record.infos is None:
             raise ModelError(
                 'The run has kept no dense output to read at other times. Remedy: simulate(..., save="dense").'
             )
-        t0, t1 = self._numbers["t0"], self._numbers["t1"]
-        assert t0 is not None
-        assert t1 is not None
         reading = Reading(self.system, self._solver, self._layout)
-        batch = jnp.shape(self.t1)
-        t, forward = jnp.asarray(t, float), jnp.broadcast_to(jnp.where(t1 < t0, -1.0, 1.0), batch)
+        batch, t = jnp.shape(self.t1), jnp.asarray(t, float)
         read = over_batch(ft.partial(reading.at, t), len(batch))
-        vectors = read(self._record, self._inputs, forward)
+        vectors = read(self._record, self._inputs, self._forward)
         return self._view(jnp.broadcast_to(t, batch + t.shape), vectors[..., self._layout.point])
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
@@ -166,7 +169,7 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def integrals(self) -> PyTree:
         """Trajectories of the `integrals` asked for."""
-        return self._integrals(self._both_sides(self._path_integrals, self._layout.integrals))["user"]
+        return self._integrals(self._saved(self._layout.integrals))["user"]
 
     def _integrals(self, columns: Array | np.ndarray) -> PyTree:
         if self._integrals_tree is None:

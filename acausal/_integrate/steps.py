@@ -136,17 +136,9 @@ class Steps:
         """The history with the events of a step."""
         if history is None or instant is None:
             return history
-        counted = eqx.tree_at(lambda h: h.count, instant, jnp.where(keep, instant.count, 0))
-        new = history.followed_by(counted, self.settings.max_events, self._inner_loop)
-        last = (
-            jnp.where(keep, instant.last_times, history.last_times),
-            jnp.where(keep, instant.last_happened, history.last_happened),
-        )
-        return eqx.tree_at(lambda h: (h.last_times, h.last_happened), new, last)
-
-    @property
-    def _width_of_history(self) -> int:
-        return self.layout.size if self.settings.keeps_steps else 0
+        none = history.emptied(len(instant.times))
+        kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, none)
+        return history.followed_by(kept, self.settings.max_events)
 
     @property
     def _inner_loop(self) -> Callable[..., PyTree]:
@@ -179,36 +171,41 @@ class Steps:
             return None
         return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
 
-    def recorded(self, c: Carry, t: Array, y: Vector, keep: Array, info: PyTree) -> Record | None:
-        """The record after a step that ends at t with the vector y, and whose dense output is evaluated from `info`."""
+    def recorded(self, c: Carry, settled: Carry, y: Vector, keep: Array, info: PyTree) -> Record | None:
+        """The record after a step that leads to `settled`, there with the vector y, and whose dense output is evaluated
+        from `info`.
+        """
         record = c.record
         if record is None:
             return None
-        infos = None
+        moment = jnp.inf if settled.history is None else self.forward * settled.history.times[0]
+        rows = [(record.moments, moment), (record.befores, settled.before)]
         if record.infos is not None:
             values, structure = jax.tree.flatten(info)
-            rows = zip(structure.flatten_up_to(record.infos), values, strict=True)
-            infos = structure.unflatten([written(buffer, value, record.n, keep) for buffer, value in rows])
-        ts, ys = written(record.ts, t, record.n + 1, keep), written(record.ys, y, record.n + 1, keep)
-        return Record(ts, ys, infos, record.n + keep)
+            rows += zip(structure.flatten_up_to(record.infos), values, strict=True)
+        moments, befores, *infos = (written(buffer, value, record.n, keep) for buffer, value in rows)
+        ts, ys = written(record.ts, settled.t, record.n + 1, keep), written(record.ys, y, record.n + 1, keep)
+        infos = None if record.infos is None else jax.tree.structure(info).unflatten(infos)
+        return Record(ts, ys, moments, befores, infos, record.n + keep)
 
     def no_record(self, c: Carry) -> Record | None:
         """The record of steps to come."""
         if not self.settings.keeps_steps:
             return None
         n, y = self.settings.max_steps, c.y
-        ts = jnp.full(n + 1, jnp.inf).at[0].set(c.t)
-        ys = jnp.full((n + 1, len(y)), jnp.inf).at[0].set(y)
-        if self.settings.save == "steps":
-            return Record(ts, ys, None, jnp.asarray(0))
-        carried = y[self.layout.carried]
-        where = (self.solver, c.t, c.t, c.jumped, c.inner)
-        info = eqx.filter_eval_shape(
-            lambda: self.attempt(self.layout.core(y), self.given.carrying(carried), where)[2][0]
-        )
-        kept = {"inner": info, "begin": c.t, "end": c.t, "carried": carried}
-        infos = jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), kept)
-        return Record(ts, ys, infos, jnp.asarray(0))
+
+        def empty(n: int, *row: Any) -> Any:
+            return jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), row)
+
+        ts, ys, (moments, befores) = empty(n + 1, c.t)[0], empty(n + 1, y)[0], empty(n, c.t, c.before)
+        infos = None
+        if self.settings.save != "steps":
+            carried = y[self.layout.carried]
+            where = (self.solver, c.t, c.t, c.jumped, c.inner)
+            args = (self.layout.core(y), self.given.carrying(carried), where)
+            inner = eqx.filter_eval_shape(lambda: self.attempt(*args)[2][0])
+            (infos,) = empty(n, {"inner": inner, "begin": c.t, "end": c.t, "carried": carried})
+        return Record(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
 
     def buffers(self, c: Carry) -> PyTree:
         """What is written to, one row after the other."""
@@ -216,9 +213,7 @@ class Steps:
         if c.rows is not None:
             found += [c.rows.ts, c.rows.ys]
         if c.record is not None:
-            found += [c.record.ts, c.record.ys, c.record.infos]
-        if self.events is not None:
-            found += [c.history.times, c.history.numbers, c.history.before]  # pyright: ignore[reportOptionalMemberAccess]
+            found += [c.record._replace(n=None)]
         return found
 
 

@@ -56,12 +56,17 @@ class Storable(Protocol):
 
 def result_of(function: Storable, given: Any) -> PyTree:
     """The outputs, where possible by a stored program; else what is compiled is stored, where that is possible."""
+    return program_for(function, given)(given)
+
+
+def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
+    """The function, where possible by a stored program, for numbers of the same shapes and structure."""
     leaves, structure = jax.tree.flatten(given)
     if within_transformation() or programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
-        return function(given)
+        return function
     kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
     program = _program(function, structure, kinds)
-    return function(given) if program is None else program(leaves)
+    return function if program is None else lambda given: program(jax.tree.leaves(given))
 
 
 def _is_plain(leaf: Any) -> bool:

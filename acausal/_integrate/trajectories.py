@@ -15,32 +15,22 @@ from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
-from .._tracing import is_traced, known
-from .event_history import EventHistory
+from .._tracing import is_traced
 from .made_from import digest_of
 from .rows import NUMBERS, chosen, shared
 from .stored_program import result_of
 
 
-def both_sides(
-    rows: Array | np.ndarray, times: np.ndarray, start: Array, history: EventHistory | None, columns: slice | None
-) -> Array | np.ndarray:
-    """The rows saved at times that were reached, and where steps are saved, those before each event.
+def both_sides(rows: Array | np.ndarray, before: Array | np.ndarray, times: np.ndarray, moments: np.ndarray) -> Any:
+    """The rows of the times that were reached, and those before the events at some moments, in the order of time.
 
-    `columns` are theirs in the vector that is stepped; None where the rows are the times themselves.
+    `times` and `moments` count forwards; what was before the start is not shown.
     """
-    reached = np.isfinite(times)
-    times, rows = times[reached], chosen(rows, reached)
-    if history is None or not history.before.shape[-1]:
-        return rows
-    moments, numbers, first = known(history.times), known(history.numbers), known(start)
-    assert moments is not None
-    assert numbers is not None
-    assert first is not None
-    # Of events at one instant, only the first one shows what was before; what was before the start is not shown.
-    shown = (numbers >= 0) & np.concatenate([[True], moments[1:] > moments[:-1]]) & (moments > first)
-    before = chosen(history.times if columns is None else history.before[:, columns], shown)
-    order = np.lexsort((np.repeat([0, 1], [len(before), len(times)]), np.concatenate([moments[shown], times])))
+    reached, shown = np.isfinite(times), np.isfinite(moments) & (moments > times[0])
+    order = np.lexsort(
+        (np.repeat([0, 1], [np.sum(shown), np.sum(reached)]), np.concatenate([moments[shown], times[reached]]))
+    )
+    rows, before = chosen(rows, reached), chosen(before, shown)
     xp = jnp if is_traced(before) or is_traced(rows) else np
     return xp.concatenate([before, rows])[order]
 
