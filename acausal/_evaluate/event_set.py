@@ -42,6 +42,11 @@ class EventEntry:
         """Whether it concerns its component alone, since its name begins with an underscore."""
         return self.name.startswith("_")
 
+    @property
+    def is_listed(self) -> bool:
+        """Whether the log of a run lists it."""
+        return self.kind != "hold" and not self.is_internal
+
     def label(self, index: int) -> str:
         """The path of one member's event."""
         path = indexed(self.path, self.stack[: self.path.count("[]")], index)

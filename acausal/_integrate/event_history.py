@@ -1,4 +1,4 @@
-"""What happened in a run, as its steps hand it on."""
+"""The events of a run, as its steps hand them on."""
 
 import equinox as eqx
 import jax
@@ -7,68 +7,65 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from .._numbers import Numbers
-
-LAST = 8  # how many of the last moments at which something happened are kept, for a failed run to name
+from .._tracing import known
 
 
 class EventHistory(eqx.Module):
-    """The events of a run, as far as there is room for them.
+    """What happened in a run, as far as there is room for it.
 
-    - `times`, `numbers` (-1: none yet): when each of the first listed events happened, and which it was.
-    - `count`: how many listed events there were, with or without room for them.
-    - `last_times`, `last_happened`: the last moments at which anything happened, listed or not, and which events did.
+    - `times`, `happened`: the moments at which anything happened, infinite after the last one, and which events did.
+    - `n`: how many moments there were, with or without room for them.
+    - `count`: how many listed events there were.
     """
 
     times: Float[Array, " room"]
-    numbers: Int[Array, " room"]
-    count: Array
-    last_times: Float[Array, " last"]
-    last_happened: Bool[Array, "last events"]
+    happened: Bool[Array, "room events"]
+    n: Int[Array, ""]
+    count: Int[Array, ""]
 
     @classmethod
-    def empty(cls, size: int, n_events: int) -> "EventHistory":
-        """A history with room for `size` events, of `n_events` that there are."""
-        first = jnp.full(size, jnp.inf), jnp.full(size, -1), jnp.asarray(0)
-        return cls(*first, jnp.full(LAST, jnp.inf), jnp.zeros((LAST, n_events), bool))
+    def empty(cls, room: int, n_events: int) -> "EventHistory":
+        """A history with room for so many moments, of `n_events` that there are."""
+        none = jnp.asarray(0)
+        return cls(jnp.full(room, jnp.inf), jnp.zeros((room, n_events), bool), none, none)
 
     def noted(self, when: Numbers, happened: Array, is_listed: np.ndarray) -> "EventHistory":
-        """The history with the events that have happened at one moment."""
-        if not happened.size:
-            return self
-        fired = happened & is_listed
-        # Masks rather than scattered writes, with which XLA on CPU does not compile the loop of steps as one function.
-        places = self.count + jnp.cumsum(fired) - 1
-        mask = (jnp.arange(len(self.times))[:, None] == places) & fired
-        is_new, numbers = jnp.any(mask, axis=1), jnp.sum(mask * jnp.arange(len(fired)), axis=1)
+        """The history with what has happened at one moment."""
+        is_any = jnp.any(happened)
+        # A mask, no scattered write: with one, XLA on CPU does not compile the loop of steps as one function.
+        is_new = (jnp.arange(len(self.times)) == self.n) & is_any
         return EventHistory(
             jnp.where(is_new, when, self.times),
-            jnp.where(is_new, numbers, self.numbers),
-            self.count + jnp.sum(fired),
-            *self._with_last(jax.lax.stop_gradient(when), happened),
+            jnp.where(is_new[:, None], happened, self.happened),
+            self.n + is_any,
+            self.count + jnp.sum(happened & is_listed),
         )
-
-    def emptied(self, size: int) -> "EventHistory":
-        """A history with room for `size` events that knows the last moments."""
-        new = EventHistory.empty(size, self.last_happened.shape[1])
-        return eqx.tree_at(lambda h: (h.last_times, h.last_happened), new, (self.last_times, self.last_happened))
 
     def followed_by(self, instant: "EventHistory", most: int) -> "EventHistory":
-        """The history with the events of another instant, up to `most`: behind these there is room for an instant."""
-        place = jnp.minimum(self.count, most)
+        """The history with the moments of an instant, up to `most`: behind these there is room for an instant."""
+        place = jnp.minimum(self.n, most)
         return EventHistory(
             jax.lax.dynamic_update_slice(self.times, instant.times, (place,)),
-            jax.lax.dynamic_update_slice(self.numbers, instant.numbers, (place,)),
+            jax.lax.dynamic_update_slice(self.happened, instant.happened, (place, 0)),
+            self.n + jnp.minimum(instant.n, len(instant.times)),
             self.count + instant.count,
-            instant.last_times,
-            instant.last_happened,
         )
 
-    def trimmed(self, most: int) -> "EventHistory":
-        """The first events, as many as are wanted."""
-        return eqx.tree_at(lambda h: (h.times, h.numbers), self, (self.times[:most], self.numbers[:most]))
+    def listed(self, is_listed: np.ndarray, most: int) -> tuple[Array, Array]:
+        """When each of the first `most` listed events happened, and its number; infinite and -1 after the last one.
 
-    def _with_last(self, when: Numbers, happened: Array) -> tuple[Array, Array]:
-        is_any = jnp.any(happened)
-        times = jnp.concatenate([self.last_times[1:], jnp.reshape(when, 1)])
-        last = jnp.concatenate([self.last_happened[1:], happened[None]])
-        return jnp.where(is_any, times, self.last_times), jnp.where(is_any, last, self.last_happened)
+        Of known ones, there are no more than happened.
+        """
+        times, happened = known(self.times), known(self.happened)
+        if times is not None and happened is not None and times.ndim == 1:
+            moments, numbers = np.nonzero(happened & is_listed)
+            return self.times[moments[:most]], jnp.asarray(numbers[:most])
+        if jnp.ndim(self.times) > 1:
+            return jax.vmap(lambda history: history.listed(is_listed, most))(self)
+        fired = jnp.ravel(self.happened & is_listed)
+        # What there is no room for goes to a row behind the others.
+        places = jnp.where(fired, jnp.minimum(jnp.cumsum(fired) - 1, most), most)
+        numbers = jnp.tile(jnp.arange(len(is_listed)), len(self.times))
+        moments = jnp.repeat(self.times, len(is_listed))
+        times = jnp.full(most + 1, jnp.inf).at[places].set(jnp.where(fired, moments, jnp.inf))
+        return times[:most], jnp.full(most + 1, -1).at[places].set(jnp.where(fired, numbers, -1))[:most]

@@ -27,11 +27,9 @@ class EventLog(eqx.Module):
     labels: tuple[str, ...] = eqx.field(static=True)
 
     @classmethod
-    def of(cls, history: EventHistory, labels: Sequence[str]) -> "EventLog":
-        """The log of a run's history."""
-        times, numbers, found = history.times, history.numbers, known(history.numbers)
-        if found is not None and found.ndim == 1:
-            times, numbers = times[found >= 0], numbers[found >= 0]
+    def of(cls, history: EventHistory, labels: Sequence[str], is_listed: np.ndarray, most: int) -> "EventLog":
+        """The log of a run's history, of the first `most` events that are listed."""
+        times, numbers = history.listed(is_listed, most)
         return cls(times, numbers, history.count, tuple(labels))
 
     @classmethod

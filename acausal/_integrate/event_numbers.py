@@ -134,7 +134,7 @@ class EventNumbers:
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
         """Those that are listed in the log."""
-        return self._of_entries(lambda entry: entry.kind != "hold" and not entry.is_internal)
+        return self._of_entries(lambda entry: entry.is_listed)
 
     @property
     def resets_times(self) -> bool:

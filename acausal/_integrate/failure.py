@@ -24,6 +24,7 @@ from .result import Result, is_success, sentence
 from .schedule import tick
 from .solution import Solution
 
+LAST = 8  # how many of the last moments at which something happened are named
 SHOWN = 3  # how many variables with large errors are named
 SMALL = 1e-3  # an error below this share of the tolerance tells nothing, as in the short step after an event
 _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
@@ -175,8 +176,9 @@ def _last(solution: Solution) -> list[tuple[float, int]]:
     history = solution._history
     if history is None:
         return []
-    times = np.asarray(history.last_times).tolist()
-    return [(times[moment], number) for moment, number in np.argwhere(np.asarray(history.last_happened)).tolist()]
+    times, happened = np.asarray(history.times), np.asarray(history.happened)
+    last = np.flatnonzero(np.isfinite(times))[-LAST:]
+    return [(float(times[moment]), number) for moment in last for number in np.flatnonzero(happened[moment]).tolist()]
 
 
 def _last_events(solution: Solution) -> str:

@@ -57,7 +57,8 @@ def settle(
 
     A relation keeps its truth while its crossing function is within its band.
 
-    `n_before` elements of the vector before the first listed event are handed back, infinite without one.
+    The moment of the first listed event and the vector before it are handed back, in a vector of `n_before` elements
+    that is infinite if there is none, and empty if they are not asked for.
 
     At the start of a run, `order` has the times of the past events. They happen in this order, and have no moments of
     their own. The energy account begins after what happens at the start, which is no loss.

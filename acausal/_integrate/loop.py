@@ -11,9 +11,11 @@ from jax import Array
 from .._equinox_private import unvmap_any
 from .carry import Carry
 from .course import Course, on_course, share
+from .event_history import EventHistory
 from .iteration import ACCUMULATED, STOPPED, settle
 from .moment import Approach
 from .rejected import rejectable
+from .settings import AT_ONCE
 from .span import Span
 from .starting import Begun
 from .state_vector import Vector
@@ -58,7 +60,7 @@ class Run(Steps):
             n_steps=none,
             n_accepted=none,
             history=begun.history,
-            before=jnp.full(self.layout.size if self.settings.keeps_steps else 0, jnp.inf),
+            before=jnp.full(1 + self.layout.size if self.settings.keeps_steps else 0, jnp.inf),
             rows=self.no_rows(),
             record=None,
             meter=self.settings.progress.init(),
@@ -75,11 +77,11 @@ class Run(Steps):
         settings = self.settings
         c = c._replace(record=self.no_record(c))
         if settings.save == "chunk" and c.history is not None:
-            c = c._replace(history=c.history.emptied(settings.max_events + settings.room_at_once))
+            c = c._replace(history=self.no_history())
 
         def has_room(c: Carry) -> Array:
             assert c.history is not None
-            return c.history.count <= settings.max_events
+            return c.history.n <= settings.max_events
 
         def goes_on(c: Carry) -> Array:
             is_in_room = settings.save == "chunk" and c.history is not None
@@ -206,8 +208,7 @@ class Run(Steps):
         """What is carried on from an instant, after the events that begin there and all that follows from them."""
         events, given, forward = self.events, self.given, self.forward
         assert events is not None
-        assert c.history is not None
-        log = c.history.emptied(self.settings.room_at_once)
+        log = EventHistory.empty(AT_ONCE, events.n_model)
 
         def settled() -> dict[str, Any]:
             # What is not due has no time, and reverse mode must not meet its infinity.

@@ -3,7 +3,6 @@
 import dataclasses
 from typing import Any
 
-import equinox as eqx
 import jax
 import numpy as np
 
@@ -86,16 +85,15 @@ class Recording:
         return Record(*jax.device_put((ends(rows("ts")), ends(rows("ys")), moments, befores, infos, np.asarray(n))))
 
     def _history(self) -> EventHistory | None:
-        """The events of all pieces, up to as many as are wanted."""
-        last = self.histories[-1]
-        if last is None:
-            return None
+        """The moments of all pieces."""
         parts = [history for history in self.histories if history is not None]
-        is_there = [np.asarray(part.numbers) >= 0 for part in parts]
+        if not parts:
+            return None
+        is_there = [np.isfinite(part.times) for part in parts]
 
         def joined(name: str) -> np.ndarray:
             rows = [np.asarray(getattr(part, name))[there] for part, there in zip(parts, is_there, strict=True)]
-            return np.concatenate(rows)[: self.settings.max_events]
+            return np.concatenate(rows)
 
-        count = np.asarray(sum(int(part.count) for part in parts))
-        return eqx.tree_at(lambda h: (h.times, h.numbers, h.count), last, (joined("times"), joined("numbers"), count))
+        n, count = (np.asarray(sum(int(getattr(part, name)) for part in parts)) for name in ("n", "count"))
+        return EventHistory(*jax.device_put((joined("times"), joined("happened"), n, count)))

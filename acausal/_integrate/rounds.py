@@ -62,7 +62,7 @@ class Round(NamedTuple):
     order: Array  # at the start of a run, the last time of each past event
     n_own: Array  # rounds of events that were due
     history: EventHistory
-    before: Array  # the first elements of the vector before the first listed event
+    before: Array  # the moment of the first listed event, and the vector then; empty if they are not asked for
     is_bad: Array
     goes_on: Array
     count: Any
@@ -132,7 +132,7 @@ class Iteration(NamedTuple):
             order=order,
             n_own=r.n_own + own.is_any,
             history=history,
-            before=jnp.where(is_first_listed, ys[0][: len(r.before)], r.before),
+            before=jnp.where(is_first_listed, jnp.append(t, ys[0])[: len(r.before)], r.before),
             is_bad=r.is_bad | (is_bad & any_acts),
             goes_on=(own.is_any | jnp.any(fired) | jnp.any(due)) & ~jnp.any(fired & events.refused),
             count=r.count + 1,

@@ -37,7 +37,7 @@ def run(settings: Settings, given: Given) -> Solution:
     packed = _packed(settings, safe)
     saved = first_saved_not_finite(settings, packed, integrated.end)
     ending = with_saved(settings, ended(settings, packed, integrated, wrong), saved.exists)
-    found = solution_of(settings, packed, ending, _kept(settings, packed, integrated.end))
+    found = solution_of(settings, packed, ending, _kept(packed, integrated.end))
     return dataclasses.replace(found, _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y))
 
 
@@ -118,8 +118,7 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
     return points[settings.save] * settings.layout.size
 
 
-def _kept(settings: Settings, given: Given, end: Carry) -> Kept:
+def _kept(given: Given, end: Carry) -> Kept:
     """What a run has kept, at times of the model."""
     ts, ys = (end.t[None], end.y[None]) if end.rows is None else (end.rows.ts, end.rows.ys)
-    history = None if end.history is None else end.history.trimmed(settings.max_events)
-    return Kept((given.direction * ts, ys) if end.record is None else None, end.record, history)
+    return Kept((given.direction * ts, ys) if end.record is None else None, end.record, end.history)

@@ -16,9 +16,9 @@ from .state_vector import StateVector
 from .user_function import UserFunction
 
 STEPS = 256  # most steps at a time, where a run is a program that is called again and again
-EVENTS = 2  # that it has room for in a step, on average
+MOMENTS = 2  # at which something happens, that it has room for in a step, on average
 ROOM = 400_000  # bytes that they take: XLA compiles loops over up to a million bytes as one function
-AT_ONCE = 8  # events of one instant that are recorded, besides two of each
+AT_ONCE = 16  # moments of one instant that are recorded
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,19 +48,13 @@ class Settings:
         return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
     @property
-    def room_at_once(self) -> int:
-        """How many events of one instant are recorded."""
-        events = self.system.events
-        return min(self.max_events, AT_ONCE + (0 if events is None else 2 * events.total))
-
-    @property
     def in_chunks(self) -> "Settings":
         """The settings of the program that runs some steps at a time, whatever is read of them afterwards."""
         layout, none = self.layout, diffrax.NoProgressMeter()
         steps = ROOM // (8 * (3 * layout.size + 8 * layout.n_core))
         steps = min(max(steps, 16), STEPS)
         return dataclasses.replace(
-            self, save="chunk", adjoint=None, max_steps=steps, max_events=EVENTS * steps, progress=none
+            self, save="chunk", adjoint=None, max_steps=steps, max_events=MOMENTS * steps, progress=none
         )
 
     @property

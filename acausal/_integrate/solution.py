@@ -154,7 +154,8 @@ class Solution(eqx.Module, Generic[M]):
         events = self.system.events
         if self._history is None or events is None:
             return EventLog.empty(jnp.shape(self.t1))
-        return EventLog.of(self._history, events.labels)
+        is_listed = np.array([entry.is_listed for entry in events.members], bool)
+        return EventLog.of(self._history, events.labels, is_listed, dict(self._choices)["max_events"])
 
     @property
     def unresolved(self) -> dict[str, float]:

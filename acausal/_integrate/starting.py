@@ -18,7 +18,7 @@ from .moment import Approach
 from .peaks import Peaks
 from .result import Result, sentence
 from .run_events import RunEvents
-from .settings import RunNumbers, Settings
+from .settings import AT_ONCE, RunNumbers, Settings
 from .solvers import Rodas5P
 from .state_vector import Vector
 
@@ -53,7 +53,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     band, back = events.bands(given)
     given = dataclasses.replace(given, band=band, back=back)
     past = events.past(t0, y, given)
-    history = EventHistory.empty(settings.room_at_once, events.n_model)
+    history = EventHistory.empty(AT_ONCE, events.n_model)
     none = jnp.zeros(events.total, bool)
     begins = none if settings.is_started else jnp.isfinite(past)
     if settings.is_resumed:
@@ -66,7 +66,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
     due = events.due(t0, y, given, events.past(t0, y, given))
     y = _with_peaks(settings, given, y)
-    history = settled.history.emptied(settings.max_events + settings.room_at_once)
+    history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
     history = history.followed_by(settled.history, settings.max_events)
     # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
     is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))

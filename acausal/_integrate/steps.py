@@ -27,7 +27,7 @@ from .field import Given, vector_field
 from .interval import Seen, seen, seen_on_course
 from .peaks import Peaks
 from .run_events import RunEvents
-from .settings import Settings
+from .settings import AT_ONCE, Settings
 from .solvers import AbstractRosenbrock
 from .span import Span
 from .state_vector import Vector
@@ -136,9 +136,13 @@ class Steps:
         """The history with the events of a step."""
         if history is None or instant is None:
             return history
-        none = history.emptied(len(instant.times))
-        kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, none)
+        kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, EventHistory.empty(*instant.happened.shape))
         return history.followed_by(kept, self.settings.max_events)
+
+    def no_history(self) -> EventHistory | None:
+        """A history with room for the moments to come, and for those of one instant more."""
+        events = self.events
+        return None if events is None else EventHistory.empty(self.settings.max_events + AT_ONCE, events.n_model)
 
     @property
     def _inner_loop(self) -> Callable[..., PyTree]:
@@ -178,8 +182,7 @@ class Steps:
         record = c.record
         if record is None:
             return None
-        moment = jnp.inf if settled.history is None else self.forward * settled.history.times[0]
-        rows = [(record.moments, moment), (record.befores, settled.before)]
+        rows = [(record.moments, self.forward * settled.before[0]), (record.befores, settled.before[1:])]
         if record.infos is not None:
             values, structure = jax.tree.flatten(info)
             rows += zip(structure.flatten_up_to(record.infos), values, strict=True)
@@ -197,7 +200,7 @@ class Steps:
         def empty(n: int, *row: Any) -> Any:
             return jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), row)
 
-        ts, ys, (moments, befores) = empty(n + 1, c.t)[0], empty(n + 1, y)[0], empty(n, c.t, c.before)
+        ts, ys, (moments, befores) = empty(n + 1, c.t)[0], empty(n + 1, y)[0], empty(n, c.t, y)
         infos = None
         if self.settings.save != "steps":
             carried = y[self.layout.carried]
