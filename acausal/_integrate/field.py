@@ -64,7 +64,7 @@ def vector_field(settings: Settings) -> Field:
             return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
         wanted = wanted_pairs(system, integrand.leaves)
         rates, store = system.vector_field_and_store(t, point, given.inputs, wanted, watch=True)
-        values = values_of(system, t, point, given, store, integrand.leaves)
+        values = values_of(system, t, point, given.inputs, store, integrand.leaves)
         integrals = integrand(given.numbers.rates, [values[leaf] for leaf in integrand.leaves])
         return jnp.concatenate([rates, jnp.stack(integrals)])
 
@@ -77,18 +77,18 @@ def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Pair]:
 
 
 def values_of(
-    system: System, t: Numbers, point: Array, given: Given, store: Store | None, leaves: Iterable[int]
+    system: System, t: Numbers, point: Array, inputs: Inputs, store: Store | None, leaves: Iterable[int]
 ) -> dict[int, Numbers]:
     """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
     was computed there.
     """
-    discrete = system.carried.discrete_values(point, given.inputs)
+    discrete = system.carried.discrete_values(point, inputs)
 
     def value(leaf: int) -> Numbers:
         if leaf in discrete:
             return discrete[leaf]
         if not system.flat.is_variable(leaf):
-            return given.inputs.params.leaves[leaf]
+            return inputs.params.leaves[leaf]
         assert store is not None
         return leaf_value(system, store, leaf, t)
 

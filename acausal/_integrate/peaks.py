@@ -63,7 +63,7 @@ class Peaks:
 
     def _values(self, t: Numbers, point: Array, given: Given, store: Store) -> Array:
         peaks = self._function
-        values = values_of(self.settings.system, t, point, given, store, peaks.leaves)
+        values = values_of(self.settings.system, t, point, given.inputs, store, peaks.leaves)
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
 
     def _seen(self, path: Span, given: Given, t: Numbers) -> Seen:

@@ -7,10 +7,11 @@ import jax
 import numpy as np
 
 from .carry import Carry
-from .dense import Reading, Record
+from .dense import Record
 from .ending import Ending, Kept, solution_of, with_saved
 from .event_history import EventHistory
 from .field import Given
+from .reading import Reading
 from .rows import shared
 from .settings import Settings
 from .solution import Solution

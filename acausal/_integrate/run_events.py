@@ -149,7 +149,7 @@ class RunEvents(EventNumbers):
         wanted |= {*events.margins.leaves, *events.actions.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
-        values = values_of(ordinary, t, point, given, store, wanted)
+        values = values_of(ordinary, t, point, given.inputs, store, wanted)
         margins = self._margins(*jax.lax.stop_gradient((t, y, given, values)))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
         energy = stored(given.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
@@ -244,7 +244,7 @@ class RunEvents(EventNumbers):
     def _values(
         self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
     ) -> dict[int, Numbers]:
-        return values_of(self.system, t, y[self.layout.point], given, store, leaves)
+        return values_of(self.system, t, y[self.layout.point], given.inputs, store, leaves)
 
     def with_algebraic(self, t: Array, y: Array, given: Given, *, anew: Truth = False) -> Array:
         """The vector with the algebraic unknowns of the mass-matrix form that belong to its states."""

@@ -1,8 +1,9 @@
 """The solution of a simulation, read by the names of the model."""
 
+import dataclasses
 import functools as ft
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
 
 import diffrax
@@ -26,17 +27,20 @@ from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
-from .dense import Reading, Record
-from .energy import EnergyAccount, stored
+from .dense import Record
+from .energy import EnergyAccount, powers, stored
 from .event_history import EventHistory
 from .event_log import EventLog
 from .made_from import equations_of
+from .over_run import Highest, Integral, OverRun
 from .peaks import Peak
+from .reading import Reading
 from .result import sentence
 from .rows import chosen
 from .state_vector import StateVector
 from .trajectories import both_sides, over_batch, trajectories
 from .unresolved import unresolved
+from .user_function import as_function, trace
 
 M = TypeVar("M", bound=Component)
 
@@ -127,14 +131,11 @@ class Solution(eqx.Module, Generic[M]):
 
     def at(self, t: Numbers) -> M:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
-        if self._record is None or self._record.infos is None:
-            raise ModelError(
-                'The run has kept no dense output to read at other times. Remedy: simulate(..., save="dense").'
-            )
+        record = self._dense("value at any time")
         reading = Reading(self.system, self._solver, self._layout)
         batch, t = jnp.shape(self.t1), jnp.asarray(t, float)
         read = over_batch(ft.partial(reading.at, t), len(batch))
-        vectors = read(self._record, self._inputs, self._forward)
+        vectors = read(record, self._inputs, self._forward)
         return self._view(jnp.broadcast_to(t, batch + t.shape), vectors[..., self._layout.point])
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
@@ -186,19 +187,72 @@ class Solution(eqx.Module, Generic[M]):
         values, times = self._peaks[..., :n], self._peaks[..., n:]
         return self._peaks_tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(n)])
 
+    def integral(self, function: Callable[[M], PyTree]) -> PyTree:
+        """The integral over the run of a real function of the variables, or of several in a dictionary (any pytree).
+
+        It is computed from the recorded steps by Gauss' quadrature; `integrals=` of `simulate` integrates with the
+        states, under the control of the step size.
+        """
+        found, tree = self._over_run(Integral, function, "integral")
+        return tree.unflatten([found[..., i] for i in range(tree.num_leaves)])
+
+    def peak(self, function: Callable[[M], PyTree]) -> PyTree:
+        """The largest value over the run of a real function of the variables, or of several in a dictionary (any
+        pytree): each a `Peak` with `value` and `time`. The smallest one is that of the negative.
+        """
+        (values, times), tree = self._over_run(Highest, function, "peak")
+        return tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(tree.num_leaves)])
+
+    def _over_run(self, kind: type[OverRun], function: Callable[[M], PyTree], what: str) -> tuple[Any, PyTreeDef]:
+        """What is computed of a function over the run, and the structure of its values."""
+        record = self._dense(f"{what} of a function")
+        traced, constants = trace(as_function(function, what), self.system.flat, what)
+        read = {i: self._params[i] for i in traced.leaves if i in self._params}
+        params = dataclasses.replace(self._inputs.params, leaves=read)
+        inputs = dataclasses.replace(self._inputs, params=params)
+        over = ft.partial(kind(self.system, self._solver, self._layout, traced).of, constants)
+        return over_batch(over, jnp.ndim(self.t1))(record, inputs, self._forward), traced.tree
+
+    def _dense(self, wanted: str) -> Record:
+        """The recorded steps, for what is read between their ends."""
+        if self._record is None or self._record.infos is None:
+            raise ModelError(
+                f"The {wanted} is read from the dense output of the steps, which the run has not kept. Remedy: "
+                'simulate(..., save="dense"), which within jit, vmap and grad keeps it, too.'
+            )
+        return self._record
+
     @property
     def energy(self) -> EnergyAccount:
-        """The energy account of the run, for one made with `energy=True`."""
-        integrals = self._integrals(self._end_integrals)["energy"]
-        if not integrals:
-            raise ModelError("The powers were not integrated: pass energy=True to simulate.")
+        """The energy account of the run: integrated with the states where `energy=True` asks for that, and otherwise
+        from the recorded steps, where all that is lost at an instant is that of the first event listed there.
+        """
+        asked = {} if self._integrals_tree is None else self._integrals(self._end_integrals)["energy"]
+        integrals = asked or self.integral(powers)
         before, after = stored(self._view(*self._start)), stored(self.final)
         return EnergyAccount(
             supplied={name: supplied for name, (_, supplied) in integrals.items()},
             stored={name: after[name] - before[name] for name in integrals},
             dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
-            events=self._lost(),
+            events=self._lost() if asked else self._lost_in_record(),
         )
+
+    def _lost_in_record(self) -> dict[str, Array]:
+        """The energies that events have taken, by their labels, from the recorded steps."""
+        events, record = self.system.events, self._record
+        if events is None or record is None or self.is_batched:
+            return {}
+        point, forward, ts = self._layout.point, self._forward, record.ts[1:]
+        is_cut = jnp.isfinite(record.moments) & (record.moments > record.ts[0])
+        t = jnp.where(is_cut, ts, record.ts[0])
+        befores = jnp.where(is_cut[:, None], record.befores[:, point], record.ys[:1, point])
+        afters = jnp.where(is_cut[:, None], record.ys[1:, point], record.ys[:1, point])
+        before, after = (sum(stored(self._view(forward * t, y)).values(), jnp.zeros(())) for y in (befores, afters))
+        log = self.events
+        first = jnp.argmax(log.times == forward * record.moments[:, None], axis=1)
+        taken = jnp.where(is_cut, before - after, 0.0)
+        numbers = log.numbers[first] if len(log.times) else jnp.zeros(len(t), int)
+        return {n: jnp.sum(jnp.where(numbers == i, taken, 0.0)) for i, n in enumerate(events.labels)}
 
     def _lost(self) -> dict[str, Array]:
         events = self.system.events
