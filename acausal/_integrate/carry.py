@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 from jax import Array
 
 from .controller import Control
-from .dense import Record
 from .event_history import EventHistory
 from .interval import Seen
+from .record import Record
 from .state_vector import Vector
 
 

@@ -12,11 +12,11 @@ from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
 from .._indices import first_true
 from .carry import Carry
-from .dense import Record
 from .event_history import EventHistory
 from .field import Given
 from .iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
 from .options import sentences
+from .record import Record
 from .result import Result
 from .settings import Settings
 from .solution import Solution

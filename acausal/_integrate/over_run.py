@@ -2,159 +2,179 @@
 
 import dataclasses
 import functools as ft
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import PyTree
 
 from .._evaluate.starts import Inputs
 from .._numbers import Numbers
-from .._tracing import is_traced
-from .dense import Record
-from .field import values_of, wanted_pairs
-from .made_from import digest_of
 from .peaks import Peak
-from .reading import AT_ONCE, Paths
-from .span import Span
-from .state_vector import Vector
-from .stored_program import result_of
+from .reading import SHARES, Reading, are_traced
+from .record import Record
+from .rows import NUMBERS
+from .trajectories import trajectories
 from .user_function import UserFunction
 
-POINTS = 4  # of Gauss' quadrature in a step, which is exact for polynomials of degree 7
-SAMPLES = 9  # in a step, among which the highest is looked for
-NARROWED = 40  # times by the golden section, to a share of 1e-9 of a step
-GOLDEN = (5.0**0.5 - 1.0) / 2.0
+ROWS = NUMBERS[-1]  # for which functions are compiled, if numbers are known
+POINTS = 8 * SHARES  # between which a peak is looked for in each round
+ROUNDS = 8  # after which its place is known to 1e-10 of a step
 NEAR = 1e-3  # share of a step over which the slope of a rate is taken
-Given = tuple[list[Numbers], Record, Inputs, Numbers]
+T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True)
-class OverRun(Paths):
-    """What is computed of the values of a function over a run."""
+class OverRun:
+    """A function of the variables over a run, whose numbers are `constants` and, by their leaves, `params`."""
 
+    reading: Reading
     function: UserFunction
+    constants: list[Numbers]
+    params: dict[int, Numbers]
+    record: Record
+    inputs: Inputs
+    forward: Numbers
 
-    def of(self, constants: list[Numbers], record: Record, inputs: Inputs, forward: Numbers) -> Any:
-        """The result for the numbers of a run and those in the function."""
-        given = (constants, record, inputs, forward)
-        return self(given) if any(map(is_traced, jax.tree.leaves(given))) else result_of(self, given)
+    def integral(self) -> Array:
+        """Integrals over time, by Gauss' quadrature in each step."""
+        places, weights = np.polynomial.legendre.leggauss(SHARES)
+        steps, is_there = self._steps()
+        values = self._within(steps, np.broadcast_to(0.5 * (1.0 + places), (len(steps), SHARES)))[1]
+        widths = jnp.where(is_there, self.record.ts[steps + 1] - self.record.infos["begin"][steps], 0.0)
+        means = jnp.tensordot(0.5 * weights, jnp.where(is_there[:, None, None], values, 0.0), (0, 1))
+        return self.forward * widths @ means
 
-    def __call__(self, given: Given) -> PyTree:
-        return _called(self, given)
+    def peak(self) -> Peak:
+        """The largest values and their times.
 
-    def computed(self, given: Given) -> PyTree:
-        raise NotImplementedError
+        The highest of some samples in each step leads to a step and to a place in it, which is narrowed down. Where
+        derivatives may be wanted, a step of Newton's method, t* = t - r / r' with the rate r, gives the time of an
+        extremum its own; those of its value are those at that time, by the envelope theorem.
+        """
+        held = self._held()
+        steps, is_there = held._steps()
+        shares = np.linspace(0.0, 1.0, SHARES)
+        samples = held._within(steps, np.broadcast_to(shares, (len(steps), SHARES)))[1]
+        samples = jnp.where(is_there[:, None, None], samples, -jnp.inf).reshape(-1, self.function.n_outputs)
 
-    def values(self, t: Numbers, y: Vector, constants: list[Numbers], inputs: Inputs) -> Array:
-        """The function at a point."""
-        system, function, point = self.system, self.function, y[self.layout.point]
-        store = system.evaluate(t, point, inputs, wanted_pairs(system, function.leaves), anew=True)
-        values = values_of(system, t, point, inputs, store, function.leaves)
-        return jnp.stack(function(constants, [values[leaf] for leaf in function.leaves]))
+        def top(j: Any) -> Peak:
+            best = jnp.argmax(samples[:, j])
+            step, share = best // SHARES, jnp.asarray(shares)[best % SHARES]
+            place = _repeated(ft.partial(held._narrowed, step, j), (share, 1.0 / (SHARES - 1)), held._is_traced)[0]
+            return self._refined(step, place, j)
+
+        n = self.function.n_outputs
+        tops = jax.vmap(top)(jnp.arange(n)) if held._is_traced else _stacked([top(j) for j in range(n)])
+        t, y = self.record.ts[self.record.n], self.record.ys[self.record.n]
+        last = self.values(jnp.reshape(t, 1), y[None])[0]
+        is_last = ~((self.record.n > 0) & (tops.value >= last))  # what an event at the end leads to
+        return Peak(jnp.where(is_last, last, tops.value), jnp.where(is_last, self.forward * t, tops.time))
+
+    def lost(self) -> Array:
+        """By how much the first function falls at the end of each step, from before the listed events there."""
+        record = self.record
+        is_cut = jnp.isfinite(record.moments) & (record.moments > record.ts[0])
+        rows = is_cut[:, None]
+        before = jnp.where(rows, record.befores, record.ys[:1]), jnp.where(is_cut, record.moments, record.ts[0])
+        after = jnp.where(rows, record.ys[1:], record.ys[:1]), jnp.where(is_cut, record.ts[1:], record.ts[0])
+        high, low = (self.values(t, y)[:, 0] for y, t in (before, after))
+        return jnp.where(is_cut, high - low, 0.0)
+
+    def _narrowed(self, step: Array, j: Any, bracket: tuple[Any, Any]) -> tuple[Any, Any]:
+        """The highest of some places around one, and the width within which there may be higher ones."""
+        place, width = bracket
+        theta = jnp.clip(place + width * jnp.linspace(-1.0, 1.0, POINTS), 0.0, 1.0)
+        rows = theta.reshape(-1, SHARES)
+        found = self._within(jnp.broadcast_to(step, len(rows)), rows)[1].reshape(POINTS, -1)[:, j]
+        return theta[jnp.argmax(found)], width * 2.0 / (POINTS - 1)
+
+    def _refined(self, step: Array, place: Array, j: Any) -> Peak:
+        """The peak near a place in a step; at its ends, and at a kink, the one at that place."""
+
+        def function(theta: Array) -> tuple[Array, Array]:
+            t, values = self._within(step[None], theta[None, None])
+            return values[0, 0, j], t[0, 0]
+
+        if not self._is_traced:
+            value, time = function(place)
+            return Peak(value, self.forward * time)
+        near = jnp.clip(place + jnp.asarray([-NEAR, 0.0, NEAR]), 0.0, 1.0)
+        (values, _), (rates, speeds) = jax.vmap(lambda x: jax.jvp(function, (x,), (jnp.ones_like(x),)))(near)
+        slope = jax.lax.stop_gradient((rates[2] - rates[0]) / (near[2] - near[0]))
+        back = rates[1] / jnp.where(slope < 0.0, slope, -jnp.inf)
+        is_smooth = (place > 0.0) & (place < 1.0) & (jnp.abs(jax.lax.stop_gradient(back)) < NEAR)
+        back = jnp.where(is_smooth, back, 0.0)
+        time = function(place)[1] - back * speeds[1]
+        return Peak(values[1] - 0.5 * rates[1] * back, self.forward * time)
+
+    def _within(self, steps: Any, theta: Any) -> tuple[Any, Any]:
+        """Times and values of the function at shares [steps, shares] of some steps."""
+        if self._is_traced or are_traced(steps, theta):
+            return self._of_block(steps, theta)
+        steps, theta = np.asarray(steps), np.asarray(theta)
+        blocks = [slice(i, i + ROWS // SHARES) for i in range(0, len(steps), ROWS // SHARES)]
+        ts, values = zip(*(self._of_block(steps[block], theta[block]) for block in blocks), strict=True)
+        return np.concatenate(ts), np.concatenate(values)
+
+    def _of_block(self, steps: Any, theta: Any) -> tuple[Any, Any]:
+        ts, ys = self.reading.within(steps, theta, self.record, self.inputs, self.forward)
+        values = self.values(ts.reshape(-1), ys.reshape(-1, ys.shape[-1]))
+        return ts, values.reshape(*ts.shape, -1)
+
+    def values(self, ts: Any, ys: Any) -> Any:
+        """The function at times, which count forwards, and vectors."""
+        if self._is_traced or are_traced(ts, ys):
+            return self._values(ts, ys)
+        ts, ys = np.asarray(ts), np.asarray(ys)
+        blocks = [np.arange(i, i + ROWS) for i in range(0, len(ts), ROWS)]
+        rows = [np.minimum(block, len(ts) - 1) for block in blocks]
+        return np.concatenate([np.asarray(self._values(ts[some], ys[some])) for some in rows])[: len(ts)]
+
+    def _values(self, ts: Any, ys: Any) -> Array:
+        system, layout = self.reading.system, self.reading.layout
+        found = trajectories(system, 0, self.forward * ts, ys[:, layout.point], self.inputs)
+        varying = {leaf: found[leaf] for leaf in self.function.leaves if leaf in found}
+        return _evaluated(self.function, len(ts), self.constants, varying, self.params)
+
+    def _steps(self) -> tuple[Any, Any]:
+        """The numbers of the steps, and which of them are there; the last one stands for those that are not."""
+        if self._is_traced:
+            steps = jnp.arange(len(self.record.moments))
+            return jnp.minimum(steps, jnp.maximum(self.record.n - 1, 0)), steps < self.record.n
+        steps = np.arange(max(int(self.record.n), 1))
+        return steps, steps < int(self.record.n)
+
+    def _held(self) -> "OverRun":
+        numbers = (self.constants, self.params, self.record, self.inputs, self.forward)
+        return OverRun(self.reading, self.function, *jax.lax.stop_gradient(numbers)) if self._is_traced else self
 
     @property
-    def name(self) -> str:
-        return type(self).__name__.lower()
-
-    def contents(self, given: Given) -> list[object]:
-        function = (self.function.closed, self.function.leaves)
-        return [given[2].given, digest_of(self.system), self.solver, self.layout, function]
-
-    def held(self) -> dict[str, Any]:
-        return {}
+    def _is_traced(self) -> bool:
+        return are_traced(self.constants, self.params, self.record, self.inputs, self.forward)
 
 
-class Integral(OverRun):
-    """Integrals over the time of a run, by Gauss' quadrature in each step."""
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _evaluated(
+    function: UserFunction, n: int, constants: list[Numbers], varying: dict[int, Any], fixed: dict[int, Any]
+) -> Array:
+    def at(varying: dict[int, Any], _: Array) -> Array:
+        values = fixed | varying
+        return jnp.stack(function(constants, [values[leaf] for leaf in function.leaves]))
 
-    def computed(self, given: Given) -> Array:
-        constants, record, inputs, forward = given
-        spans, ends, is_there = record.spans(self.solver, self.layout)
-        places, weights = (np.asarray(x) for x in np.polynomial.legendre.leggauss(POINTS))
-
-        def of_step(step: tuple[Span, Array]) -> Array:
-            span, end = step
-            vector, width = self.on(span, inputs, forward), end - span.t0
-
-            def rates(place: Array) -> Array:
-                t = span.t0 + 0.5 * (1.0 + place) * width
-                return self.values(forward * t, vector(t), constants, inputs)
-
-            return 0.5 * width * jnp.tensordot(weights, jax.vmap(rates)(jnp.asarray(places)), 1)
-
-        parts = jax.lax.map(of_step, (spans, ends), batch_size=AT_ONCE)
-        return forward * jnp.sum(jnp.where(is_there[:, None], parts, 0.0), axis=0)
+    return jax.vmap(at)(varying, jnp.zeros(n))
 
 
-class Highest(OverRun):
-    """The largest values over a run, and their times.
-
-    The highest of some samples in each step leads to the step and the place; the golden section narrows that down, and
-    a step of Newton's method, t* = t - r / r' with the rate r, gives the time of an extremum its derivatives. Those of
-    its value are those at that time, by the envelope theorem.
-    """
-
-    def computed(self, given: Given) -> tuple[Array, Array]:
-        constants, record, inputs, forward = given
-        spans, ends, is_there = record.spans(self.solver, self.layout)
-        hold, thetas = jax.lax.stop_gradient, jnp.linspace(0.0, 1.0, SAMPLES)
-
-        def at(step: tuple[Span, Array], theta: Array, of: Any = (constants, inputs)) -> Array:
-            span, end = step
-            t = span.t0 + theta * (end - span.t0)
-            return self.values(forward * t, self.on(span, of[1], forward)(t), *of)
-
-        held = hold((constants, inputs))
-        samples = jax.lax.map(
-            lambda step: jax.vmap(lambda theta: at(step, theta, held))(thetas), hold((spans, ends)), batch_size=AT_ONCE
-        )
-        flat = jnp.where(is_there[:, None, None], samples, -jnp.inf).reshape(-1, samples.shape[-1])
-
-        def top(j: Array) -> Peak:
-            i, k = jnp.divmod(jnp.argmax(flat[:, j]), SAMPLES)
-            step = jax.tree.map(lambda x: x[i], (spans, ends))
-            low, high = thetas[jnp.maximum(k - 1, 0)], thetas[jnp.minimum(k + 1, SAMPLES - 1)]
-            place = _narrowed(lambda theta: at(hold(step), theta, held)[j], low, high, thetas[k])
-            return _refined(lambda theta: at(step, theta)[j], place, *self._ends(step))
-
-        tops = jax.vmap(top)(jnp.arange(samples.shape[-1]))
-        last = self.values(forward * record.ts[record.n], record.ys[record.n], constants, inputs)
-        is_last = ~((record.n > 0) & (tops.value >= last))
-        value, time = jnp.where(is_last, last, tops.value), jnp.where(is_last, record.ts[record.n], tops.time)
-        return value, forward * time
-
-    def _ends(self, step: tuple[Span, Array]) -> tuple[Array, Array]:
-        return jnp.asarray(step[0].t0), step[1]
+def _repeated(body: Callable[[T], T], start: T, is_traced: bool) -> T:
+    """Round after round; in a program as a loop."""
+    if is_traced:
+        return jax.lax.fori_loop(0, ROUNDS, lambda _, x: body(x), jax.tree.map(jnp.asarray, start))
+    for _ in range(ROUNDS):
+        start = body(start)
+    return start
 
 
-def _narrowed(function: Any, low: Array, high: Array, best: Array) -> Array:
-    """The place of the highest value between two places, by the golden section; or the `best` of samples."""
-
-    def section(ends: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], None]:
-        a, b = ends
-        x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-        is_left = function(x) >= function(y)
-        return (jnp.where(is_left, a, x), jnp.where(is_left, y, b)), None
-
-    (a, b), _ = jax.lax.scan(section, (low, high), None, length=NARROWED)
-    places = jnp.stack([0.5 * (a + b), best])
-    return places[jnp.argmax(jax.vmap(function)(places))]
-
-
-def _refined(function: Any, place: Array, t0: Array, t1: Array) -> Peak:
-    """The peak near a place in a step; at its ends, and at a kink, the one at that place."""
-    near = jnp.clip(place + jnp.asarray([-NEAR, 0.0, NEAR]), 0.0, 1.0)
-    values, rates = jax.vmap(lambda theta: jax.jvp(function, (theta,), (jnp.ones(()),)))(near)
-    slope = jax.lax.stop_gradient((rates[2] - rates[0]) / (near[2] - near[0]))
-    step = rates[1] / jnp.where(slope < 0.0, slope, -jnp.inf)
-    is_smooth = (place > 0.0) & (place < 1.0) & (jnp.abs(jax.lax.stop_gradient(step)) < NEAR)
-    step = jnp.where(is_smooth, step, 0.0)
-    return Peak(values[1] - 0.5 * rates[1] * step, t0 + jnp.clip(place - step, 0.0, 1.0) * (t1 - t0))
-
-
-@ft.partial(jax.jit, static_argnums=0)
-def _called(over: OverRun, given: Given) -> PyTree:
-    return over.computed(given)
+def _stacked(peaks: list[Peak]) -> Peak:
+    return Peak(*(jnp.stack(parts) for parts in zip(*peaks, strict=True)))

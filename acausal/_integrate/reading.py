@@ -16,27 +16,61 @@ from .._evaluate.system import System
 from .._numbers import Numbers
 from .._tracing import is_traced
 from .course import share, within
-from .dense import Record
 from .interval import LOOKS
 from .made_from import digest_of
-from .rows import chosen, shared
+from .record import Record
 from .solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
 from .span import Span
 from .state_vector import StateVector, Vector
 from .stored_program import result_of
 
-AT_ONCE = 64  # times for which matrices are held
+AT_ONCE = 64  # steps for which matrices are held
+STEPS, SHARES = 128, 4  # steps and shares of each that known points are read at, together
 
 
 @dataclasses.dataclass(frozen=True)
-class Paths:
-    """The paths of the steps of runs of a model by a method, as the runs themselves read them. Time counts `forward`,
-    which is -1 for a run that goes back.
+class Reading:
+    """The points of runs of a model by a method within their steps, as the runs themselves would have read them. Time
+    counts forwards, also in a run that goes back.
     """
 
     system: System
     solver: diffrax.AbstractSolver
     layout: StateVector
+
+    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Numbers) -> Array:
+        """The vectors at times [times]; not a number where the run has not come to."""
+        xp = jnp if are_traced(t, record, inputs) else np
+        if xp is np:
+            t, record = jax.tree.map(np.asarray, (t, record))
+        ts, n = record.ts, len(record.moments)
+        i = xp.clip(xp.searchsorted(ts, t) - 1, 0, n - 1)
+        begin, end = record.infos["begin"][i], ts[i + 1]
+        is_there = (t >= ts[0]) & (i < record.n) & (t <= end)
+        theta = xp.where(is_there, (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0), 0.0)
+        ys = self.within(i, theta[:, None], record, inputs, forward)[1][:, 0]
+        is_start = (t == ts[0]) & ~is_there
+        return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
+
+    def within(
+        self, i: Array | np.ndarray, theta: Any, record: Record, inputs: Inputs, forward: Numbers
+    ) -> tuple[Any, Any]:
+        """Times and vectors at shares [steps, shares] of some steps."""
+        steps = record.infos, record.ts[1:]
+        if are_traced(i, theta, steps, inputs):
+            return self((jax.tree.map(lambda x: x[i], steps), theta, inputs, forward))
+        i, theta, steps = jax.tree.map(np.asarray, (i, theta, steps))
+        blocks, more = [], SHARES - theta.shape[1]
+        shares = np.pad(theta, ((0, 0), (0, more)), mode="edge")
+        for begin in range(0, len(i), STEPS):
+            rows = np.minimum(np.arange(begin, begin + STEPS), len(i) - 1)
+            given = jax.tree.map(lambda x: x[i[rows]], steps), shares[rows]  # noqa: B023
+            blocks.append([np.asarray(x)[:, : theta.shape[1]] for x in result_of(self, (*given, inputs, forward))])
+        ts, ys = (np.concatenate(parts)[: len(i)] for parts in zip(*blocks, strict=True))
+        return ts, ys
+
+    def __call__(self, given: tuple[Any, Array, Inputs, Array]) -> tuple[Array, Array]:
+        return _read(self, given)
 
     def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
         """The vector at each time of a step, with its stiff states brought nearer to what the equations say."""
@@ -71,36 +105,11 @@ class Paths:
 
         return vector
 
-
-@dataclasses.dataclass(frozen=True)
-class Reading(Paths):
-    """The stepped vectors of runs at any times; not a number for times that a run has not come to."""
-
-    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Numbers) -> Array:
-        """The vectors at a time or at several."""
-        given = (record, inputs, forward)
-        if any(is_traced(leaf) for leaf in jax.tree.leaves((t, given))):
-            return self((jnp.asarray(t), *given))
-        t = np.asarray(t)
-        times = np.ravel(t)
-        found = result_of(self, (times[shared(times.size)], *given))
-        return chosen(found, slice(times.size)).reshape(*t.shape, -1)
-
-    def __call__(self, given: tuple[Array, Record, Inputs, Array]) -> Array:
-        return _read(self, given)
-
-    def vector(self, t: Array, record: Record, inputs: Inputs, forward: Array) -> Array:
-        """The vector at a time."""
-        span, is_there = record.span(forward * t, self.solver, self.layout)
-        y = self.on(span, inputs, forward)(forward * t)
-        is_start = (forward * t == record.ts[0]) & ~is_there
-        return jnp.where(is_there, y, jnp.where(is_start, record.ys[0], jnp.nan))
-
     @property
     def name(self) -> str:
         return "reading"
 
-    def contents(self, given: tuple[Any, Record, Inputs, Any]) -> list[object]:
+    def contents(self, given: tuple[Any, Any, Inputs, Any]) -> list[object]:
         return [given[2].given, digest_of(self.system), self.solver, self.layout]
 
     def held(self) -> dict[str, Any]:
@@ -108,8 +117,19 @@ class Reading(Paths):
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _read(reading: Reading, given: tuple[Array, Record, Inputs, Array]) -> Array:
-    t, *others = given
-    if not jnp.ndim(t):
-        return reading.vector(t, *others)
-    return jax.lax.map(lambda t: reading.vector(t, *others), t, batch_size=AT_ONCE)
+def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[Array, Array]:
+    (infos, ends), theta, inputs, forward = given
+
+    def of_step(step: tuple[Any, Array, Array]) -> tuple[Array, Array]:
+        info, end, theta = step
+        path = reading.solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
+        span = Span(path.t0, path.t1, path, info["carried"], reading.layout)
+        t = span.t0 + theta * (end - span.t0)
+        return t, jax.vmap(reading.on(span, inputs, forward))(t)
+
+    return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)
+
+
+def are_traced(*values: Any) -> bool:
+    """Whether any number is being traced."""
+    return any(map(is_traced, jax.tree.leaves(values)))

@@ -7,11 +7,11 @@ import jax
 import numpy as np
 
 from .carry import Carry
-from .dense import Record
 from .ending import Ending, Kept, solution_of, with_saved
 from .event_history import EventHistory
 from .field import Given
 from .reading import Reading
+from .record import Record
 from .rows import shared
 from .settings import Settings
 from .solution import Solution
@@ -57,7 +57,7 @@ class Recording:
         """The times, infinite where the run has not come to, and the vectors there."""
         forward, settings = float(given.direction), self.settings
         reading = Reading(settings.system, settings.solver, settings.layout)
-        found = reading.at(times, record, given.inputs, given.direction)
+        found = reading.at(forward * times, record, given.inputs, given.direction)
         is_reached = forward * times <= float(self.last.t)
         ys = np.where(is_reached[:, None], np.asarray(found), np.inf)
         return np.where(is_reached, times, np.inf), ys

@@ -1,7 +1,5 @@
 """The solution of a simulation, read by the names of the model."""
 
-import dataclasses
-import functools as ft
 import html
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
@@ -27,14 +25,14 @@ from .._numbers import Numbers, Scalar
 from .._save_load import described
 from .._tracing import is_traced, known
 from .columns import Item, columns, to_pandas, to_xarray
-from .dense import Record
 from .energy import EnergyAccount, powers, stored
 from .event_history import EventHistory
 from .event_log import EventLog
 from .made_from import equations_of
-from .over_run import Highest, Integral, OverRun
+from .over_run import OverRun
 from .peaks import Peak
 from .reading import Reading
+from .record import Record
 from .result import sentence
 from .rows import chosen
 from .state_vector import StateVector
@@ -131,12 +129,15 @@ class Solution(eqx.Module, Generic[M]):
 
     def at(self, t: Numbers) -> M:
         """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
-        record = self._dense("value at any time")
-        reading = Reading(self.system, self._solver, self._layout)
-        batch, t = jnp.shape(self.t1), jnp.asarray(t, float)
-        read = over_batch(ft.partial(reading.at, t), len(batch))
-        vectors = read(record, self._inputs, self._forward)
-        return self._view(jnp.broadcast_to(t, batch + t.shape), vectors[..., self._layout.point])
+        record = self._dense("value at a time")
+        reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
+
+        def read(record: Record, inputs: Inputs, forward: Numbers) -> Any:
+            found = reading.at(forward * jnp.ravel(t), record, inputs, forward)
+            return found[:, self._layout.point].reshape(*t.shape, -1)
+
+        points = over_batch(read, len(batch))(record, self._inputs, self._forward)
+        return self._view(jnp.broadcast_to(t, batch + t.shape), points)
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)
@@ -193,25 +194,29 @@ class Solution(eqx.Module, Generic[M]):
         It is computed from the recorded steps by Gauss' quadrature; `integrals=` of `simulate` integrates with the
         states, under the control of the step size.
         """
-        found, tree = self._over_run(Integral, function, "integral")
-        return tree.unflatten([found[..., i] for i in range(tree.num_leaves)])
+        over, tree = self._over_run(function, "integral", OverRun.integral)
+        return tree.unflatten([over[..., i] for i in range(tree.num_leaves)])
 
     def peak(self, function: Callable[[M], PyTree]) -> PyTree:
         """The largest value over the run of a real function of the variables, or of several in a dictionary (any
         pytree): each a `Peak` with `value` and `time`. The smallest one is that of the negative.
         """
-        (values, times), tree = self._over_run(Highest, function, "peak")
+        (values, times), tree = self._over_run(function, "peak", OverRun.peak)
         return tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(tree.num_leaves)])
 
-    def _over_run(self, kind: type[OverRun], function: Callable[[M], PyTree], what: str) -> tuple[Any, PyTreeDef]:
+    def _over_run(
+        self, function: Callable[[M], PyTree], what: str, compute: Callable[[OverRun], Any]
+    ) -> tuple[Any, PyTreeDef]:
         """What is computed of a function over the run, and the structure of its values."""
-        record = self._dense(f"{what} of a function")
+        record, reading = self._dense(what), Reading(self.system, self._solver, self._layout)
         traced, constants = trace(as_function(function, what), self.system.flat, what)
-        read = {i: self._params[i] for i in traced.leaves if i in self._params}
-        params = dataclasses.replace(self._inputs.params, leaves=read)
-        inputs = dataclasses.replace(self._inputs, params=params)
-        over = ft.partial(kind(self.system, self._solver, self._layout, traced).of, constants)
-        return over_batch(over, jnp.ndim(self.t1))(record, inputs, self._forward), traced.tree
+        params = {i: self._params[i] for i in traced.leaves if i in self._params}
+
+        def of_run(params: dict[int, Array], record: Record, inputs: Inputs, forward: Numbers) -> Any:
+            return compute(OverRun(reading, traced, constants, params, record, inputs, forward))
+
+        found = over_batch(of_run, jnp.ndim(self.t1))(params, record, self._inputs, self._forward)
+        return found, traced.tree
 
     def _dense(self, wanted: str) -> Record:
         """The recorded steps, for what is read between their ends."""
@@ -239,20 +244,23 @@ class Solution(eqx.Module, Generic[M]):
 
     def _lost_in_record(self) -> dict[str, Array]:
         """The energies that events have taken, by their labels, from the recorded steps."""
-        events, record = self.system.events, self._record
-        if events is None or record is None or self.is_batched:
+        events = self.system.events
+        if events is None:
             return {}
-        point, forward, ts = self._layout.point, self._forward, record.ts[1:]
-        is_cut = jnp.isfinite(record.moments) & (record.moments > record.ts[0])
-        t = jnp.where(is_cut, ts, record.ts[0])
-        befores = jnp.where(is_cut[:, None], record.befores[:, point], record.ys[:1, point])
-        afters = jnp.where(is_cut[:, None], record.ys[1:, point], record.ys[:1, point])
-        before, after = (sum(stored(self._view(forward * t, y)).values(), jnp.zeros(())) for y in (befores, afters))
-        log = self.events
-        first = jnp.argmax(log.times == forward * record.moments[:, None], axis=1)
-        taken = jnp.where(is_cut, before - after, 0.0)
-        numbers = log.numbers[first] if len(log.times) else jnp.zeros(len(t), int)
-        return {n: jnp.sum(jnp.where(numbers == i, taken, 0.0)) for i, n in enumerate(events.labels)}
+        lost = self._over_run(lambda s: sum(stored(s).values(), jnp.zeros(())), "energy", OverRun.lost)[0]
+        assert self._record is not None
+        assert self._history is not None
+        is_listed = np.array([entry.is_listed for entry in events.members], bool)
+
+        def by_event(moments: Array, lost: Array, times: Array, happened: Array) -> Array:
+            rows = jnp.clip(jnp.searchsorted(times, moments), 0, len(times) - 1)
+            first = jnp.argmax(happened[rows] & is_listed, axis=1)
+            taken = jnp.where(times[rows] == moments, lost, 0.0)
+            return jnp.zeros(len(is_listed)).at[first].add(taken)
+
+        moments = self._forward[..., None] * self._record.moments
+        found = over_batch(by_event, jnp.ndim(self.t1))(moments, lost, self._history.times, self._history.happened)
+        return {name: found[..., i] for i, name in enumerate(events.labels)}
 
     def _lost(self) -> dict[str, Array]:
         events = self.system.events

@@ -21,11 +21,11 @@ from .adjoint import Kind
 from .carry import Carry, Rows
 from .controller import StepSizes, step_sizes
 from .crossing import Found, first_crossing
-from .dense import Record
 from .event_history import EventHistory
 from .field import Given, vector_field
 from .interval import Seen, seen, seen_on_course
 from .peaks import Peaks
+from .record import Record
 from .run_events import RunEvents
 from .settings import AT_ONCE, Settings
 from .solvers import AbstractRosenbrock
