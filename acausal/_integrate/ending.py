@@ -10,7 +10,9 @@ from jax import Array
 from .._compiled_once import compiled_once
 from .._evaluate.packing import ModelParameters
 from .._evaluate.singular import singular_blocks
+from .._evaluate.starts import Inputs
 from .._indices import first_true
+from .._numbers import Truth
 from .carry import Carry
 from .event_history import EventHistory
 from .field import Given
@@ -109,7 +111,7 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
         _culprit=ending.culprit,
         _not_finite=ending.end,
         _params={},
-        _inputs=dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots)),
+        _inputs=read_inputs(given),
         _record=record,
         _losses=ending.losses,
         _peaks=ending.peaks,
@@ -129,7 +131,12 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
     )
 
 
-def with_saved(settings: Settings, ending: Ending, exists: Array) -> Ending:
+def read_inputs(given: Given) -> Inputs:
+    """The inputs of the equations; those of functions of the whole model are left to whoever has them."""
+    return dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots))
+
+
+def with_saved(settings: Settings, ending: Ending, exists: Truth) -> Ending:
     """The ending of a run, of whose saved values one that is not finite `exists` or not; an earlier fault counts."""
     result = ending.result
     is_worse = exists & ((result == Result.stopped) | (result == _at_end(settings)))

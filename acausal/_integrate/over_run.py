@@ -36,9 +36,9 @@ class OverRun:
     params: dict[int, Numbers]
     record: Record
     inputs: Inputs
-    forward: Numbers
+    forward: Any  # 1, or -1 for a run that goes back
 
-    def integral(self) -> Array:
+    def integral(self) -> Any:
         """Integrals over time, by Gauss' quadrature in each step."""
         places, weights = np.polynomial.legendre.leggauss(SHARES)
         steps, is_there = self._steps()

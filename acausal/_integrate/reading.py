@@ -38,7 +38,7 @@ class Reading:
     solver: diffrax.AbstractSolver
     layout: StateVector
 
-    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Numbers) -> Array:
+    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Any) -> Any:
         """The vectors at times [times]; not a number where the run has not come to."""
         xp = jnp if are_traced(t, record, inputs) else np
         if xp is np:
@@ -52,9 +52,7 @@ class Reading:
         is_start = (t == ts[0]) & ~is_there
         return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
 
-    def within(
-        self, i: Array | np.ndarray, theta: Any, record: Record, inputs: Inputs, forward: Numbers
-    ) -> tuple[Any, Any]:
+    def within(self, i: Any, theta: Any, record: Record, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
         """Times and vectors at shares [steps, shares] of some steps."""
         steps = record.infos, record.ts[1:]
         if are_traced(i, theta, steps, inputs):
@@ -69,7 +67,7 @@ class Reading:
         ts, ys = (np.concatenate(parts)[: len(i)] for parts in zip(*blocks, strict=True))
         return ts, ys
 
-    def __call__(self, given: tuple[Any, Array, Inputs, Array]) -> tuple[Array, Array]:
+    def __call__(self, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
         return _read(self, given)
 
     def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
@@ -117,14 +115,14 @@ class Reading:
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[Array, Array]:
+def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
     (infos, ends), theta, inputs, forward = given
 
-    def of_step(step: tuple[Any, Array, Array]) -> tuple[Array, Array]:
+    def of_step(step: tuple[Any, Array, Array]) -> tuple[Any, Any]:
         info, end, theta = step
         path = reading.solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
         span = Span(path.t0, path.t1, path, info["carried"], reading.layout)
-        t = span.t0 + theta * (end - span.t0)
+        t = jnp.asarray(span.t0 + theta * (end - span.t0))
         return t, jax.vmap(reading.on(span, inputs, forward))(t)
 
     return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from .carry import Carry
-from .ending import Ending, Kept, solution_of, with_saved
+from .ending import Ending, Kept, read_inputs, solution_of, with_saved
 from .event_history import EventHistory
 from .field import Given
 from .reading import Reading
@@ -46,10 +46,10 @@ class Recording:
         if self.settings.save == "end":
             return solution
         ts, ys = solution._saved(None), solution._saved(self.settings.layout.point)
-        place = first_not_finite(self.settings.system, ts, ys, given.inputs)
+        place = first_not_finite(self.settings.system, ts, ys, read_inputs(given))
         if place is None:
             return solution
-        ending = with_saved(self.settings, ending, np.asarray(True))
+        ending = with_saved(self.settings, ending, True)
         point = jax.device_put((ts[place], ys[place]))
         return dataclasses.replace(solution, result=ending.result, t1=ending.t1, _not_finite=point)
 
@@ -57,7 +57,7 @@ class Recording:
         """The times, infinite where the run has not come to, and the vectors there."""
         forward, settings = float(given.direction), self.settings
         reading = Reading(settings.system, settings.solver, settings.layout)
-        found = reading.at(forward * times, record, given.inputs, given.direction)
+        found = reading.at(forward * times, record, read_inputs(given), given.direction)
         is_reached = forward * times <= float(self.last.t)
         ys = np.where(is_reached[:, None], np.asarray(found), np.inf)
         return np.where(is_reached, times, np.inf), ys

@@ -78,11 +78,12 @@ def simulate(
     - `until(s)`: a real function of the variables, `s` having the shape of the model; the run stops where it crosses
       zero. The time found is differentiable. None: run to `t1`.
     - `direction`: "up" or "down", the way in which `until` has to cross zero; None: either.
-    - `save`: "steps" (every step), "end", "dense" (then `sol.at(t)`), or an array of times.
+    - `save`: "steps", "end" (nothing else can be read then), an array of times, or "dense", which is "steps" with dense
+      output also within `jit`, `vmap` and `grad`; a run outside of these keeps it with all but "end".
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
     - `peaks(s)`: a dictionary (any pytree) of functions of which `sol.peaks` has the largest value over the run and its
       time, exact on the dense solution and differentiable; the smallest one is that of the negative.
-    - `energy`: integrate the powers of all components; `sol.energy` is the account.
+    - `energy`: integrate the powers of all components with the states; `sol.energy` is the account.
     - `rtol`: relative tolerance; the absolute one is `rtol` times the nominal size of each variable.
     - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
     - `solver`: `Rodas3P()` or a solver of diffrax; None: `Rodas5P()`.
@@ -90,7 +91,7 @@ def simulate(
     - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time since t0.
     - `dtmax`: largest step in s, for events of what varies faster than the steps tell; None: no limit.
     - `max_steps`: most steps, rejected ones included.
-    - `max_events`: how many events are recorded; what comes later happens, but is not listed.
+    - `max_events`: how many events are listed; later ones happen, too.
     - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
     - `resume`: go on from where a run ended, `simulate(sol.final, t1, t0=sol.t1, resume=True)`: what was due before
       `t0`, or is true there, has happened. With False it happens then. None: it happens then, but for what has happened

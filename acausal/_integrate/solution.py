@@ -48,7 +48,7 @@ class Solution(eqx.Module, Generic[M]):
 
     `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
     `sol.values`, `sol.final` and `sol.at(t)` are the model with the values at the saved times, at the end, and at any
-    time (with `save="dense"`). To editors and type checkers these are the model: they complete
+    time. To editors and type checkers these are the model: they complete
     `sol.values.motor.emf.w`, where `sol.motor` could be anything.
 
     - `t1`: the time at which the run ended; infinite where a stop condition was never met.
@@ -101,21 +101,27 @@ class Solution(eqx.Module, Generic[M]):
         """The saved times, or columns of the vectors there; in a single solution of which the steps are shown, with
         those before each event.
         """
-        record = self._record if self._path is None else None
-        ts, ys = (self._forward[..., None] * record.ts, record.ys) if record is not None else self._path
+        record, forward = self._record, self._forward
+        if self._path is not None:
+            ts, ys = self._path
+        else:
+            assert record is not None
+            ts, ys = forward[..., None] * record.ts, record.ys
         rows, times = ts if columns is None else ys[..., columns], known(ts)
         if self.is_batched or times is None:
             return rows
-        if record is None:
+        if self._path is not None or record is None:
             return chosen(rows, np.isfinite(times))
-        before = self._forward * record.moments if columns is None else record.befores[:, columns]
+        before = forward * record.moments if columns is None else record.befores[:, columns]
         return both_sides(rows, before, *map(np.asarray, (known(record.ts), known(record.moments))))
 
     @property
-    def _forward(self) -> Numbers:
+    def _forward(self) -> Array:
         """1, or -1 for a run that went back in time."""
-        forward = np.where(self._numbers["t1"] < self._numbers["t0"], -1.0, 1.0)
-        return jnp.broadcast_to(forward, jnp.shape(self.t1))
+        t0, t1 = self._numbers["t0"], self._numbers["t1"]
+        assert t0 is not None
+        assert t1 is not None
+        return jnp.broadcast_to(jnp.where(t1 < t0, -1.0, 1.0), jnp.shape(self.t1))
 
     @property
     def values(self) -> M:
@@ -128,7 +134,7 @@ class Solution(eqx.Module, Generic[M]):
         return self._view(*self._end)
 
     def at(self, t: Numbers) -> M:
-        """The model with the values at time(s) `t`, for a solution with `save="dense"`."""
+        """The model with the values at time(s) `t`, read from the dense output of the steps."""
         record = self._dense("value at a time")
         reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
 
@@ -157,7 +163,7 @@ class Solution(eqx.Module, Generic[M]):
         if self._history is None or events is None:
             return EventLog.empty(jnp.shape(self.t1))
         is_listed = np.array([entry.is_listed for entry in events.members], bool)
-        return EventLog.of(self._history, events.labels, is_listed, dict(self._choices)["max_events"])
+        return EventLog.of(self._history, events.labels, is_listed, int(dict(self._choices)["max_events"] or 0))
 
     @property
     def unresolved(self) -> dict[str, float]:
@@ -210,9 +216,9 @@ class Solution(eqx.Module, Generic[M]):
         """What is computed of a function over the run, and the structure of its values."""
         record, reading = self._dense(what), Reading(self.system, self._solver, self._layout)
         traced, constants = trace(as_function(function, what), self.system.flat, what)
-        params = {i: self._params[i] for i in traced.leaves if i in self._params}
+        params: dict[int, Numbers] = {i: self._params[i] for i in traced.leaves if i in self._params}
 
-        def of_run(params: dict[int, Array], record: Record, inputs: Inputs, forward: Numbers) -> Any:
+        def of_run(params: dict[int, Numbers], record: Record, inputs: Inputs, forward: Numbers) -> Any:
             return compute(OverRun(reading, traced, constants, params, record, inputs, forward))
 
         found = over_batch(of_run, jnp.ndim(self.t1))(params, record, self._inputs, self._forward)

@@ -40,7 +40,7 @@ def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[...
     return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
 
 
-def trajectories(system: System, batch: int, ts: Numbers, ys: Numbers, inputs: Inputs) -> dict[int, Array]:
+def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> dict[int, Array]:
     """The values of the variables of a model, by the numbers of their leaves, at times and state vectors.
 
     `batch` leading axes of all of them are those of a batch of runs.
@@ -53,7 +53,7 @@ def trajectories(system: System, batch: int, ts: Numbers, ys: Numbers, inputs: I
     return {leaf: jax.device_put(np.concatenate([block[leaf] for block in blocks])) for leaf in blocks[0]}
 
 
-def first_not_finite(system: System, ts: Numbers, ys: Numbers, inputs: Inputs) -> int | None:
+def first_not_finite(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
     """The number of the first of some known points at which a variable is not finite; None if there is none.
 
     Parameters and discrete variables do not count: an infinite time may mean "never".
@@ -69,7 +69,7 @@ def first_not_finite(system: System, ts: Numbers, ys: Numbers, inputs: Inputs) -
     return None
 
 
-def _blocks(ts: Numbers, ys: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
+def _blocks(ts: Any, ys: Any) -> Iterator[tuple[Any, Any]]:
     """Rows, as many at a time as programs are compiled for."""
     for i in range(0, len(ts), NUMBERS[-1]):
         yield ts[i : i + NUMBERS[-1]], ys[i : i + NUMBERS[-1]]

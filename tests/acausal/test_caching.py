@@ -12,7 +12,7 @@ from _models import rc
 
 from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._evaluate.building import system_of
-from acausal._integrate.run import run
+from acausal._integrate import over_run, reading, run_of_known, trajectories
 from acausal._integrate.user_function import trace
 
 LIMITS = types.ModuleType("limits")
@@ -98,10 +98,15 @@ def test_a_condition_that_reads_a_property_is_traced_once() -> None:
 
 
 def compiled_by(action: Any) -> int:
-    size: Any = getattr(run, "_cache_size")  # noqa: B009  # of a function under `jax.jit`
-    before = size()
+    before = _compiled()
     action()
-    return size() - before
+    return _compiled() - before
+
+
+def _compiled() -> int:
+    """How many programs have been compiled that start, step, end and read runs."""
+    functions: list[Any] = [run_of_known._called, reading._read, trajectories._traced, over_run._evaluated]
+    return sum(function._cache_size() for function in functions)
 
 
 def above(level: float) -> Any:
@@ -110,9 +115,9 @@ def above(level: float) -> Any:
 
 @pytest.fixture(scope="module")
 def known() -> None:
-    """One run with a stop condition, so that what is counted is compiled beyond it; and one with times to save at."""
+    """One run with a stop condition, so that what is counted is compiled beyond it; and one that is read."""
     simulate(rc(), 1.0, until=above(2.0), rtol=1e-9, save="end")
-    simulate(rc(), 1.0, save=np.linspace(0.0, 1.0, 101))
+    simulate(rc(), 1.0, save=np.linspace(0.0, 1.0, 101)).peak(lambda s: s.c.v)
 
 
 SAME = {
@@ -123,6 +128,11 @@ SAME = {
     "other times and tolerance": lambda: simulate(rc(), 2, t0=0.1, until=above(2.0), rtol=1e-7, save="end"),
     "more times to save at": lambda: simulate(rc(), 1.0, save=np.linspace(0.0, 1.0, 117)),
     "fewer times to save at": lambda: simulate(rc(), 2.0, save=[0.5]),
+    "steps instead of times": lambda: simulate(rc(), 1.0),
+    "the end instead of times": lambda: simulate(rc(), 1.0, save="end"),
+    "what is between the steps": lambda: simulate(rc(), 1.0, save="dense").at(np.linspace(0.0, 1.0, 7)),
+    "more steps and events": lambda: simulate(rc(), 1.0, max_steps=5000, max_events=7),
+    "an integral after the run": lambda: simulate(rc(), 1.0).integral(lambda s: s.c.v),
     "no error": lambda: simulate(rc(), 1.0, until=above(2.0), rtol=1e-9, save="end", throw=False),
 }
 
@@ -156,7 +166,7 @@ def test_what_is_compiled_again() -> None:
     times = []
     condition = lambda s: s.c.v**2 - 4.0  # noqa: E731
     added = compiled_by(lambda: times.append(simulate(rc(), 1.0, until=condition, rtol=1e-9, save="end").t1))
-    assert added == 1
+    assert added == 3  # its start, its steps and its end
     np.testing.assert_allclose(times, [charging_time(2.0)], rtol=1e-7)
 
 

@@ -109,9 +109,11 @@ def test_unknown_attribute(charge: Solution) -> None:
     assert {"source", "r", "c", "ground"} <= set(dir(charge))
 
 
-def test_dense_is_needed_for_other_times(charge: Solution) -> None:
-    with pytest.raises(ModelError, match='save="dense"'):
-        charge.at(0.1)
+def test_steps_are_needed_for_other_times() -> None:
+    ended = simulate(rc(), 0.25, save="end")
+    for read in (lambda: ended.at(0.1), lambda: ended.peak(lambda s: s.c.v), lambda: ended.energy):
+        with pytest.raises(ModelError, match='save="dense"'):
+            read()
 
 
 def test_to_numpy(charge: Solution) -> None:

@@ -30,7 +30,7 @@ from acausal import (
     simulate,
     when,
 )
-from acausal._integrate import crossing, event_history, loop, moment, rounds, run_events, schedule, settings, turns
+from acausal._integrate import crossing, loop, moment, rounds, run_events, schedule, settings, turns
 from acausal._integrate import run as compiled
 from acausal._reduce.jaxpr import slice_outputs
 from components import blocks, electrical
@@ -49,7 +49,7 @@ CONSTANTS = {
     "FIRST": [turns],
 }
 DERIVATIVE = {"STILL": moment}  # of event times
-ROOM = {"LAST": event_history, "AT_ONCE": settings}  # of records
+ROOM = dict.fromkeys(("AT_ONCE", "STEPS", "MOMENTS", "ROOM"), settings)  # of records
 ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate": "carry changes course crossing event_history event_log event_numbers interval iteration loop moment "

@@ -1,0 +1,133 @@
+"""What is read of a run afterwards: values between steps, integrals, peaks and energies, from its recorded steps."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _models import rc
+from test_events import Ball
+
+from acausal import ModelError, simulate
+from acausal._integrate import settings
+
+E0 = 0.7
+G = 9.81
+
+
+def flight(e: float) -> Any:
+    """A ball that is let go from 1 m and rebounds from the floor, up to its second impact and somewhat more."""
+    return Ball(h=1.0, e=e)
+
+
+def times_of_impact(e: float) -> np.ndarray:
+    fall = np.sqrt(2.0 / G)
+    return np.cumsum([fall, 2.0 * e * fall, 2.0 * e**2 * fall])
+
+
+def area(e: float) -> float:
+    """The integral of the height up to the second impact: a fall, and a rebound of speed e v."""
+    v = np.sqrt(2.0 * G)
+    return v**3 / (3.0 * G**2) + (e * v) ** 3 / (6.0 * G**2) * 4.0
+
+
+def test_integral_through_events_is_exact() -> None:
+    solution = simulate(flight(E0), times_of_impact(E0)[1], rtol=1e-9)
+    np.testing.assert_allclose(solution.integral(lambda s: s.h), area(E0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_derivative_of_an_integral(mode: Any) -> None:
+    """That by the restitution, from its closed form; the run ends at a time that is fixed."""
+
+    def integral(e: Any) -> Any:
+        return simulate(Ball(h=1.0, e=e), 0.8, rtol=1e-9, save="dense").integral(lambda s: s.h)
+
+    left = 0.8 - np.sqrt(2.0 / G)  # after the impact: h = e v t - g t^2 / 2
+    np.testing.assert_allclose(jax.jit(mode(integral))(E0), np.sqrt(2.0 * G) * left**2 / 2.0, rtol=1e-6)
+
+
+def test_peaks_are_those_of_closed_forms() -> None:
+    solution = simulate(flight(E0), 1.2, rtol=1e-9)
+    found = solution.peak(lambda s: dict(speed=s.v, rebound=jnp.where(s.v > -1.0, s.h, 0.0) * (s.h < 0.6), low=-s.v))
+    fall = np.sqrt(2.0 / G)
+    np.testing.assert_allclose(found["speed"], (E0 * np.sqrt(2.0 * G), fall), rtol=1e-7)
+    np.testing.assert_allclose(found["rebound"], (E0**2, fall + E0 * fall), rtol=1e-7)
+    np.testing.assert_allclose(found["low"], (np.sqrt(2.0 * G), fall), rtol=1e-7)
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_derivatives_of_a_peak(mode: Any) -> None:
+    """The height of the rebound is e^2, and its time that of the fall times 1 + e."""
+
+    def peak(e: Any) -> Any:
+        return simulate(Ball(h=1.0, e=e), 1.0, rtol=1e-9, save="dense").peak(lambda s: s.h - 0.6 * (s.h > 0.6))
+
+    value, time = jax.jit(mode(peak))(E0)
+    np.testing.assert_allclose(value, 2.0 * E0, rtol=1e-6)
+    np.testing.assert_allclose(time, np.sqrt(2.0 / G), rtol=1e-5)
+
+
+def test_what_is_read_after_a_run_is_what_the_run_itself_reads() -> None:
+    before = simulate(flight(E0), 2.0, energy=True, integrals=lambda s: s.h, peaks=lambda s: s.v)
+    after = simulate(flight(E0), 2.0)
+    np.testing.assert_allclose(after.integral(lambda s: s.h), before.integrals[-1], rtol=1e-9)
+    np.testing.assert_allclose(after.peak(lambda s: s.v), before.peaks, rtol=1e-9)
+    np.testing.assert_allclose(after.energy.totals, before.energy.totals, atol=1e-9)
+    assert after.energy.events.keys() == before.energy.events.keys()
+    np.testing.assert_allclose(*(list(x.energy.events.values()) for x in (after, before)), rtol=1e-9)
+
+
+def test_account_of_a_charge_closes_without_being_asked_for() -> None:
+    account = simulate(rc(), 0.3, rtol=1e-9).energy
+    np.testing.assert_allclose(account.stored["c"], 0.5 * 1e-3 * (5.0 * (1.0 - np.exp(-3.0))) ** 2, rtol=1e-7)
+    assert abs(account.imbalance) < 1e-9
+
+
+def test_runs_in_a_batch_are_read_one_by_one() -> None:
+    es = np.array([0.5, 0.7])
+    batch = jax.vmap(lambda e: simulate(Ball(h=1.0, e=e), 1.0, save="dense"))(es)
+    alone = [simulate(Ball(h=1.0, e=e), 1.0) for e in es]
+    np.testing.assert_allclose(batch.integral(lambda s: s.h), [x.integral(lambda s: s.h) for x in alone], rtol=1e-7)
+    np.testing.assert_allclose(batch.peak(lambda s: s.v).value, [x.peak(lambda s: s.v).value for x in alone], rtol=1e-7)
+    for name in alone[0].energy.events:
+        np.testing.assert_allclose(batch.energy.events[name], [x.energy.events[name] for x in alone], rtol=1e-6)
+
+
+def test_a_run_in_many_pieces_is_that_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = simulate(flight(E0), 2.5)
+    monkeypatch.setattr(settings, "STEPS", 3)
+    monkeypatch.setattr(settings, "ROOM", 0)
+    monkeypatch.setattr(settings, "MOMENTS", 1)
+    pieces = simulate(flight(E0), 2.5)
+    for read in (lambda s: s.ts, lambda s: s.h, lambda s: s.events.times, lambda s: s.at(np.linspace(0.0, 2.5, 50)).v):
+        np.testing.assert_array_equal(read(pieces), read(whole))
+    assert pieces.stats["num_steps"] == whole.stats["num_steps"] > 6
+
+
+def test_known_and_traced_runs_show_the_same() -> None:
+    times = np.linspace(0.0, 2.0, 30)
+
+    def read(e: Any, save: Any) -> Any:
+        solution = simulate(Ball(h=1.0, e=e), 2.0, save=save)
+        return solution.ts, solution.h, solution.v
+
+    for save in (times, "end"):
+        traced = jax.jit(lambda e, save=save: read(e, save))(E0)
+        np.testing.assert_allclose(np.stack(read(E0, save)), np.stack(traced), atol=1e-9)
+
+
+def test_limits_of_steps_and_events_hold_in_pieces() -> None:
+    solution = simulate(flight(E0), 2.0, max_steps=5, throw=False)
+    assert int(solution.stats["num_steps"]) == 5
+    assert "maximum number of steps" in repr(solution)
+    assert len(simulate(flight(E0), 2.0, max_events=2).events) == 2
+
+
+@pytest.mark.parametrize("wrong", [3.0, lambda s: s.h > 0.0, lambda s: jnp.ones(2) * s.h])
+def test_what_is_no_function_of_the_variables_is_refused(wrong: Any) -> None:
+    solution = simulate(flight(E0), 0.1)
+    for read, name in ((solution.integral, "integral"), (solution.peak, "peak")):
+        with pytest.raises(ModelError, match=name):
+            read(wrong)
