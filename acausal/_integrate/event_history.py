@@ -18,10 +18,10 @@ class EventHistory(eqx.Module):
     - `count`: how many listed events there were.
     """
 
-    times: Float[Array, " room"]
-    happened: Bool[Array, "room events"]
-    n: Int[Array, ""]
-    count: Int[Array, ""]
+    times: Float[Array | np.ndarray, " room"]
+    happened: Bool[Array | np.ndarray, "room events"]
+    n: Int[Array | np.ndarray, ""]
+    count: Int[Array | np.ndarray, ""]
 
     @classmethod
     def empty(cls, room: int, n_events: int) -> "EventHistory":
@@ -59,7 +59,7 @@ class EventHistory(eqx.Module):
         times, happened = known(self.times), known(self.happened)
         if times is not None and happened is not None and times.ndim == 1:
             moments, numbers = np.nonzero(happened & is_listed)
-            return self.times[moments[:most]], jnp.asarray(numbers[:most])
+            return jnp.asarray(self.times)[moments[:most]], jnp.asarray(numbers[:most])
         if jnp.ndim(self.times) > 1:
             return jax.vmap(lambda history: history.listed(is_listed, most))(self)
         fired = jnp.ravel(self.happened & is_listed)

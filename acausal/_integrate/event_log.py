@@ -30,7 +30,7 @@ class EventLog(eqx.Module):
     def of(cls, history: EventHistory, labels: Sequence[str], is_listed: np.ndarray, most: int) -> "EventLog":
         """The log of a run's history, of the first `most` events that are listed."""
         times, numbers = history.listed(is_listed, most)
-        return cls(times, numbers, history.count, tuple(labels))
+        return cls(times, numbers, jnp.asarray(history.count), tuple(labels))
 
     @classmethod
     def empty(cls, batch: tuple[int, ...]) -> "EventLog":

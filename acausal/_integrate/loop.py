@@ -81,7 +81,7 @@ class Run(Steps):
 
         def has_room(c: Carry) -> Array:
             assert c.history is not None
-            return c.history.n <= settings.max_events
+            return jnp.asarray(c.history.n <= settings.max_events)
 
         def goes_on(c: Carry) -> Array:
             is_in_room = settings.save == "chunk" and c.history is not None

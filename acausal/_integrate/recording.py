@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from .._evaluate.starts import Inputs
 from .carry import Carry
 from .ending import Ending, Kept, read_inputs, solution_of, with_saved
 from .event_history import EventHistory
@@ -15,7 +16,7 @@ from .record import Record
 from .rows import shared
 from .settings import Settings
 from .solution import Solution
-from .trajectories import first_not_finite
+from .trajectories import both_sides, first_not_finite
 
 
 class Recording:
@@ -36,31 +37,32 @@ class Recording:
 
     def solution(self, given: Given, ending: Ending, times: Any) -> Solution:
         """The solution, with the values at the times asked for, if there are any."""
-        record, path = self._record(), None
+        settings, record, inputs = self.settings, self._record(), read_inputs(given)
+        forward = -1.0 if float(given.numbers.t1) < float(given.numbers.t0) else 1.0
+        path = None
         if record is None:
-            path = float(given.direction) * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
+            path = forward * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
         elif times is not None:
-            path = self._at(np.asarray(times), record, given)
-        kept = Kept(*jax.device_put((path, record, self._history())))
-        solution = solution_of(self.settings, given, ending, kept)
-        if self.settings.save == "end":
-            return solution
-        ts, ys = solution._saved(None), solution._saved(self.settings.layout.point)
-        place = first_not_finite(self.settings.system, ts, ys, read_inputs(given))
-        if place is None:
-            return solution
-        ending = with_saved(self.settings, ending, True)
-        point = jax.device_put((ts[place], ys[place]))
-        return dataclasses.replace(solution, result=ending.result, t1=ending.t1, _not_finite=point)
+            path = self._at(forward * np.asarray(times), record, inputs, forward)
+        bad = None if record is None else self._not_finite(path or _rows(record, forward), inputs)
+        if bad is not None:
+            ending = with_saved(settings, ending, True)
+        solution = solution_of(settings, given, ending, Kept(path, record, self._history()))
+        return solution if bad is None else dataclasses.replace(solution, _not_finite=bad)
 
-    def _at(self, times: np.ndarray, record: Record, given: Given) -> tuple[np.ndarray, np.ndarray]:
+    def _not_finite(self, path: tuple[np.ndarray, np.ndarray], inputs: Inputs) -> tuple[Any, Any] | None:
+        """The first saved time and point at which a variable is not finite, if there is one."""
+        reached = np.isfinite(path[0])
+        ts, points = path[0][reached], path[1][reached, self.settings.layout.point]
+        place = first_not_finite(self.settings.system, ts, points, inputs)
+        return None if place is None else jax.device_put((ts[place], points[place]))
+
+    def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: float) -> tuple[np.ndarray, np.ndarray]:
         """The times, infinite where the run has not come to, and the vectors there."""
-        forward, settings = float(given.direction), self.settings
-        reading = Reading(settings.system, settings.solver, settings.layout)
-        found = reading.at(forward * times, record, read_inputs(given), given.direction)
-        is_reached = forward * times <= float(self.last.t)
-        ys = np.where(is_reached[:, None], np.asarray(found), np.inf)
-        return np.where(is_reached, times, np.inf), ys
+        settings = self.settings
+        found = Reading(settings.system, settings.solver, settings.layout).at(times, record, inputs, forward)
+        is_reached = times <= float(self.last.t)
+        return np.where(is_reached, forward * times, np.inf), np.where(is_reached[:, None], found, np.inf)
 
     def _record(self) -> Record | None:
         """The pieces as one, filled up to a number of rows for which programs are compiled."""
@@ -97,4 +99,10 @@ class Recording:
             return np.concatenate(rows)
 
         n, count = (np.asarray(sum(int(getattr(part, name)) for part in parts)) for name in ("n", "count"))
-        return EventHistory(*jax.device_put((joined("times"), joined("happened"), n, count)))
+        return EventHistory(joined("times"), joined("happened"), n, count)
+
+
+def _rows(record: Record, forward: float) -> tuple[np.ndarray, np.ndarray]:
+    """The times and vectors at the ends of the steps and before events."""
+    ts, ys, moments, befores = map(np.asarray, (record.ts, record.ys, record.moments, record.befores))
+    return forward * both_sides(ts, moments, ts, moments), both_sides(ys, befores, ts, moments)
