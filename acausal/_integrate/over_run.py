@@ -23,6 +23,8 @@ ROWS = NUMBERS[-1]  # for which functions are compiled, if numbers are known
 POINTS = 8 * SHARES  # between which a peak is looked for in each round
 ROUNDS = 8  # after which its place is known to 1e-10 of a step
 NEAR = 1e-3  # share of a step over which the slope of a rate is taken
+SAMPLES, PLACES = np.linspace(0.0, 1.0, SHARES), np.linspace(0.0, 1.0, 201)  # shares of a step
+CURVE = np.vander(PLACES, SHARES) @ np.linalg.inv(np.vander(SAMPLES, SHARES))  # the polynomial through the samples
 T = TypeVar("T")
 
 
@@ -50,19 +52,21 @@ class OverRun:
     def peak(self) -> Peak:
         """The largest values and their times.
 
-        The highest of some samples in each step leads to a step and to a place in it, which is narrowed down. Where
-        derivatives may be wanted, a step of Newton's method, t* = t - r / r' with the rate r, gives the time of an
-        extremum its own; those of its value are those at that time, by the envelope theorem.
+        Each step is read at some samples, and where the polynomial through these is highest: peaks of nearly one height
+        differ by less than they rise above samples. The highest value leads to a step and to a place in it, which is
+        narrowed down. Where derivatives may be wanted, a step of Newton's method, t* = t - r / r' with the rate r,
+        gives the time of an extremum its own; those of its value are those at that time, by the envelope theorem.
         """
         held = self._held()
         steps, is_there = held._steps()
-        shares = np.linspace(0.0, 1.0, SHARES)
-        samples = held._within(steps, np.broadcast_to(shares, (len(steps), SHARES)))[1]
-        samples = jnp.where(is_there[:, None, None], samples, -jnp.inf).reshape(-1, self.function.n_outputs)
+        samples = held._within(steps, np.broadcast_to(SAMPLES, (len(steps), SHARES)))[1]
 
         def top(j: Any) -> Peak:
-            best = jnp.argmax(samples[:, j])
-            step, share = best // SHARES, jnp.asarray(shares)[best % SHARES]
+            highest = jnp.asarray(PLACES)[jnp.argmax(samples[:, :, j] @ CURVE.T, axis=1)][:, None]
+            shares = jnp.concatenate([jnp.broadcast_to(SAMPLES, (len(steps), SHARES)), highest], axis=1)
+            values = jnp.concatenate([samples[:, :, j], held._within(steps, highest)[1][:, :, j]], axis=1)
+            best = jnp.argmax(jnp.where(is_there[:, None], values, -jnp.inf))
+            step, share = best // (SHARES + 1), jnp.ravel(shares)[best]
             place = _repeated(ft.partial(held._narrowed, step, j), (share, 1.0 / (SHARES - 1)), held._is_traced)[0]
             return self._refined(step, place, j)
 

@@ -45,9 +45,10 @@ class Reading:
             t, record = jax.tree.map(np.asarray, (t, record))
         ts, n = record.ts, len(record.moments)
         i = xp.clip(xp.searchsorted(ts, t) - 1, 0, n - 1)
-        begin, end = record.infos["begin"][i], ts[i + 1]
+        end = ts[i + 1]
         is_there = (t >= ts[0]) & (i < record.n) & (t <= end)
-        theta = xp.where(is_there, (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0), 0.0)
+        begin = xp.where(is_there, record.infos["begin"][i], t)  # rows that are not there are infinite
+        theta = (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0)
         ys = self.within(i, theta[:, None], record, inputs, forward)[1][:, 0]
         is_start = (t == ts[0]) & ~is_there
         return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _models import rc
+from _models import oscillator, rc
 from test_events import Ball
 
 from acausal import ModelError, simulate
@@ -55,6 +55,20 @@ def test_peaks_are_those_of_closed_forms() -> None:
     np.testing.assert_allclose(found["speed"], (E0 * np.sqrt(2.0 * G), fall), rtol=1e-7)
     np.testing.assert_allclose(found["rebound"], (E0**2, fall + E0 * fall), rtol=1e-7)
     np.testing.assert_allclose(found["low"], (np.sqrt(2.0 * G), fall), rtol=1e-7)
+
+
+def test_highest_of_peaks_that_are_nearly_as_high() -> None:
+    """v = exp(-d t / 2) sin(w t) / w: each peak is lower than the one before by less than it rises above samples."""
+    d = 1e-5
+    w = np.sqrt(1.0 - 0.25 * d**2)
+    first = np.arctan2(2.0 * w, d) / w
+    height = np.exp(-0.5 * d * first)
+
+    def swing(d: Any) -> Any:
+        return simulate(oscillator(d=d, v0=1.0), 60.0, save="dense", max_steps=256).peak(lambda s: s.link.s_rel)
+
+    for found in (swing(d), jax.jit(swing)(d)):
+        np.testing.assert_allclose(found, (height, first), rtol=1e-6)
 
 
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
@@ -116,6 +130,13 @@ def test_known_and_traced_runs_show_the_same() -> None:
     for save in (times, "end"):
         traced = jax.jit(lambda e, save=save: read(e, save))(E0)
         np.testing.assert_allclose(np.stack(read(E0, save)), np.stack(traced), atol=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_times_after_a_stop_are_left_out_without_a_warning() -> None:
+    solution = simulate(flight(E0), 2.0, until=lambda s: s.h - 0.5, save=np.array([0.0, 0.1, 1.0, 2.0]))
+    np.testing.assert_array_equal(solution.ts, [0.0, 0.1])
+    assert np.isnan(simulate(flight(E0), 0.2).at(1.0).h)
 
 
 def test_limits_of_steps_and_events_hold_in_pieces() -> None:
