@@ -259,9 +259,11 @@ class Solution(eqx.Module, Generic[M]):
         is_listed = np.array([entry.is_listed for entry in events.members], bool)
 
         def by_event(moments: Array, lost: Array, times: Array, happened: Array) -> Array:
-            rows = jnp.clip(jnp.searchsorted(times, moments), 0, len(times) - 1)
+            # A row behind the others, for what is not there: there may be no events, or too many for a traced history.
+            times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
+            rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
             first = jnp.argmax(happened[rows] & is_listed, axis=1)
-            taken = jnp.where(times[rows] == moments, lost, 0.0)
+            taken = jnp.where(jnp.isfinite(moments) & (times[rows] != moments), jnp.nan, lost)
             return jnp.zeros(len(is_listed)).at[first].add(taken)
 
         moments = self._forward[..., None] * self._record.moments

@@ -99,6 +99,12 @@ def test_account_of_a_charge_closes_without_being_asked_for() -> None:
     assert abs(account.imbalance) < 1e-9
 
 
+def test_account_closes_where_no_event_happens() -> None:
+    account = simulate(flight(E0), 0.1).energy
+    assert account.events == {"impact": 0.0}
+    assert abs(account.imbalance) < 1e-9
+
+
 def test_runs_in_a_batch_are_read_one_by_one() -> None:
     es = np.array([0.5, 0.7])
     batch = jax.vmap(lambda e: simulate(Ball(h=1.0, e=e), 1.0, save="dense"))(es)
