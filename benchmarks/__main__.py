@@ -20,6 +20,7 @@ BENCHMARKS = {
     "chain": "chain",
     "alike": "alike",
     "events": "events",
+    "reading": "reading",
 }
 
 
