@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,6 +26,14 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """
     is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
     jax.config.update("jax_disable_most_optimizations", is_quick)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Python hears an interrupt, also in a process that was started to ignore it, as in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="module", autouse=True)

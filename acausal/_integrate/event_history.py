@@ -1,11 +1,15 @@
 """The events of a run, as its steps hand them on."""
 
+from collections.abc import Callable
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from .._equinox_private import written
 from .._numbers import Numbers
 from .._tracing import known
 
@@ -13,7 +17,8 @@ from .._tracing import known
 class EventHistory(eqx.Module):
     """What happened in a run, as far as there is room for it.
 
-    - `times`, `happened`: the moments at which anything happened, infinite after the last one, and which events did.
+    - `times`, `happened`: the moments at which anything happened, infinite after the last one, and which events did;
+      within transformations of jax, at which anything listed happened.
     - `n`: how many moments there were, with or without room for them.
     - `count`: how many listed events there were.
     """
@@ -41,15 +46,27 @@ class EventHistory(eqx.Module):
             self.count + jnp.sum(happened & is_listed),
         )
 
-    def followed_by(self, instant: "EventHistory", most: int) -> "EventHistory":
-        """The history with the moments of an instant, up to `most`: behind these there is room for an instant."""
-        place = jnp.minimum(self.n, most)
-        return EventHistory(
-            jax.lax.dynamic_update_slice(self.times, instant.times, (place,)),
-            jax.lax.dynamic_update_slice(self.happened, instant.happened, (place, 0)),
-            self.n + jnp.minimum(instant.n, len(instant.times)),
-            self.count + instant.count,
-        )
+    def followed_by(self, instant: "EventHistory", loop: Callable[..., Any]) -> "EventHistory":
+        """The history with the moments of an instant, as far as there is room. They are written one by one, so that the
+        room costs nothing in a step.
+        """
+        room, n = self.times.shape[0], jnp.minimum(instant.n, len(instant.times))
+
+        def goes_on(carry: Any) -> Array:
+            return (carry[0] < n) & (self.n + carry[0] < room)
+
+        def write(carry: Any) -> Any:
+            i, times, happened = carry
+            place, true = self.n + i, jnp.asarray(True)
+            times, happened = (
+                written(rows, new[i], place, true)
+                for rows, new in ((times, instant.times), (happened, instant.happened))
+            )
+            return i + 1, times, happened
+
+        start = (jnp.asarray(0), self.times, self.happened)
+        _, times, happened = loop(goes_on, write, start, max_steps=len(instant.times), buffers=lambda carry: carry[1:])
+        return EventHistory(times, happened, self.n + n, self.count + instant.count)
 
     def listed(self, is_listed: np.ndarray, most: int) -> tuple[Array, Array]:
         """When each of the first `most` listed events happened, and its number; infinite and -1 after the last one.

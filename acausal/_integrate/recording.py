@@ -38,7 +38,7 @@ class Recording:
     def solution(self, given: Given, ending: Ending, times: Any) -> Solution:
         """The solution, with the values at the times asked for, if there are any."""
         settings, record, inputs = self.settings, self._record(), read_inputs(given)
-        forward = -1.0 if float(given.numbers.t1) < float(given.numbers.t0) else 1.0
+        forward = np.where(given.numbers.t1 < given.numbers.t0, -1.0, 1.0)
         path = None
         if record is None:
             path = forward * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
@@ -57,7 +57,7 @@ class Recording:
         place = first_not_finite(self.settings.system, ts, points, inputs)
         return None if place is None else jax.device_put((ts[place], points[place]))
 
-    def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: float) -> tuple[np.ndarray, np.ndarray]:
+    def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: Any) -> tuple[np.ndarray, np.ndarray]:
         """The times, infinite where the run has not come to, and the vectors there."""
         settings = self.settings
         found = Reading(settings.system, settings.solver, settings.layout).at(times, record, inputs, forward)
@@ -102,7 +102,7 @@ class Recording:
         return EventHistory(joined("times"), joined("happened"), n, count)
 
 
-def _rows(record: Record, forward: float) -> tuple[np.ndarray, np.ndarray]:
+def _rows(record: Record, forward: Any) -> tuple[np.ndarray, np.ndarray]:
     """The times and vectors at the ends of the steps and before events."""
     ts, ys, moments, befores = map(np.asarray, (record.ts, record.ys, record.moments, record.befores))
     return forward * both_sides(ts, moments, ts, moments), both_sides(ys, befores, ts, moments)

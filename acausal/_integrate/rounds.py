@@ -116,7 +116,10 @@ class Iteration(NamedTuple):
         holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.curved, true, held), holds)
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
-        history = r.history.noted(t, (fired | told)[: events.n_model], events.is_listed[: events.n_model])
+        happened, is_listed = (fired | told)[: events.n_model], events.is_listed[: events.n_model]
+        # Where room is limited, what is not listed takes none of it.
+        happened = happened if events.settings.save == "chunk" else happened & is_listed
+        history = r.history.noted(t, happened, is_listed)
         is_first_listed = (r.history.count == 0) & (history.count > 0)
         return Round(
             t=t,

@@ -21,7 +21,7 @@ from .carry import Carry
 from .ending import Ending, Integrated, ended
 from .field import Given
 from .made_from import digest_of
-from .options import unmet
+from .options import harmless
 from .recording import Recording
 from .settings import Settings
 from .solution import Solution
@@ -90,7 +90,8 @@ class _Start(_Part):
 
     @staticmethod
     def of(settings: Settings, given: Given) -> traced.Started:
-        return traced.started(settings, given)
+        numbers = harmless(given.numbers, jnp.asarray(False))  # with a first step in the direction of the run
+        return traced.started(settings, dataclasses.replace(given, numbers=numbers))
 
 
 class _Steps(_Part):
@@ -108,7 +109,8 @@ class _End(_Part):
     def of(settings: Settings, given: tuple[Given, Any, Any, Carry]) -> Ending:
         numbers, y0, bad_starts, end = given
         integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, numbers, end))
-        return ended(settings, numbers, integrated, unmet(settings.system, numbers.numbers))
+        met = jnp.zeros(1, bool)  # known options that are wrong have been refused
+        return ended(settings, numbers, integrated, met)
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))

@@ -116,12 +116,13 @@ class Solution(eqx.Module, Generic[M]):
         return both_sides(rows, before, *map(np.asarray, (known(record.ts), known(record.moments))))
 
     @property
-    def _forward(self) -> Array:
+    def _forward(self) -> Any:
         """1, or -1 for a run that went back in time."""
         t0, t1 = self._numbers["t0"], self._numbers["t1"]
         assert t0 is not None
         assert t1 is not None
-        return jnp.broadcast_to(jnp.where(t1 < t0, -1.0, 1.0), jnp.shape(self.t1))
+        xp = jnp if is_traced(t0) or is_traced(t1) else np
+        return xp.broadcast_to(xp.where(t1 < t0, -1.0, 1.0), jnp.shape(self.t1))
 
     @property
     def values(self) -> M:

@@ -1,6 +1,7 @@
 """What is at the start of a run, before anything is integrated: past events, and what they lead to."""
 
 import dataclasses
+import functools as ft
 from typing import NamedTuple
 
 import diffrax
@@ -9,6 +10,7 @@ import numpy as np
 from jax import Array
 
 from .._declare.past import Past
+from .._equinox_private import while_loop
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .event_history import EventHistory
@@ -67,7 +69,8 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     due = events.due(t0, y, given, events.past(t0, y, given))
     y = _with_peaks(settings, given, y)
     history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
-    history = history.followed_by(settled.history, settings.max_events)
+    loop = ft.partial(while_loop, kind="bounded" if events.is_reversible else "lax")
+    history = history.followed_by(settled.history, loop)
     # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
     is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))
     t = jnp.where(is_past, t0 + 2.0 * given.tick(t0), t0)

@@ -137,7 +137,7 @@ class Steps:
         if history is None or instant is None:
             return history
         kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, EventHistory.empty(*instant.happened.shape))
-        return history.followed_by(kept, self.settings.max_events)
+        return history.followed_by(kept, self._inner_loop)
 
     def no_history(self) -> EventHistory | None:
         """A history with room for the moments to come, and for those of one instant more."""
@@ -212,11 +212,15 @@ class Steps:
 
     def buffers(self, c: Carry) -> PyTree:
         """What is written to, one row after the other."""
+        # What there is none of is not asked of the carry, in whose place there may be a tree of other leaves.
         found: list[PyTree] = []
-        if c.rows is not None:
-            found += [c.rows.ts, c.rows.ys]
-        if c.record is not None:
-            found += [c.record._replace(n=None)]
+        if self.given.numbers.times is not None:
+            found += [c.rows.ts, c.rows.ys]  # pyright: ignore[reportOptionalMemberAccess]
+        if self.events is not None:
+            found += [c.history.times, c.history.happened]  # pyright: ignore[reportOptionalMemberAccess]
+        if self.settings.keeps_steps:
+            names = ["ts", "ys", "moments", "befores", *(["infos"] if self.settings.save != "steps" else [])]
+            found += [getattr(c.record, name) for name in names]
         return found
 
 

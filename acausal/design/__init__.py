@@ -5,6 +5,7 @@ from ._alternatives import Alternatives as Alternatives
 from ._alternatives import Part as Part
 from ._alternatives import Structure as Structure
 from ._batches import Outcomes as Outcomes
+from ._causes import Cause as Cause
 from ._choice import Choice as Choice
 from ._choose import choose as choose
 from ._control import control as control

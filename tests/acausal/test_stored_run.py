@@ -267,8 +267,9 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
         return solution
 
     first = run()
-    file, trajectories = sorted(tmp_path.iterdir())
-    assert (file.name[:4], trajectories.name[:13]) == ("run-", "trajectories-")
+    files = sorted(tmp_path.iterdir())
+    read = ["reading"] if "save" in saves and not isinstance(saves["save"], str) else []
+    assert [file.name.partition("-")[0] for file in files] == ["end", *read, "start", "steps", "trajectories"]
     monkeypatch.setattr(stored_program, "_compiled", None)
     second = run()
     assert jax.tree.structure(first) == jax.tree.structure(second)
@@ -280,11 +281,12 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     monkeypatch.undo()
     monkeypatch.setattr(programs, "folder", tmp_path)
     monkeypatch.setattr(made_from, "machine", lambda: other)
-    for spoilt in (pickle.dumps("spoilt"), file.read_bytes()[:-1], b""):
-        file.write_bytes(spoilt)
-        trajectories.write_bytes(spoilt)
+    for spoilt in (pickle.dumps("spoilt"), files[0].read_bytes()[:-1], b""):
+        for file in files:
+            file.write_bytes(spoilt)
         assert run().t1 == first.t1
-    _program_files.write(file, b"no program")
+    for file in files:
+        _program_files.write(file, b"no program")
     assert run().t1 == first.t1
 
 
@@ -310,7 +312,7 @@ def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         said.append(done.stdout)
     assert said[0] == said[1]
-    (file,) = tmp_path.glob("run-*-program")
+    (file,) = tmp_path.glob("steps-*-program")
     content = _program_files.read(file)
     assert content
     assert b"lapack_" in zlib.decompress(content)

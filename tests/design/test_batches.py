@@ -17,6 +17,8 @@ from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, 
 from acausal.design import Samples, Tolerance, Uniform, _bar, choose, sweep
 from acausal.design._cores import on_all_cores
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 
 class Ball(Component):
     """A ball that rebounds without loss."""

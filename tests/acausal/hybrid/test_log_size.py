@@ -5,8 +5,10 @@ from collections.abc import Iterator
 from typing import Any, Self
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, ifelse, simulate, when
 
 IN_PLACE = ("dynamic_update_slice", "scatter", "maybe_set", "copy")
 
@@ -53,3 +55,31 @@ def test_a_longer_log_makes_no_step_dearer() -> None:
     few = numbers_in_a_step(33)
     assert few > 100
     assert numbers_in_a_step(4099) == few
+
+
+class Switching(Component):
+    """An `ifelse` that changes twice a second, and a clock."""
+
+    n: Discrete[Scalar, "1"] = 0.0
+    x: Var[Scalar, "1"] = 0.0
+    s: Var[Scalar, "1"] = 0.0
+    c: Var[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        w = 2.0 * jnp.pi
+        return dict(
+            ramp=eq(d.x, ifelse(self.s > 0.0, 1.0, -1.0), check_units=False),
+            sine=eq(d.s, w * self.c, check_units=False),
+            cosine=eq(d.c, -w * self.s, check_units=False),
+        )
+
+    def events(self) -> Events:
+        return dict(tick=at(1.2, every=1.0, n=self.n + 1.0))
+
+
+def test_changes_of_equations_take_no_room_from_events() -> None:
+    def times(n: Any) -> Any:
+        return simulate(Switching(n=n), 4.0, max_events=3).events.times
+
+    for found in (times(0.0), jax.jit(times)(0.0)):
+        np.testing.assert_allclose(found, [1.2, 2.2, 3.2], rtol=1e-12)
