@@ -13,6 +13,11 @@ def is_traced(value: object) -> bool:
     return isinstance(value, Tracer)
 
 
+def are_traced(*values: object) -> bool:
+    """Whether any number in some pytrees is being traced."""
+    return any(map(is_traced, jax.tree.leaves(values)))
+
+
 def within_transformation() -> bool:
     """Whether a function is being traced, known numbers in it or not."""
     return get_opaque_trace_state() != _OUTSIDE

@@ -24,10 +24,9 @@ class Carry(NamedTuple):
 
     A relation is `armed` at the start, and one that has changed is so again once its crossing function was farther from
     zero than an error of the run; `farthest` is how far it was at most at the ends of steps. `seen` is what was looked
-    at at the end of the last step, unless something has `jumped` since. `before` is the moment of the
-    first listed event at the end of the last step and the vector just before it, infinite if there is none; it is empty
-    if steps are not recorded. A number of events in a row, the
-    `crowd`, were close to the time `mark`.
+    at at the end of the last step, unless something has `jumped` since. `before` is the moment of the first listed
+    event at the end of the last step and the vector just before it, infinite if there is none; it is empty if steps are
+    not recorded. A number of events in a row, the `crowd`, were close to the time `mark`.
     """
 
     t: Array

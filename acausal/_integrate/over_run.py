@@ -12,8 +12,9 @@ from jax import Array
 
 from .._evaluate.starts import Inputs
 from .._numbers import Numbers
+from .._tracing import are_traced
 from .peaks import Peak
-from .reading import SHARES, Reading, are_traced
+from .reading import SHARES, Reading
 from .record import Record
 from .rows import NUMBERS
 from .trajectories import trajectories

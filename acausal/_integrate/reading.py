@@ -14,7 +14,7 @@ from jax import Array
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
-from .._tracing import is_traced
+from .._tracing import are_traced
 from .course import share, within
 from .interval import LOOKS
 from .made_from import digest_of
@@ -127,8 +127,3 @@ def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[An
         return t, jax.vmap(reading.on(span, inputs, forward))(t)
 
     return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)
-
-
-def are_traced(*values: Any) -> bool:
-    """Whether any number is being traced."""
-    return any(map(is_traced, jax.tree.leaves(values)))

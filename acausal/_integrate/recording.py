@@ -16,7 +16,7 @@ from .record import Record
 from .rows import shared
 from .settings import Settings
 from .solution import Solution
-from .trajectories import both_sides, first_not_finite
+from .trajectories import both_sides, first_bad_row
 
 
 class Recording:
@@ -54,7 +54,7 @@ class Recording:
         """The first saved time and point at which a variable is not finite, if there is one."""
         reached = np.isfinite(path[0])
         ts, points = path[0][reached], path[1][reached, self.settings.layout.point]
-        place = first_not_finite(self.settings.system, ts, points, inputs)
+        place = first_bad_row(self.settings.system, ts, points, inputs)
         return None if place is None else jax.device_put((ts[place], points[place]))
 
     def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: Any) -> tuple[np.ndarray, np.ndarray]:

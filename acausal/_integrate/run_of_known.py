@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import PyTree
 
-from .._tracing import is_traced, within_transformation
+from .._tracing import are_traced, within_transformation
 from . import run as traced
 from .adjoint import kind_of_loop
 from .carry import Carry
@@ -30,7 +30,7 @@ from .stored_program import program_for, result_of
 
 def run(settings: Settings, given: Given) -> Solution:
     """As `run.run`, by programs that are shared by all runs of a model where numbers are known."""
-    if within_transformation() or any(is_traced(leaf) for leaf in jax.tree.leaves(given)):
+    if within_transformation() or are_traced(given):
         return traced.run(settings, given)
     return _run(settings, given)
 

@@ -78,8 +78,8 @@ def simulate(
     - `until(s)`: a real function of the variables, `s` having the shape of the model; the run stops where it crosses
       zero. The time found is differentiable. None: run to `t1`.
     - `direction`: "up" or "down", the way in which `until` has to cross zero; None: either.
-    - `save`: "steps", "end" (nothing else can be read then), an array of times, or "dense", which is "steps" with dense
-      output also within `jit`, `vmap` and `grad`; a run outside of these keeps it with all but "end".
+    - `save`: "steps" (every step), "end" (the end only), an array of times, or "dense" (every step, and dense output
+      also within `jit`, `vmap` and `grad`; outside of these every run has it, except one with "end").
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
     - `peaks(s)`: a dictionary (any pytree) of functions of which `sol.peaks` has the largest value over the run and its
       time, exact on the dense solution and differentiable; the smallest one is that of the negative.

@@ -15,7 +15,7 @@ from .._evaluate.observe import observe
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._numbers import Numbers
-from .._tracing import is_traced
+from .._tracing import are_traced, is_traced
 from .made_from import digest_of
 from .rows import NUMBERS, chosen, shared
 from .stored_program import result_of
@@ -45,7 +45,7 @@ def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -
 
     `batch` leading axes of all of them are those of a batch of runs.
     """
-    if batch or np.ndim(ts) != 1 or not len(ts) or any(map(is_traced, jax.tree.leaves((ts, ys, inputs)))):
+    if batch or np.ndim(ts) != 1 or not len(ts) or are_traced(ts, ys, inputs):
         return result_of(_Trajectories(system, batch), (ts, ys, inputs))
     blocks = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
     if len(blocks) == 1:
@@ -53,7 +53,7 @@ def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -
     return {leaf: jax.device_put(np.concatenate([block[leaf] for block in blocks])) for leaf in blocks[0]}
 
 
-def first_not_finite(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
+def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
     """The number of the first of some known points at which a variable is not finite; None if there is none.
 
     Parameters and discrete variables do not count: an infinite time may mean "never".
