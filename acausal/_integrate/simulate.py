@@ -71,38 +71,39 @@ def simulate(
 ) -> Solution[M]:
     """Integrate a model from `t0` to `t1` (in s), or until a condition is met.
 
-    `jit`, `vmap`, `grad` and `jvp` work over the model, whose pytree leaves are its parameters and start values, and
-    over the numbers given here. The structural work is done once for each structure of model and is cached.
+    `jit`, `vmap`, `grad` and `jvp` apply to the model, whose pytree leaves are its parameters and start values, and to
+    the numbers given here. The structural work is done once for each structure of model and is cached.
 
-    - `t0`: time at which the run starts, in s.
-    - `until(s)`: a real function of the variables, `s` having the shape of the model; the run stops where it crosses
-      zero. The time found is differentiable. None: run to `t1`.
-    - `direction`: "up" or "down", the way in which `until` has to cross zero; None: either.
-    - `save`: "steps" (every step), "end" (the end only), an array of times, or "dense" (every step, and dense output
-      also within `jit`, `vmap` and `grad`; outside of these every run has it, except one with "end").
+    - `t0`: start time in s.
+    - `until(s)`: a real function of the variables, where `s` has the shape of the model. The run stops when it crosses
+      zero, at a time that is differentiable. None: run to `t1`.
+    - `direction`: direction of the crossing, "up" or "down". None: either.
+    - `save`: "steps" (every step), "end" (the end only), an array of times, or "dense" (every step, with dense output
+      also inside `jit`, `vmap` and `grad`). Outside of these, every run except one with "end" has dense output.
     - `integrals(s)`: a dictionary (any pytree) of scalar rates, integrated with the states into `sol.integrals`.
-    - `peaks(s)`: a dictionary (any pytree) of functions of which `sol.peaks` has the largest value over the run and its
-      time, exact on the dense solution and differentiable; the smallest one is that of the negative.
-    - `energy`: integrate the powers of all components with the states; `sol.energy` is the account.
-    - `rtol`: relative tolerance; the absolute one is `rtol` times the nominal size of each variable.
-    - `nominal`: nominal sizes of variables by path, as in `{"c.v": 1e-5}`, where those of their units do not fit.
-    - `solver`: `Rodas3P()` or a solver of diffrax; None: `Rodas5P()`.
-    - `dt0`: first step in s; None: guessed from the vector field.
-    - `dtmin`: smallest step in s before the run is given up; None: 1e-14 of the time since t0.
-    - `dtmax`: largest step in s, for events of what varies faster than the steps tell; None: no limit.
-    - `max_steps`: most steps, rejected ones included.
-    - `max_events`: how many events are listed; later ones happen, too.
-    - `adjoint`: how derivatives are computed, as one of diffrax; None: so that both modes of differentiation work.
-    - `resume`: go on from where a run ended, `simulate(sol.final, t1, t0=sol.t1, resume=True)`: what was due before
-      `t0`, or is true there, has happened. With False it happens then. None: it happens then, but for what has happened
-      in the search of `initialise` for this start.
-    - `throw`: raise on failure. With False, look at `sol.result`; a condition never met gives `sol.t1 = inf`.
-    - `progress`: print how far the run is; None: say only that a compilation takes long; False: not that, either.
-    - `system`: the outcome of `choose_states`, whose choice of states is then used; None: chosen from the classes.
+    - `peaks(s)`: a dictionary (any pytree) of functions. `sol.peaks` holds the largest value of each over the run and
+      its time, exact on the dense output and differentiable. For the smallest value, pass the negative function.
+    - `energy`: integrate the powers of all components with the states. `sol.energy` is the account.
+    - `rtol`: relative tolerance. The absolute tolerance is `rtol` times the nominal size of each variable.
+    - `nominal`: nominal sizes of variables by path, such as `{"c.v": 1e-5}`, in place of those of their units.
+    - `solver`: `Rodas3P()` or a solver of diffrax. None: `Rodas5P()`.
+    - `dt0`: first step in s. None: estimated from the vector field.
+    - `dtmin`: smallest step in s, below which the run fails. None: 1e-14 of the time since t0.
+    - `dtmax`: largest step in s, for events of signals that vary faster than the steps resolve. None: no limit.
+    - `max_steps`: maximum number of steps, including rejected ones.
+    - `max_events`: maximum number of events in the list. Later events fire too.
+    - `adjoint`: method of differentiation, as in diffrax. None: both modes of differentiation work.
+    - `resume`: True: continue a run, as in `simulate(sol.final, t1, t0=sol.t1, resume=True)`. Events due before `t0`,
+      and those whose conditions are true at `t0`, do not fire again. False: they fire. None: they fire, except those
+      that `initialise` has already fired for this start.
+    - `throw`: raise an error on failure. False: `sol.result` holds the outcome, and `sol.t1` is infinite if the stop
+      condition was never met.
+    - `progress`: True: print the progress of the run. None: report only long compilations. False: report nothing.
+    - `system`: result of `choose_states`, which fixes the choice of states. None: chosen from the classes.
 
-    Raises `ModelError`, `StructureError` or `ParameterError` for what is wrong with the model and `SimulationError` for
-    what goes wrong in the run. Outside of `jit` and `vmap`, warns with `UnresolvedWarning` of variables that are so
-    small that the error tolerance means little for them; `sol.unresolved` lists these.
+    Raises `ModelError`, `StructureError` or `ParameterError` if the model is wrong, and `SimulationError` if the run
+    fails. Outside of `jit` and `vmap`, it warns with `UnresolvedWarning` of variables that are too small for the error
+    tolerance. `sol.unresolved` lists them.
     """
     model = model if nominal is None else sized(model, nominal)
     throw, energy = flag(throw, "throw") and not is_trial(), flag(energy, "energy")
