@@ -1,6 +1,7 @@
 """Ideal gears, and reducers with inertia and losses. Their housing is the ground, unless said otherwise."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -49,21 +50,24 @@ class IdealGear(Component):
 
 
 class PlanetaryGear(Component):
-    """Ideal epicyclic gear (MSL `IdealPlanetary`), with Willis' equation.
+    """Ideal epicyclic gear (MSL `IdealPlanetary`).
 
-    (1 + ratio) phi_carrier = phi_sun + ratio phi_ring, tau_ring = ratio tau_sun, tau_carrier = -(1 + ratio) tau_sun.
+    With i = ring_to_sun: (1 + i) phi_carrier = phi_sun + i phi_ring (Willis), tau_ring = i tau_sun and
+    tau_carrier = -(1 + i) tau_sun. With the ring held, the speed ratio from sun to carrier is 1 + i.
     """
 
-    ratio: Param[Scalar, "1", positive]  # teeth of the ring over teeth of the sun
+    elsewhere: ClassVar[Mapping[str, str]] = {"ratio": "ring_to_sun"}
+
+    ring_to_sun: Param[Scalar, "1", positive]  # teeth of the ring over teeth of the sun
     sun: Flange = Flange()
     ring: Flange = Flange()
     carrier: Flange = Flange()
 
     def equations(self, d: Self) -> Equations:
         return dict(
-            willis=eq((1.0 + self.ratio) * self.carrier.phi, self.sun.phi + self.ratio * self.ring.phi),
-            torque_ring=eq(self.ring.tau, self.ratio * self.sun.tau),
-            torque_carrier=eq(self.carrier.tau, -(1.0 + self.ratio) * self.sun.tau),
+            willis=eq((1.0 + self.ring_to_sun) * self.carrier.phi, self.sun.phi + self.ring_to_sun * self.ring.phi),
+            torque_ring=eq(self.ring.tau, self.ring_to_sun * self.sun.tau),
+            torque_carrier=eq(self.carrier.tau, -(1.0 + self.ring_to_sun) * self.sun.tau),
         )
 
 

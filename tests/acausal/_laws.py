@@ -96,10 +96,10 @@ def gear(a: Terminal, b: Terminal, *, ratio: float) -> list[Any]:
     return [a.x - ratio * b.x, ratio * a.f + b.f]
 
 
-def planetary(sun: Terminal, ring: Terminal, carrier: Terminal, *, ratio: float) -> list[Any]:
-    """Relative to the carrier, the sun turns `ratio` times as fast as the ring, the other way (Willis)."""
-    kinematics = (sun.x - carrier.x) + ratio * (ring.x - carrier.x)
-    return [kinematics, ring.f - ratio * sun.f, sun.f + ring.f + carrier.f]
+def planetary(sun: Terminal, ring: Terminal, carrier: Terminal, *, ring_to_sun: float) -> list[Any]:
+    """Relative to the carrier, the sun turns `ring_to_sun` times as fast as the ring, the other way (Willis)."""
+    kinematics = (sun.x - carrier.x) + ring_to_sun * (ring.x - carrier.x)
+    return [kinematics, ring.f - ring_to_sun * sun.f, sun.f + ring.f + carrier.f]
 
 
 def offset(a: Terminal, b: Terminal, distance: Any) -> list[Any]:

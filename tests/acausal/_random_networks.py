@@ -215,7 +215,7 @@ def _planetary(net: Growing) -> None:
     if a != b:
         nodes = [a, b, net.new("rotational")]
         net.random.shuffle(nodes)
-        net.add("rotational.PlanetaryGear", *nodes, ratio=net.number(1.5, 3.0))
+        net.add("rotational.PlanetaryGear", *nodes, ring_to_sun=net.number(1.5, 3.0))
 
 
 def _rack(net: Growing) -> None:

@@ -168,7 +168,7 @@ def test_gear_shift_of_a_planetary_gear() -> None:
     gearbox = Gearbox(
         drive=rotational.ConstantTorque(torque=3.0),
         sun=rotational.Inertia(J=0.1),
-        gear=rotational.PlanetaryGear(ratio=1.5),
+        gear=rotational.PlanetaryGear(ring_to_sun=1.5),
         ring=rotational.Inertia(J=0.2),
         carrier=rotational.Inertia(J=0.5),
         brake=rotational.Brake(mu=0.5, fn_max=100.0),

@@ -140,7 +140,7 @@ EXAMPLES: tuple[Component, ...] = (
     rotational.Inertia(J=1.3),
     rotational.LinearSpeedDependentTorque(torque=1.3, w_nominal=0.7),
     rotational.MultiSensor(),
-    rotational.PlanetaryGear(ratio=1.3),
+    rotational.PlanetaryGear(ring_to_sun=1.3),
     rotational.PlanetaryGearbox(ratio=2.3, J_sun=0.7, J_carrier=0.6),
     rotational.PlanetaryGearbox(ratio=2.3, J_sun=0.7, J_carrier=0.6, loss=MESH),
     rotational.PowerSensor(),

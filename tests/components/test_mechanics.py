@@ -51,7 +51,7 @@ class DrivenPlanetary(Component):
 def test_willis(ratio: float, w_sun: float, w_ring: float) -> None:
     """w_sun + r w_ring = (1 + r) w_carrier, and the load is shared as 1 : r."""
     rig = DrivenPlanetary(
-        gear=PlanetaryGear(ratio=ratio),
+        gear=PlanetaryGear(ring_to_sun=ratio),
         sun_speed=Constant(k=w_sun),
         ring_speed=Constant(k=w_ring),
         load=ConstantTorque(torque=2.0),

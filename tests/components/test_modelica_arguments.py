@@ -54,6 +54,7 @@ def test_sources_wait_for_their_start_time(source: Component, expected: np.ndarr
         (rotational.Fixed, "phi", "Did you mean phi0?"),
         (rotational.Inertia, "w_start", "Did you mean w?"),
         (rotational.IdealGear, "useSupport", "Did you mean support?"),
+        (rotational.PlanetaryGear, "ratio", "Here it is ring_to_sun."),
         (rotational.BearingFriction, "tau_pos", "Here it is speeds and torques."),
         (translational.Fixed, "s", "Did you mean s0?"),
         (translational.ConstantForce, "f_constant", "Here it is force."),
