@@ -1,4 +1,4 @@
-"""Requirements that several components have in common."""
+"""Requirements shared by several components."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from acausal import Component, ParameterError, Record, Requirements, require
 
 
 def increasing(knots: Any) -> Any:
-    """Whether each number is above the one before."""
+    """Whether each number exceeds the previous one."""
     return knots[1:] > knots[:-1]
 
 
 def sampled(owner: Component | Record, values: str, *knots: str) -> Requirements:
-    """That the knots increase, two or more on each axis, and that there is a value for each."""
+    """Requires two or more increasing knots on each axis, and one value for each of them."""
     shapes = {name: jnp.shape(getattr(owner, name)) for name in knots}
     for name, shape in shapes.items():
         if len(shape) != 1 or shape[0] < 2:
@@ -29,7 +29,7 @@ def sampled(owner: Component | Record, values: str, *knots: str) -> Requirements
 
 
 def ends_at(stop: Any, stroke: Any, name: str) -> Requirements:
-    """That a stop ends where the parts do that share its stroke."""
+    """Requires that a stop allows the travel from 0 to the stroke of the parts that it limits."""
     return (
         require(stop.s_min == 0.0, "stop.s_min must be 0"),
         require(stop.s_max == stroke, f"stop.s_max must equal {name}"),
@@ -37,7 +37,7 @@ def ends_at(stop: Any, stroke: Any, name: str) -> Requirements:
 
 
 def numbers(owner: Component | Record, name: str, value: Any) -> Array:
-    """An array of floats; raises `ParameterError` for what is none."""
+    """Converts a value to an array of floats; raises `ParameterError` if this is impossible."""
     try:
         return jnp.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
@@ -47,7 +47,7 @@ def numbers(owner: Component | Record, name: str, value: Any) -> Array:
 
 
 def check_shape(owner: Component | Record, name: str, shape: tuple[int, ...]) -> None:
-    """Raise `ParameterError` unless the value has the given shape."""
+    """Raises `ParameterError` unless the value has the given shape."""
     found = np.shape(getattr(owner, name))
     if found != shape:
         raise ParameterError(f"{type(owner).__name__}.{name} must have shape {shape}, got {found}.")

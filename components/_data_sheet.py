@@ -1,4 +1,4 @@
-"""What the maker of a part states of it."""
+"""Data sheets of purchased parts."""
 
 import dataclasses
 
@@ -7,22 +7,22 @@ from acausal import ParameterError
 
 @dataclasses.dataclass(frozen=True)
 class DataSheet:
-    """The figures of a data sheet in SI units, with where they come from; `sheet["resistance"]` is one of them.
+    """The figures of a data sheet in SI units, with their source; `sheet["resistance"]` is one of them.
 
-    Components that are made from it carry it along, so that a run can be held against its ratings.
+    A component made from a data sheet keeps it, so that a run can be checked against the ratings.
     """
 
-    catalogue: str  # name of the table it stands in
+    catalogue: str  # name of the table that lists the part
     order: str  # order name
     family: str
     maker: str
     source: str
     date: str
-    figures: tuple[tuple[str, float], ...]  # names and values in SI units, those that are stated
-    units: tuple[tuple[str, str], ...]  # names and SI units, of all that can be
+    figures: tuple[tuple[str, float], ...]  # names and values, in SI units, of the figures stated
+    units: tuple[tuple[str, str], ...]  # names and SI units of all figures that a sheet can state
 
     def __getitem__(self, name: str) -> float:
-        """A figure; raises `ParameterError` where the sheet does not state it."""
+        """A figure; raises `ParameterError` if the sheet does not state it."""
         value = self.get(name)
         if value is None:
             known = ", ".join(name for name, _ in self.figures)
@@ -30,7 +30,7 @@ class DataSheet:
         return value
 
     def get(self, name: str) -> float | None:
-        """A figure, or None where the sheet does not state it."""
+        """A figure, or None if the sheet does not state it."""
         return dict(self.figures).get(name)
 
     def unit(self, name: str) -> str:

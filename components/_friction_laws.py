@@ -1,14 +1,14 @@
-"""Laws of friction as functions of numbers, for torques over angular speeds and forces over speeds alike."""
+"""Friction laws as plain functions, used both for torque over angular speed and for force over speed."""
 
 import jax.numpy as jnp
 
 from acausal import Energy, Scalar
 
-STEEP = 50.0  # no step that ends well has stages beyond rest where the law has grown by more than this power of e
+STEEP = 50.0  # bound on the exponent; the stages of an accepted step never lie so far beyond rest
 
 
 def stribeck(speed: Scalar, sliding: Scalar, static: Scalar, stribeck_speed: Scalar) -> Scalar:
-    """The level that falls from `static` at rest to `sliding`: sliding + (static - sliding) exp(-(v/vs)^2)."""
+    """Friction level, from `static` at rest down to `sliding`: sliding + (static - sliding) exp(-(v/vs)^2)."""
     return sliding + (static - sliding) * jnp.exp(-((speed / stribeck_speed) ** 2))
 
 
@@ -17,8 +17,9 @@ def tustin(
 ) -> Scalar:
     """Friction at a speed above zero, F_prop v + F_Coulomb + F_Stribeck exp(-fexp v).
 
-    Below zero, where a step that leads to rest may have its stages, it goes on smoothly. Where what has broken away and
-    is not `moving` yet comes there by the error of a step, the last part falls instead: it drives onward.
+    The law continues smoothly below zero, where the stages of a step that ends at rest can lie. If the integration
+    error takes a body there that has broken away but is not `moving` yet, the last term decreases instead, so that the
+    body is driven onward.
     """
     x = fexp * speed
     falls = (speed < 0.0) & (moving < 0.5)
@@ -26,7 +27,7 @@ def tustin(
 
 
 def bristle_slip(size: Scalar, z: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:
-    """The speed at which bristles that are bent by z slide, where the bodies move with a speed of this size."""
+    """Slip speed of bristles with the deflection z; `size` is the absolute relative speed of the bodies."""
     return stiffness * size * z / level
 
 
@@ -38,5 +39,5 @@ def bristle_force(
 
 
 def bristle_energy(speed: Scalar, slip: Scalar, z: Scalar, *, stiffness: Scalar, force: Scalar) -> Energy:
-    """The bristles store energy as a spring; what else goes in is lost."""
+    """Energy account of the bristles: they store energy as a spring does and dissipate the rest."""
     return Energy(stored=0.5 * stiffness * z**2, dissipated=force * speed - stiffness * z * (speed - slip))

@@ -1,15 +1,15 @@
 """Rigid stops as a variable structure: free, or resting at the lower or upper one.
 
-The modes are -1 (resting at the lower stop), 0 (free) and 1 (at the upper one). One structure serves all of them by a
-path parameter s: while resting it is the contact effort into the component, else the acceleration. What rests loses its
-speed within a few LAG, and is drawn to the stop itself, so that a search for a state of rest finds its place (Baumgarte
-1972). In a run it is there already, but for an error of rounding. This must not accelerate it by as much as friction
-that sticks at the same place creeps under its load, and so it is drawn weakly.
+The modes are -1 (resting at the lower stop), 0 (free) and 1 (resting at the upper stop). A path parameter s gives all
+modes the same structure: it is the contact effort into the component at rest, and the acceleration otherwise. A resting
+body loses its speed within a few LAG and is drawn to the stop (Baumgarte 1972), so that a search for a state of rest
+finds its position; in a run, it is already there within rounding. The draw is weak: it must accelerate the body less
+than the creep of dry friction that sticks at the same position under load.
 
-What lies at a stop unloaded has a speed, an acceleration and a contact effort that are zero but for rounding, and no
-event follows from their signs: an impact needs a speed above 1e-6 of the largest one that comes to rest, and to be
-pressed on needs an acceleration above `PRESS` of the one that gathers this largest speed within LAG. What is pressed
-less gathers the former before it gets anywhere.
+The speed, acceleration and contact effort of an unloaded body at a stop are zero within rounding, so their signs must
+not trigger events. With `slow`, the largest rebound speed that comes to rest, an impact requires a speed above 1e-6
+`slow`, and pressing on the stop requires an acceleration above `PRESS` times the one that reaches `slow` within LAG. A
+body pressed less than that reaches the speed of an impact before it has moved noticeably.
 """
 
 from typing import Any
@@ -19,20 +19,20 @@ import jax.numpy as jnp
 from acausal import Events, Scalar, when
 
 LAG = 1e-3  # s
-DRAW = 10.0  # 1/s2, acceleration towards the stop over the distance from it
+DRAW = 10.0  # 1/s2, acceleration towards the stop per distance from it
 PRESS = 1e-9
 
 
 def acceleration(
     mode: Scalar, s: Scalar, creep: Scalar, *, place: Scalar, speed: Scalar, low: Scalar, high: Scalar
 ) -> Scalar:
-    """The acceleration; `place` and `speed` are those of what the stops at `low` and `high` hold."""
+    """Acceleration of a body with the given position and speed between stops at `low` and `high`."""
     beyond = jnp.where(mode > 0.0, place - high, jnp.where(mode < 0.0, place - low, 0.0))
     return jnp.where(mode == 0.0, s, creep * s - speed / LAG - DRAW * beyond)
 
 
 def effort(mode: Scalar, s: Scalar) -> Scalar:
-    """The contact effort, zero while it is free."""
+    """Contact effort, zero while the body is free."""
     return jnp.where(mode == 0.0, 0.0, s)
 
 
@@ -49,7 +49,7 @@ def stops(
     name: str,
     mode_name: str = "mode",
 ) -> Events:
-    """Impacts at both ends, which change the speed `name`, rest there, and lift-off from them."""
+    """Events: impact at both stops, which changes the speed `name`, coming to rest there, and lift-off."""
     rebound = -e * speed
     stays = jnp.abs(rebound) <= slow
     free = mode == 0.0
@@ -59,7 +59,7 @@ def stops(
         return when(free & beyond & (side * speed > 1e-6 * slow), **changes)
 
     def rests(beyond: Scalar, side: float) -> Any:
-        """A body that is pressed against a stop without a speed rests there, and one that is within the stop."""
+        """A slow body comes to rest if it is pressed against a stop or has penetrated it."""
         presses = (beyond >= 0.0) & (side * s > PRESS * slow / LAG) | (beyond > slow * LAG)
         return when(free & (jnp.abs(speed) <= slow) & presses, **{mode_name: side, name: 0.0})
 

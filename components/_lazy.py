@@ -1,4 +1,4 @@
-"""Packages that import their modules when a name of theirs is first asked for."""
+"""Lazy packages, which import a module when one of its names is first used."""
 
 import dis
 import importlib
@@ -9,10 +9,10 @@ from typing import Any
 
 
 def when_asked(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a package, from the imports that it states for type checkers.
+    """`__getattr__`, `__dir__` and `__all__` of a package, from the imports under `if TYPE_CHECKING`.
 
-    To create the class of a component takes a millisecond or two, and a model uses few of some hundred. The imports are
-    read from the compiled code, which is there also where the source is not, as in frozen programs.
+    Creating a component class takes a millisecond or two, and a model uses only a few of several hundred. The imports
+    are read from the compiled code, which is available even without the source, for example in frozen programs.
     """
     module = sys.modules[package]
     assert module.__spec__ is not None
@@ -30,7 +30,7 @@ def when_asked(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
 
 
 def _relative_imports(code: CodeType) -> Iterator[tuple[str, str]]:
-    """The name and the module of each `from .module import name` of a module, in branches that do not run, too."""
+    """Name and module of each `from .module import name` in a module, including branches that do not run."""
     level, names = 0, ()
     for step in dis.get_instructions(code):
         if step.opname == "IMPORT_NAME" and level:

@@ -1,10 +1,10 @@
-"""Quotients that are 0/0 at zero, where their series takes over."""
+"""Quotients that are 0/0 at zero, evaluated there by their series."""
 
 import jax.numpy as jnp
 
 from acausal import Scalar
 
-_NEAR = 1e-4  # the error of the series there is below rounding
+_NEAR = 1e-4  # below this, the truncation error of the series is less than rounding
 
 
 def log1p_over(y: Scalar) -> Scalar:

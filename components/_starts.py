@@ -1,4 +1,4 @@
-"""Where bodies start."""
+"""Start positions of bodies."""
 
 import dataclasses
 from typing import Any, TypeVar
@@ -9,7 +9,7 @@ P = TypeVar("P", bound=Port)
 
 
 def placed(owner: Component, kind: type[P], name: str, value: Any, flange: P | None) -> P:
-    """A flange that starts where it is said to, by a value or by itself; raises `ArgumentError` for both."""
+    """A flange with the start value given separately or by the flange itself; raises `ArgumentError` if both are."""
     if value is None:
         return kind() if flange is None else flange
     if flange is not None and getattr(flange, name) is not None:

@@ -1,17 +1,17 @@
 """Dry friction as a variable structure: sliding either way, sticking, or free (as in MSL `PartialFriction`).
 
-The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet). One structure serves
-all of them by a path parameter s: while stuck it is the effort (torque or force) that keeps the two sides together, and
-else their relative acceleration (Otter, Elmqvist, Mattsson, `Hybrid modeling in Modelica based on the synchronous data
-flow principle`, CACSD 1999).
+The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not yet known). A path parameter s
+gives all modes the same structure: it is the effort (torque or force) that holds the two sides together while stuck,
+and their relative acceleration otherwise (Otter, Elmqvist, Mattsson, `Hybrid modeling in Modelica based on the
+synchronous data flow principle`, CACSD 1999).
 
-A stuck pair gives way a little, so that the efforts are determined also where several stuck pairs hold one and the same
-motion: they share it. With the speed v it obeys a = creep s - v / LAG, and so creeps with creep LAG s, too slow to
-matter. All decisions are made by speeds well above that one, `slow`, and none by a number that is zero but for
-rounding: a pair sticks below `slow`, breaks away with no more than a few times that speed, and counts as `moving`, so
-that it can stick again, only above twice the speed at which it sticks. Until then a step may err by more than those
-speeds, so that the direction in which the pair is accelerated decides, and not the sign of its speed. What an event
-does to the speed of a stuck or a sliding pair is seen by the same rules.
+A stuck pair yields slightly, so that several stuck pairs which hold the same motion share its load and their efforts
+are determined. It obeys a = creep s - v / LAG with the speed v, and so creeps at creep LAG s, which is negligible. All
+decisions use the speed `slow`, well above the creep, because the sign of a number that is zero within rounding means
+nothing: a pair sticks below `slow`, breaks away at no more than a few times `slow`, and counts as `moving`, so that it
+can stick again, only above twice the sticking speed. Until then the integration error can exceed these speeds, so the
+direction of the acceleration decides, and not the sign of the speed. The same rules apply if an event changes the speed
+of a stuck or sliding pair.
 """
 
 import jax.numpy as jnp
@@ -24,31 +24,31 @@ FREE = 2.0
 CREEP = 1e-10  # in SI units
 LAG = 1e-3  # s
 REST = 1e-10  # relative speed that counts as rest, in SI units
-NOISE = 1e4  # errors of a run in the speed, over that at which a pair sticks
+NOISE = 1e4  # integration error of the speed, as a multiple of the sticking speed
 
 
 def stuck(mode: Scalar) -> Array | bool:
-    """Whether both sides stick to each other."""
+    """Whether the two sides stick."""
     return mode == STUCK
 
 
 def acceleration(mode: Scalar, s: Scalar, speed: Scalar, creep: Scalar) -> Scalar:
-    """The relative acceleration."""
+    """Relative acceleration."""
     return jnp.where(stuck(mode), creep * s - speed / LAG, s)
 
 
 def along(mode: Scalar, speed: Scalar) -> Scalar:
-    """The speed in the direction of sliding; it goes on smoothly through zero, unlike its size."""
+    """Speed in the direction of sliding; unlike the absolute value, it is smooth through zero."""
     return jnp.where(mode == FREE, 0.0, mode * speed)
 
 
 def effort(mode: Scalar, s: Scalar, level: Scalar) -> Scalar:
-    """The friction, where `level` is its size while sliding."""
+    """Friction effort; `level` is its absolute value while sliding."""
     return jnp.where(stuck(mode), s, jnp.where(mode == FREE, 0.0, mode * level))
 
 
 def rubs(mode: Scalar) -> Array | bool:
-    """Whether it slides with friction."""
+    """Whether the pair slides with friction."""
     return (mode == 1.0) | (mode == -1.0)
 
 
@@ -64,14 +64,15 @@ def changes(
     creep: Scalar,
     pressed: Array | bool = True,
 ) -> Events:
-    """All changes between the modes of a pair that holds still while low <= s <= high."""
+    """Mode changes of a pair that stays stuck while low <= s <= high."""
     slow = rest + 4.0 * creep * LAG * jnp.maximum(jnp.abs(low), jnp.abs(high))
     is_moving, is_held = moving > 0.5, stuck(mode) & pressed
-    # Twice as fast as when it sticks, and half as fast as when what sticks is torn loose.
+    # Twice the speed at which a pair sticks, and half the speed at which a stuck pair tears loose.
     is_slow = jnp.abs(speed) <= 2.0 * slow
     onward = dict(mode=jnp.sign(speed), moving=1.0)
     slows = rubs(mode) & (mode * speed < jnp.where(is_moving, slow, -slow))
-    # What has just broken away and is accelerated onward goes backward by errors of the run, unless it is thrown back.
+    # A pair that has just broken away and accelerates onward moves backward only by integration error, unless an event
+    # throws it back.
     turns = is_moving | (mode * s < 0.0)
     is_thrown = turns | (jnp.abs(speed) > NOISE * slow)
     return dict(
@@ -87,5 +88,5 @@ def changes(
 
 
 def lets_go(mode: Scalar, apart: Array | bool) -> Events:
-    """A pair that is taken apart is free."""
+    """The event that frees a pair when its sides are separated."""
     return dict(release=when((mode != FREE) & apart, mode=FREE))

@@ -1,6 +1,6 @@
-"""Curves through sampled values: piecewise cubics in Hermite form, traceable in the samples.
+"""Interpolation of sampled values: piecewise cubics in Hermite form, traceable in the samples.
 
-Between knots x_0 and x_1 = x_0 + h with values y and slopes m, and with u = x - x_0 and the chord D = (y_1 - y_0)/h:
+Between knots x_0 and x_1 = x_0 + h with values y and slopes m, u = x - x_0 and the chord slope D = (y_1 - y_0)/h:
 y = y_0 + m_0 u + (3 D - 2 m_0 - m_1)/h u^2 + (m_0 + m_1 - 2 D)/h^2 u^3.
 """
 
@@ -11,16 +11,16 @@ from jax import Array
 
 from acausal import Scalar, Vector, segment
 
-Cubic: TypeAlias = tuple[Array, Array, Array, Array]  # coefficients, that of the lowest power first
+Cubic: TypeAlias = tuple[Array, Array, Array, Array]  # coefficients, lowest power first
 
 
 def interval(x: Scalar, knots: Vector) -> Array:
-    """The interval that x lies in; the first or last one if x is outside."""
+    """Index of the interval that contains x; the first or last one if x is outside."""
     return jnp.sum(x >= knots[1:-1])
 
 
 def cubic(coefficients: Cubic | Array, u: Scalar) -> Scalar:
-    """The cubic with the given coefficients."""
+    """Value of the cubic with the given coefficients."""
     c0, c1, c2, c3 = coefficients
     return c0 + u * (c1 + u * (c2 + u * c3))
 
@@ -31,19 +31,19 @@ def _slope(coefficients: Cubic | Array, u: Scalar) -> Scalar:
 
 
 def _area(coefficients: Cubic | Array, u: Scalar) -> Scalar:
-    """The integral of the cubic from 0 to u."""
+    """Integral of the cubic from 0 to u."""
     c0, c1, c2, c3 = coefficients
     return u * (c0 + u * (c1 / 2.0 + u * (c2 / 3.0 + u * c3 / 4.0)))
 
 
 def hermite(y0: Array, y1: Array, m0: Array, m1: Array, h: Array) -> Cubic:
-    """The four coefficients of the cubic with the given end values and slopes on an interval of length h."""
+    """Coefficients of the cubic with the given end values and slopes on an interval of length h."""
     chord = (y1 - y0) / h
     return y0, m0, (3.0 * chord - 2.0 * m0 - m1) / h, (m0 + m1 - 2.0 * chord) / h**2
 
 
 def _monotone_slope(left: Array, right: Array, h_left: Array, h_right: Array) -> Array:
-    """Slope at a knot between two chords: their weighted harmonic mean, 0 at an extremum (Fritsch, Butland 1984)."""
+    """Slope at a knot: weighted harmonic mean of the two chord slopes, 0 at an extremum (Fritsch, Butland 1984)."""
     w_left, w_right = 2.0 * h_right + h_left, h_right + 2.0 * h_left
     same = left * right > 0.0
     denominator = jnp.where(same, w_left * right + w_right * left, 1.0)
@@ -51,7 +51,7 @@ def _monotone_slope(left: Array, right: Array, h_left: Array, h_right: Array) ->
 
 
 def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Cubic:
-    """Coefficients on interval(s) i. At the two ends of the table, the slope is that of the outermost chord."""
+    """Coefficients on the intervals i. The slope at each end of the table is that of the outermost chord."""
 
     def chord(j: Array) -> tuple[Array, Array]:
         j = jnp.clip(j, 0, len(knots) - 2)
@@ -65,14 +65,14 @@ def _monotone_cubics(knots: Vector, values: Vector, i: Array) -> Cubic:
 
 
 def clamped(x: Scalar, knots: Vector) -> Scalar:
-    """x, or the end of the table that it is beyond."""
-    # Not jnp.clip, whose derivative at a bound is one half.
+    """x, limited to the range of the table."""
+    # Not jnp.clip: its derivative at a bound is one half.
     return jnp.where(x < knots[0], knots[0], jnp.where(x > knots[-1], knots[-1], x))
 
 
 def located(x: Scalar, knots: Vector) -> tuple[Scalar, Array]:
-    """x, or the end of the table that it is beyond, and the interval that it lies in; both are held between events, so
-    that a curve goes on smoothly beyond the knots at the ends of its interval.
+    """x, limited to the range of the table, and the index of its interval. Both stay in the same case between events,
+    so that a curve continues smoothly beyond the ends of its interval.
     """
     n, passed = len(knots), segment(x, knots)
     inside = jnp.where(passed == 0, knots[0], jnp.where(passed == n, knots[-1], x))
@@ -80,14 +80,14 @@ def located(x: Scalar, knots: Vector) -> tuple[Scalar, Array]:
 
 
 def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
-    """A curve with continuous slope that rises and falls only where the values do; linear beyond the table."""
+    """Curve with continuous slope that rises and falls only where the samples do; linear beyond the table."""
     inside, i = located(x, knots)
     coefficients, u = _monotone_cubics(knots, values, i), inside - knots[i]
     return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
 
 
 def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
-    """The integral of `monotone_cubic` from the first knot to x."""
+    """Integral of `monotone_cubic` from the first knot to x."""
     inside, i = located(x, knots)
     intervals = jnp.arange(len(knots) - 1)
     coefficients = _monotone_cubics(knots, values, intervals)
@@ -98,22 +98,22 @@ def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
 
 
 def _weight_last(weights: Array, values: Array) -> Array:
-    """Weights of samples along the first axis, with room for the other axes."""
+    """Weights along the first axis, reshaped to broadcast over the other axes of the values."""
     return jnp.reshape(weights, weights.shape + (1,) * (values.ndim - 1))
 
 
 def linear(x: Scalar, knots: Vector, values: Array) -> Array:
-    """Straight lines through values along their first axis; the outermost ones go on beyond the table."""
+    """Linear interpolation along the first axis of the values, and linear extrapolation beyond the table."""
     i = located(x, knots)[1]
     share = (x - knots[i]) / (knots[i + 1] - knots[i])
     return values[i] + share * (values[i + 1] - values[i])
 
 
 def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Array:
-    """A curve with continuous slope through values along their first axis, linear in the values; a line beyond them.
+    """Curve with continuous slope along the first axis of the values, linear in the values; linear beyond the table.
 
-    The slope at a knot is that of the parabola through it and its neighbours, and at an end of the table that of the
-    outermost chord. Linear in the values, it makes a surface with continuous slope when applied axis by axis.
+    The slope at a knot is that of the parabola through it and its neighbours; at an end of the table, that of the
+    outermost chord. Linear in the values, it gives a surface with continuous slope when applied axis by axis.
     """
     (inside, i), h = located(x, knots), jnp.diff(knots)
     chords = jnp.diff(values, axis=0) / _weight_last(h, values)
@@ -126,9 +126,9 @@ def cubic_in_samples(x: Scalar, knots: Vector, values: Array) -> Array:
 
 
 def periodic_spline(knots: Vector, values: Vector) -> Array:
-    """Coefficients, four rows and a column for each interval, of the periodic cubic spline (continuous curvature).
+    """Coefficients of the periodic cubic spline (continuous curvature): four rows, one column for each interval.
 
-    Continuous second derivative at knot i, with h the interval and D the chord on its left and right:
+    The second derivative is continuous at knot i if, with the interval h and chord slope D on its left and right,
     h_r m_(i-1) + 2 (h_l + h_r) m_i + h_l m_(i+1) = 3 (h_r D_l + h_l D_r).
     """
     h = jnp.diff(knots)

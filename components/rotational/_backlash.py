@@ -1,4 +1,4 @@
-"""Play between two shafts."""
+"""Backlash between two shafts."""
 
 from typing import Self
 
@@ -9,11 +9,11 @@ from ._interfaces import Compliant
 
 
 class ElastoBacklash(Compliant):
-    """A play between elastic stops with damping (MSL `ElastoBacklash`).
+    """Backlash between elastic stops with damping (MSL `ElastoBacklash`).
 
-    With the deflection x = phi_rel - phi_rel0 -+ play/2 beyond the play, else 0: tau = c x + d w_rel, where the damping
-    is limited to the size of c x, so that the torque is continuous at contact and the stops do not pull. Contact, and
-    that this limit is met, are events.
+    tau = c x + d w_rel with the deflection x = phi_rel - phi_rel0 -+ play/2 beyond the play, and x = 0 within it. The
+    damping torque is limited to |c x|, so that the torque is continuous at contact and the stops do not pull. Contact
+    and reaching this limit are events.
     """
 
     c: Param[Scalar, "N.m/rad", nonnegative]  # stiffness

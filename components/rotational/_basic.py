@@ -1,4 +1,4 @@
-"""Inertia, stiffness, damping and the fixed point."""
+"""Inertia, spring, damper and fixed flange."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -10,15 +10,15 @@ from ._interfaces import Compliant, Flange
 
 
 class Angle(Record):
-    """Where a flange is held."""
+    """Angle of a fixed flange."""
 
     phi0: Param[Scalar, "rad"]  # angle
 
 
 class Fixed(Component):
-    """A flange held at the angle phi0, zero unless it is given (MSL `Fixed`).
+    """A flange fixed at the angle phi0, zero by default (MSL `Fixed`).
 
-    What is given is the parameter `place.phi0`. What is not is no parameter, so that the flange drops out.
+    If phi0 is given, it is the parameter `place.phi0`. Otherwise there is no parameter, and the flange is eliminated.
     """
 
     place: Angle | None = None
@@ -40,8 +40,8 @@ class Fixed(Component):
 class Inertia(Component):
     """A rigid rotor, J dw/dt = tau_a + tau_b (MSL `Inertia`).
 
-    `Inertia(J=..., phi=..., w=...)` starts at an angle and with a speed. The angle is that of its flanges: phi is no
-    variable of its own, but `inertia.phi` reads `inertia.a.phi`, by which name results and start values know it.
+    `Inertia(J=..., phi=..., w=...)` starts at the given angle and speed. phi is the angle of the flanges and not a
+    separate variable: `inertia.phi` reads `inertia.a.phi`, which is its name in results and start values.
     """
 
     J: Param[Scalar, "kg.m2", positive]  # moment of inertia
@@ -65,7 +65,7 @@ class Inertia(Component):
 
     @property
     def phi(self) -> Scalar:
-        """The angle in rad."""
+        """Angle in rad."""
         return self.a.phi
 
     def equations(self, d: Self) -> Equations:
@@ -80,7 +80,7 @@ class Inertia(Component):
 
 
 class Disc(Component):
-    """A rigid shaft without inertia whose flanges are turned against each other, phi_b = phi_a + delta_phi."""
+    """A rigid massless shaft with a fixed angle between its flanges, phi_b = phi_a + delta_phi."""
 
     delta_phi: Param[Scalar, "rad"] = 0.0  # fixed angle from a to b
     a: Flange = Flange()

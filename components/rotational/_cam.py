@@ -1,4 +1,4 @@
-"""From rotation to translation by a cam."""
+"""Cam with a translating follower."""
 
 from typing import Self
 
@@ -12,7 +12,7 @@ from ._interfaces import Flange
 class Cam(Component):
     """A cam that lifts an axially guided follower by s = l(phi).
 
-    Contact is always kept and frictionless, so by virtual work the follower force F (on the cam) loads the shaft with
+    The contact is permanent and frictionless. By virtual work, the follower force F on the cam loads the shaft with
     F l'(phi): J dw/dt = tau + f l'(phi), where f = -F is the force into the follower's flange (Norton, `Cam Design
     and Manufacturing Handbook`). Not modelled: lift-off, friction, elasticity, mass of the follower.
     """
@@ -21,7 +21,7 @@ class Cam(Component):
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia about the shaft
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the shaft
     slope: Var[Scalar, "m/rad"] = 0.0  # l'(phi)
-    torque: Var[Scalar, "N.m"] = 0.0  # F l'(phi), the load of the follower on the shaft
+    torque: Var[Scalar, "N.m"] = 0.0  # F l'(phi), load of the follower on the shaft
     shaft: Flange = Flange()
     follower: Rod = Rod()
 

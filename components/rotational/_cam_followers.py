@@ -1,4 +1,4 @@
-"""Contact of a cam with its follower, from the lift: pressure angle, curvature, undercut, Hertz pressure."""
+"""Contact between cam and follower, derived from the lift: pressure angle, curvature, undercut, Hertzian pressure."""
 
 import abc
 from typing import NamedTuple
@@ -12,53 +12,53 @@ from acausal import Param, Record, Requirements, Scalar, Vector, positive, requi
 from ._cam_profiles import CamProfile
 
 STEEL = 113.2e9  # Pa, E/(2 (1 - nu^2)) for a pair of steel, E = 206 GPa, nu = 0.3
-_SAMPLES = 2048  # in a turn, among which the least radius is looked for
-_NEWTON = 5
+_SAMPLES = 2048  # samples for the coarse search of the minimum radius
+_NEWTON = 5  # iterations that refine it
 
 
 class CamContact(NamedTuple):
-    """What `Follower.contact` tells at given angles."""
+    """Result of `Follower.contact` at given angles."""
 
-    pressure_angle: Array  # between the normal of the contact and the follower's axis, in rad
-    radius: Array  # of curvature of the cam, in m; see `Follower.radius` for its sign
+    pressure_angle: Array  # angle between the contact normal and the follower's axis, in rad
+    radius: Array  # radius of curvature of the cam, in m; see `Follower.radius` for its sign
     normal_force: Array  # in N
-    hertz_pressure: Array  # largest pressure in the contact, in Pa; NaN without contact
+    hertz_pressure: Array  # maximum contact pressure, in Pa; NaN without contact
 
 
 class Follower(Record, partial=True):
-    """A translating follower, whose lift s over the cam angle, with its derivatives s' and s'', shapes the cam.
+    """A translating follower. Its lift s over the cam angle, with the derivatives s' and s'', determines the cam shape.
 
-    Norton, `Cam Design and Manufacturing Handbook`, ch. 7; the contact after Hertz, of two cylinders.
+    Norton, `Cam Design and Manufacturing Handbook`, ch. 7; Hertzian contact of two cylinders.
     """
 
-    base_radius: Param[Scalar, "m", positive]  # of the cam where the lift is 0
-    width: Param[Scalar, "m", positive] = 10e-3  # of the line of contact
+    base_radius: Param[Scalar, "m", positive]  # radius of the cam at zero lift
+    width: Param[Scalar, "m", positive] = 10e-3  # width of the line contact
     modulus: Param[Scalar, "Pa", positive] = STEEL  # E', 1/E' = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2
 
     @abc.abstractmethod
     def pressure_angle(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Angle between normal and direction of travel in rad, positive where it pushes sideways on the rise."""
+        """Angle between contact normal and direction of travel in rad, positive on the rise of a centred follower."""
 
     @abc.abstractmethod
     def radius(self, profile: CamProfile, angle: Scalar) -> Scalar:
         """Radius of curvature of the cam's surface in m.
 
-        Under a flat face it is negative where the cam is undercut, under a roller where it is undercut or hollow.
+        Under a flat face it is negative if the cam is undercut; under a roller, if the cam is undercut or concave.
         """
 
     @abc.abstractmethod
     def relative_curvature(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Sum of the curvatures of cam and follower in 1/m, negative where the cam is undercut."""
+        """Sum of the curvatures of cam and follower in 1/m, negative if the cam is undercut."""
 
     @abc.abstractmethod
     def sharpness(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Measure of how close the cam is to an undercut: its greatest value is at the least radius."""
+        """Measure of the proximity to undercut; its maximum is at the minimum radius."""
 
     def hertz_pressure(self, profile: CamProfile, angle: Scalar, force: Scalar) -> Scalar:
-        """Largest pressure in Pa under an axial force in N: sqrt(F E' k/(pi b)/cos(pressure angle)).
+        """Maximum contact pressure in Pa under an axial force F in N: sqrt(F E' k/(pi b)/cos(pressure angle)).
 
-        k is the relative curvature, b the width of the contact. NaN where the follower does not bear on the cam: under
-        a negative force, which lifts it off, and where the cam is undercut.
+        k is the relative curvature, b the width of the contact. NaN if the follower does not bear on the cam, because
+        a negative force lifts it off or because the cam is undercut.
         """
         normal = force / jnp.cos(self.pressure_angle(profile, angle))
         load = normal * self.modulus * self.relative_curvature(profile, angle) / (jnp.pi * self.width)
@@ -66,7 +66,7 @@ class Follower(Record, partial=True):
         return jnp.where(is_loaded, jnp.sqrt(jnp.where(is_loaded, load, 1.0)), jnp.where(load == 0.0, 0.0, jnp.nan))
 
     def contact(self, profile: CamProfile, angles: Vector, forces: Vector) -> CamContact:
-        """What holds at angles in rad under axial forces in N, as of a solution: `cam.shaft.phi`, `-cam.follower.f`."""
+        """Contact at angles in rad under axial forces in N; from a solution: `cam.shaft.phi`, `-cam.follower.f`."""
 
         def at(angle: Scalar, force: Scalar) -> CamContact:
             alpha = self.pressure_angle(profile, angle)
@@ -76,9 +76,9 @@ class Follower(Record, partial=True):
         return jax.vmap(at)(jnp.asarray(angles, float), jnp.asarray(forces, float))
 
     def least_radius(self, profile: CamProfile, first: Scalar = 0.0, last: Scalar = 2.0 * jnp.pi) -> Scalar:
-        """Least radius of curvature of the surface between two angles in m: not above 0, the cam is undercut.
+        """Minimum radius of curvature in m of the cam surface between two angles. At 0 or below, the cam is undercut.
 
-        Under a roller only convex parts of the cam count. Infinite if the cam is hollow throughout.
+        Under a roller only convex parts of the cam count. Infinite if the cam is concave throughout.
         """
 
         def sharp(angle: Scalar) -> Scalar:
@@ -94,7 +94,7 @@ class Follower(Record, partial=True):
 
     @abc.abstractmethod
     def least(self, profile: CamProfile, sharpest: Scalar) -> Scalar:
-        """The least radius in m, from the angle at which the cam is sharpest."""
+        """Minimum radius in m, given the angle at which the cam is sharpest."""
 
 
 def _derivatives(profile: CamProfile, angle: Scalar) -> tuple[Scalar, Scalar, Scalar]:
@@ -105,9 +105,9 @@ def _derivatives(profile: CamProfile, angle: Scalar) -> tuple[Scalar, Scalar, Sc
 
 
 class FlatFollower(Follower):
-    """A flat face across the axis: no pressure angle, radius = R_b + s + s''; the face must reach s' to either side.
+    """A flat face across the axis: zero pressure angle, radius = R_b + s + s''. The face must reach s' to either side.
 
-    R_b is the base radius. The cam is undercut where the radius is not above 0: a flat face bears on convex cams only.
+    R_b is the base radius. The cam is undercut if the radius is not positive: a flat face bears on convex cams only.
     """
 
     def pressure_angle(self, profile: CamProfile, angle: Scalar) -> Scalar:
@@ -128,15 +128,15 @@ class FlatFollower(Follower):
 
 
 class RollerFollower(Follower):
-    """A roller whose axis passes the cam's at the distance `offset`: tan(alpha) = (s' - o)/(s + D).
+    """A roller that travels along a line offset from the cam axis: tan(alpha) = (s' - o)/(s + D).
 
-    D = sqrt((R_b + r)^2 - o^2), with the base radius R_b; alpha is the pressure angle. The centre of the roller runs on
-    the pitch curve, with Y = s + D of radius (Y^2 + (s' - o)^2)^1.5/(Y^2 + (s' - o)(2 s' - o) - Y s''); the cam's is
-    less by r. Without a roller, r near 0, it is a knife edge.
+    alpha is the pressure angle and D = sqrt((R_b + r)^2 - o^2), with the base radius R_b. The roller centre follows the
+    pitch curve, whose radius is (Y^2 + (s' - o)^2)^1.5/(Y^2 + (s' - o)(2 s' - o) - Y s'') with Y = s + D; the radius of
+    the cam is smaller by r. A knife edge is a roller with r near 0.
     """
 
-    roller: Param[Scalar, "m", positive] = 5e-3  # r
-    offset: Param[Scalar, "m"] = 0.0  # o, to the side that lessens the pressure angle on the rise
+    roller: Param[Scalar, "m", positive] = 5e-3  # r, radius of the roller
+    offset: Param[Scalar, "m"] = 0.0  # o, towards the side that reduces the pressure angle on the rise
 
     def requirements(self) -> Requirements:
         return (require(jnp.abs(self.offset) < self.base_radius + self.roller, "offset must be below R_b + r"),)
@@ -155,7 +155,7 @@ class RollerFollower(Follower):
         return 1.0 / self.radius(profile, angle) + 1.0 / self.roller
 
     def sharpness(self, profile: CamProfile, angle: Scalar) -> Scalar:
-        """Curvature of the pitch curve in 1/m: above 1/r the cam is undercut, below 0 it is hollow."""
+        """Curvature of the pitch curve in 1/m: above 1/r the cam is undercut, below 0 it is concave."""
         s, slope, second = _derivatives(profile, angle)
         y, x = self._height(s), slope - self.offset
         return (y**2 + x * (slope + x) - y * second) / (y**2 + x**2) ** 1.5

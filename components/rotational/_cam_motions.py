@@ -1,4 +1,4 @@
-"""Rise, dwell and return of a cam's follower by standard laws of motion."""
+"""Rise, dwell and return of a cam follower with standard motion laws."""
 
 import abc
 
@@ -13,7 +13,7 @@ _DEGREE = 5
 
 
 class Motion(Record, partial=True):
-    """A law of motion: the share f of the lift over the share u of the angle, from 0 to 1, at rest at both ends."""
+    """A motion law: fraction f of the lift over the fraction u of the angle, from 0 to 1, at rest at both ends."""
 
     @abc.abstractmethod
     def share(self, u: Scalar) -> Scalar:
@@ -21,24 +21,24 @@ class Motion(Record, partial=True):
 
 
 class Polynomial345(Motion):
-    """f = 10 u^3 - 15 u^4 + 6 u^5; largest f' 15/8, f'' 10/sqrt(3), f''' 60 (VDI 2143-1)."""
+    """f = 10 u^3 - 15 u^4 + 6 u^5; maximum f' 15/8, f'' 10/sqrt(3), f''' 60 (VDI 2143-1)."""
 
     def share(self, u: Scalar) -> Scalar:
         return u**3 * (10.0 - u * (15.0 - 6.0 * u))
 
 
 class Cycloidal(Motion):
-    """f = u - sin(2 pi u)/(2 pi), of Bestehorn; largest f' 2, f'' 2 pi, f''' 4 pi^2 (VDI 2143-1)."""
+    """f = u - sin(2 pi u)/(2 pi) (Bestehorn sinoid); maximum f' 2, f'' 2 pi, f''' 4 pi^2 (VDI 2143-1)."""
 
     def share(self, u: Scalar) -> Scalar:
         return u - jnp.sin(2.0 * jnp.pi * u) / (2.0 * jnp.pi)
 
 
 class ModifiedSine(Motion):
-    """Quarter sines of the acceleration over the outer eighths, a slower half one between (Neklutin; VDI 2143-1).
+    """Quarter sine waves of acceleration in the outer eighths, a slower half wave between them (Neklutin; VDI 2143-1).
 
     With c = 1/(4 + pi): f = c (pi u - sin(4 pi u)/4) for u < 1/8, c (2 + pi u - 9/4 sin(pi/3 + 4 pi u/3)) up to 7/8 and
-    c (4 + pi u - sin(4 pi u)/4) beyond. Largest f' 4 pi/(4 + pi), f'' 4 pi^2/(4 + pi), f''' 16 pi^3/(4 + pi).
+    c (4 + pi u - sin(4 pi u)/4) beyond. Maximum f' 4 pi/(4 + pi), f'' 4 pi^2/(4 + pi), f''' 16 pi^3/(4 + pi).
     """
 
     def share(self, u: Scalar) -> Scalar:
@@ -49,11 +49,11 @@ class ModifiedSine(Motion):
 
 
 class BSplineMotion(Motion):
-    """A B-spline of degree 5 with equal knots, at rest at both ends: its free control values shape the motion.
+    """A B-spline of degree 5 with uniform knots, at rest at both ends; its free control values shape the motion.
 
     The control values are three zeros, `controls`, three ones, so that f, f' and f'' are 0, 0, 0 at the start and 1, 0,
-    0 at the end, and f'''' is continuous between (de Boor, `A Practical Guide to Splines`). f rises throughout where
-    the control values do. Without inner ones it would be the 3-4-5 polynomial.
+    0 at the end, and f'''' is continuous in between (de Boor, `A Practical Guide to Splines`). If the control values
+    increase, so does f. Without inner control values it would be the 3-4-5 polynomial.
     """
 
     controls: Param[Vector, "1"]  # inner control values, one or more
@@ -78,16 +78,16 @@ class BSplineMotion(Motion):
 
 
 class RiseDwellReturn(CamProfile):
-    """Rise by `height`, dwell, return by the same law, dwell below until the turn is full: l = h [f(u) - f(u')].
+    """Rise by `height`, dwell, return by the same law, lower dwell for the rest of the turn: l = h [f(u) - f(u')].
 
-    u = angle/rise and u' = (angle - rise - dwell)/fall, each within 0 .. 1, with the angle counted within a turn. The
-    motions of the library are at rest at the ends up to the acceleration, so that l'' is continuous.
+    u = angle/rise and u' = (angle - rise - dwell)/fall, each limited to 0 .. 1, with the angle modulo one turn. The
+    motions of the library have zero speed and acceleration at their ends, so that l'' is continuous.
     """
 
     motion: Motion
     height: Param[Scalar, "m", positive]  # h
     rise: Param[Scalar, "rad", positive]  # angle of the rise
-    dwell: Param[Scalar, "rad", nonnegative]  # angle for which it stays lifted
+    dwell: Param[Scalar, "rad", nonnegative]  # angle of the upper dwell
     fall: Param[Scalar, "rad", positive]  # angle of the return
 
     def requirements(self) -> Requirements:

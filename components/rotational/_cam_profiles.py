@@ -1,4 +1,4 @@
-"""Lift of a cam's follower over the cam angle."""
+"""Follower lift over the cam angle."""
 
 import abc
 from typing import Any
@@ -22,7 +22,7 @@ from .._tables import cubic, interval, periodic_spline
 
 
 class CamProfile(Record, partial=True):
-    """The follower's lift l in m as a smooth function of the cam angle in rad."""
+    """Follower lift l in m as a smooth function of the cam angle in rad."""
 
     @abc.abstractmethod
     def lift(self, angle: Scalar) -> Scalar:
@@ -35,7 +35,7 @@ class CamProfile(Record, partial=True):
 
 
 class LinearLift(CamProfile):
-    """l = rate angle: an Archimedean spiral, or any cam linearised."""
+    """l = rate angle: an Archimedean spiral, or the linearisation of any cam."""
 
     rate: Param[Scalar, "m/rad"]  # lift per angle
 
@@ -44,14 +44,14 @@ class LinearLift(CamProfile):
 
 
 class EccentricDisc(CamProfile):
-    """A disc turning about a point off its centre, with a knife edge or roller in line with that point.
+    """An eccentric disc with a knife-edge or roller follower in line with the axis of rotation.
 
     l = -e cos(angle) + sqrt(R^2 - e^2 sin^2(angle)) - (R - e): zero at the lowest point, angle = 0, and 2 e half a
-    turn on. It is the slider-crank with crank e and connecting rod R. Under a flat follower: `FlatEccentricDisc`.
+    turn later. It is a slider-crank with crank e and connecting rod R. For a flat follower see `FlatEccentricDisc`.
     """
 
     eccentricity: Param[Scalar, "m", positive]  # e, smaller than the radius
-    radius: Param[Scalar, "m", positive]  # R, of the disc, plus that of the follower's roller
+    radius: Param[Scalar, "m", positive]  # R, radius of the disc plus that of the roller
 
     def requirements(self) -> Requirements:
         return (require(self.eccentricity < self.radius, "eccentricity must be smaller than radius"),)
@@ -62,7 +62,7 @@ class EccentricDisc(CamProfile):
 
 
 class FlatEccentricDisc(CamProfile):
-    """A disc turning about a point off its centre under a flat follower: l = e (1 - cos(angle)), a harmonic motion."""
+    """An eccentric disc with a flat follower: l = e (1 - cos(angle)), a harmonic motion."""
 
     eccentricity: Param[Scalar, "m", positive]  # e
 
@@ -71,25 +71,25 @@ class FlatEccentricDisc(CamProfile):
 
 
 def _continue(ends: Vector, starts: Vector) -> Any:
-    """Whether the intervals of a periodic function begin where those before them end."""
+    """Whether each interval of a periodic function begins at the end value of the previous one."""
     return jnp.max(jnp.abs(ends - jnp.roll(starts, -1))) <= 1e-6 * jnp.max(jnp.abs(starts))
 
 
 class TabulatedLift(CamProfile):
     """A periodic cubic spline through given lifts: `TabulatedLift(angles=..., lifts=...)`; l'' is continuous.
 
-    `angles` in rad increase and span one period, at whose two ends the lifts, in m, agree. The profile stores the
-    spline's coefficients: to vary the lifts, or to differentiate with respect to them, build it from them.
+    `angles` in rad increase over one period; the lifts, in m, are equal at its two ends. The profile stores the spline
+    coefficients: to vary the lifts or to differentiate with respect to them, build a new profile from the lifts.
     """
 
     angles: Param[Vector, "rad"]  # knots
-    coefficients: Param[Vector, "m"]  # of the powers 0 to 3 (rows) of the angle on each interval (columns)
+    coefficients: Param[Vector, "m"]  # coefficients of the powers 0 to 3 of the angle (rows) on each interval (columns)
 
     def __init__(
         self,
         *,
         angles: Param[Vector, "rad"],  # increasing, over one period
-        lifts: Param[Vector, "m"],  # at these angles, equal at both ends
+        lifts: Param[Vector, "m"],  # lifts at these angles, equal at both ends
     ) -> None:
         self.angles = numbers(self, "angles", magnitude(angles, "rad", "TabulatedLift.angles"))
         lifts = numbers(self, "lifts", magnitude(lifts, "m", "TabulatedLift.lifts"))
@@ -104,7 +104,7 @@ class TabulatedLift(CamProfile):
             require(abs(end[-1] - c0[0]) < 1e-9, "lifts must be equal at both ends"),
             require(
                 _continue(end, c0) & _continue(slope, c1),
-                "coefficients must be those of the spline over angles: build the profile anew from lifts",
+                "coefficients must be those of the spline over angles: build a new profile from the lifts",
             ),
         )
 

@@ -1,4 +1,4 @@
-"""Dry friction that truly sticks (as in MSL), in bearings and couplings. See `components/_stick_slip.py`."""
+"""Dry friction with true sticking (as in MSL), in bearings and couplings. See `components/_stick_slip.py`."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -33,14 +33,14 @@ from ._interfaces import Flange
 class DryFriction(Component, partial=True):
     """Friction between two parts that slide on each other with the relative speed w, or stick.
 
-    A base for laws of your own, `ShaftFriction` and `CouplingFriction` still more so: state `sliding`, and `breakaway`
-    where it is not `sliding(0)`. Sliding: tau = sliding(|w|) sign(w). Stuck: w stays, and |tau| <= breakaway is what
-    holds it; beyond that it breaks away. Both changes are events, so a run has no kink within a step, and sticking is
-    not creep. The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a
-    model starts there).
+    A base class for custom friction laws, usually through `ShaftFriction` or `CouplingFriction`: define `sliding`, and
+    `breakaway` if it differs from `sliding(0)`. Sliding: tau = sliding(|w|) sign(w). Stuck: a torque |tau| <= breakaway
+    holds the parts together; beyond that they break away. Both transitions are events, so that no step contains a kink
+    and sticking is not creep. The modes are -1 (sliding backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not
+    yet known: the initial mode).
 
-    Stuck pairs that are rigidly joined share their load, which no law of friction determines, by their `creep`. It has
-    to be well above 1e-16 / J, with the moment of inertia J that they hold, and well below 1 / J.
+    The friction law does not determine how rigidly joined stuck pairs share their load; their `creep` does. It must be
+    well above 1e-16 / J and well below 1 / J, where J is the moment of inertia that they hold.
     """
 
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = stick_slip.CREEP  # relative acceleration per torque while stuck
@@ -48,20 +48,20 @@ class DryFriction(Component, partial=True):
     w: Var[Scalar, "rad/s", prefer] = 0.0  # relative speed
     acceleration: Var[Scalar, "rad/s2"] = 0.0  # relative acceleration
     tau: Var[Scalar, "N.m"] = 0.0  # friction torque
-    path: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, else the acceleration as a number
+    path: Var[Scalar, "N.m"] = 0.0  # path parameter: tau while stuck, otherwise the value of the acceleration
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
-    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 once it slides fast enough to stick again
 
     def sliding(self, speed: Scalar) -> Scalar:
-        """Size of the torque while sliding at a speed above zero; it has to go on smoothly a little below."""
+        """Absolute sliding torque at a positive speed; must continue smoothly a little below zero."""
         raise NotImplementedError
 
     def breakaway(self) -> Scalar:
-        """Largest torque while stuck, no less than the sliding one at rest."""
+        """Maximum torque while stuck, at least `sliding(0)`."""
         return self.sliding(0.0)
 
     def pressed(self) -> Array | bool:
-        """Whether there is friction at all."""
+        """Whether the parts are pressed together."""
         return True
 
     def equations(self, d: Any) -> Equations:
@@ -90,7 +90,7 @@ class DryFriction(Component, partial=True):
 
 
 class ShaftFriction(DryFriction, partial=True):
-    """Friction between a shaft and the ground, or a `support=Flange()` of its own."""
+    """Friction between a shaft and the ground, or a housing with `support=Flange()`."""
 
     flange: Flange = Flange()
     support: Flange | None = None
@@ -110,21 +110,21 @@ class ShaftFriction(DryFriction, partial=True):
 
 
 class BearingFriction(ShaftFriction):
-    """Friction given by a table of torques over speeds, tau(|w|); break-away at peak tau(0) (MSL `BearingFriction`).
+    """Friction from a table of torques over speeds, tau(|w|); break-away at peak tau(0) (MSL `BearingFriction`).
 
-    Straight lines between the samples; beyond the last one the last line goes on.
+    Linear interpolation between the samples, and linear extrapolation beyond the last one.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"tau_pos": "speeds and torques"}
 
     speeds: Param[Vector, "rad/s"]  # increasing, from 0
-    torques: Param[Vector, "N.m"]  # at these speeds
-    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding torque at rest, at least 1
+    torques: Param[Vector, "N.m"]  # torques at these speeds
+    peak: Param[Scalar, "1", positive] = 1.0  # ratio of static to sliding torque at rest, at least 1
 
     def requirements(self) -> Requirements:
         return (
             *sampled(self, "torques", "speeds"),
-            require(self.speeds[0] == 0.0, "speeds must be led by zero"),
+            require(self.speeds[0] == 0.0, "speeds must start at 0"),
             require(self.torques >= 0.0, "torques must be nonnegative"),
             require(self.peak >= 1.0, "peak must be at least 1"),
         )
@@ -139,14 +139,14 @@ class BearingFriction(ShaftFriction):
 class StribeckFriction(ShaftFriction):
     """Sliding torque Tc + (Ts - Tc) exp(-(w/ws)^2) + C |w|, break-away at Ts (Bo, Pavelescu 1982).
 
-    The smooth counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
+    `SmoothStribeckFriction` is the smooth counterpart, which creeps instead of sticking.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"w0": "a parameter of SmoothStribeckFriction"}
 
     Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
     Ts: Param[Scalar, "N.m", nonnegative]  # break-away torque, at least Tc
-    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess over Tc has dropped to 1/e
     C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
 
     def requirements(self) -> Requirements:

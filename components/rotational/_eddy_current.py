@@ -1,4 +1,4 @@
-"""A brake that heats up."""
+"""Eddy-current brake with heating."""
 
 from typing import Self
 
@@ -13,25 +13,25 @@ _COPPER = 3.92e-3  # temperature coefficient in 1/K at T20
 class EddyCurrentBrake(ToGround):
     """A disc braked by eddy currents, which heat it (MSL `EddyCurrentTorque`).
 
-    tau = 2 tau_nominal x / (1 + x^2): the torque is largest at x = 1. The speed there grows with the resistance of the
-    disc, x = w / [w_nominal (1 + alpha (T - T_ref))], with alpha = alpha20 / (1 + alpha20 (T_ref - T20)).
+    tau = 2 tau_nominal x / (1 + x^2), with the maximum torque at x = 1. The speed at x = 1 grows with the resistance
+    of the disc: x = w / [w_nominal (1 + alpha (T - T_ref))], with alpha = alpha20 / (1 + alpha20 (T_ref - T20)).
 
-    The heat port takes the loss tau w, and has to be connected, if only to a `FixedTemperature`. No energy is lost:
-    what goes out by the heat port is on its account.
+    The loss tau w leaves through the heat port, which must be connected, for example to a `FixedTemperature`. The
+    energy account of the brake therefore shows no dissipation.
     """
 
-    tau_nominal: Param[Scalar, "N.m", nonnegative]  # largest torque
-    w_nominal: Param[Scalar, "rad/s", positive]  # speed of the largest torque at T_ref
+    tau_nominal: Param[Scalar, "N.m", nonnegative]  # maximum torque
+    w_nominal: Param[Scalar, "rad/s", positive]  # speed of the maximum torque at T_ref
     T_ref: Param[Scalar, "K", positive] = 293.15  # reference temperature
     alpha20: Param[Scalar, "1/K"] = _COPPER  # temperature coefficient of the resistance at T20
-    T20: Param[Scalar, "K", positive] = 293.15  # temperature that alpha20 is given for
+    T20: Param[Scalar, "K", positive] = 293.15  # reference temperature of alpha20
     loss: Var[Scalar, "W"] = 0.0  # braking power tau w
     heat: HeatPort = HeatPort()
 
     def torque(self) -> Scalar:
-        """The braking torque at the present speed and temperature."""
+        """Braking torque at the current speed and temperature."""
         alpha = self.alpha20 / (1.0 + self.alpha20 * (self.T_ref - self.T20))
-        # x = w / r, and the law expanded by r^2.
+        # x = w / r; numerator and denominator of the law are multiplied by r^2.
         r = self.w_nominal * (1.0 + alpha * (self.heat.T - self.T_ref))
         return 2.0 * self.tau_nominal * self.w * r / (r**2 + self.w**2)
 

@@ -1,4 +1,4 @@
-"""A sensor that counts."""
+"""Incremental encoder."""
 
 from typing import Self
 
@@ -11,20 +11,20 @@ from ._interfaces import Flange
 
 
 class Encoder(Component):
-    """Counts N = floor(phi/step) with step = 2 pi/counts, read at 0, period, 2 period, ...: angle and speed from them.
+    """Angle and speed from counts N = floor(phi/step), step = 2 pi/counts, sampled at 0, period, 2 period, ...
 
-    angle = step N in rad, at most one step behind phi, and speed = step (N - N_before)/period in rad/s, which so comes
-    in steps of step/period and half a period late; both are held between the readings. Counts are four times the lines
-    of an incremental encoder with two tracks. No torque, no inertia. As the counts jump, derivatives of a run do not
-    pass through them. Not modelled: index pulse, errors of the lines, largest frequency.
+    angle = step N in rad, less than one step behind phi at a sample; speed = step (N - N_before)/period in rad/s, with
+    the resolution step/period and a delay of half a period. Both are held between samples. The counts per turn are four
+    times the lines of an incremental encoder with two tracks. No torque, no inertia. Because the counts jump,
+    derivatives of a run do not propagate through them. Not modelled: index pulse, line errors, frequency limit.
     """
 
-    counts: Param[Scalar, "1", positive]  # per turn
-    period: Param[Scalar, "s", positive]  # from reading to reading
+    counts: Param[Scalar, "1", positive]  # counts per turn
+    period: Param[Scalar, "s", positive]  # sample period
     t: Time[Scalar, "s"] = 0.0
-    count: Discrete[Scalar, "1"] = 0.0  # at the last reading
-    change: Discrete[Scalar, "1"] = 0.0  # of the count, since the reading before
-    begun: Discrete[Scalar, "1"] = 0.0  # 1 after the first reading
+    count: Discrete[Scalar, "1"] = 0.0  # at the last sample
+    change: Discrete[Scalar, "1"] = 0.0  # of the count since the previous sample
+    begun: Discrete[Scalar, "1"] = 0.0  # 1 after the first sample
     flange: Flange = Flange()
     angle: Output = Output()
     speed: Output = Output()

@@ -1,4 +1,4 @@
-"""Friction between a shaft and the ground."""
+"""Smooth friction between a shaft and the ground."""
 
 from typing import Self
 
@@ -23,21 +23,21 @@ class ViscousFriction(ToGround):
 
 
 class SmoothStribeckFriction(ToGround):
-    """Dry friction with a drop after break-away, smoothed at rest: it creeps where `StribeckFriction` sticks.
+    """Stribeck friction, smoothed at rest: it creeps where `StribeckFriction` sticks.
 
     tau = [Tc + (Ts - Tc) exp(-(w/ws)^2)] tanh(w/w0), after Bo and Pavelescu (1982) with the sign replaced by tanh.
 
-    The width `w0` is the price of smoothness: below it the shaft creeps under any torque, at about w0 atanh(tau/Ts),
-    where a real one sticks. A smaller width creeps less and makes the equations stiffer.
+    Where a real shaft sticks, this one creeps under any torque tau at about w0 atanh(tau/Ts). A smaller width `w0`
+    reduces the creep and makes the equations stiffer.
     """
 
     Tc: Param[Scalar, "N.m", nonnegative]  # Coulomb (sliding) torque
     Ts: Param[Scalar, "N.m", nonnegative]  # break-away torque
-    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess over Tc has dropped to 1/e
     w0: Param[Scalar, "rad/s", positive]  # width of the transition through rest
 
     def torque(self) -> Scalar:
-        """The friction torque at the present speed."""
+        """Friction torque at the current speed."""
         return stribeck(self.w, self.Tc, self.Ts, self.ws) * jnp.tanh(self.w / self.w0)
 
     def equations(self, d: Self) -> Equations:

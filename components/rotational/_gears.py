@@ -1,4 +1,4 @@
-"""Ideal gears, and reducers with inertia and losses. Their housing is the ground, unless said otherwise."""
+"""Ideal gears, and reducers with inertia and losses. The housing is the ground unless stated otherwise."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -27,13 +27,13 @@ from ._interfaces import Flange
 
 
 class IdealGear(Component):
-    """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without play (MSL `IdealGear`).
+    """phi_a = ratio phi_b and ratio tau_a + tau_b = 0; lossless, massless, without backlash (MSL `IdealGear`).
 
-    The housing is the ground, unless `support=Flange()` makes it a flange of its own: the angles are then relative to
-    it, and it takes the reaction -(tau_a + tau_b).
+    The housing is the ground. With `support=Flange()` it is a flange: the angles are then relative to it, and it takes
+    the reaction -(tau_a + tau_b).
     """
 
-    ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b; negative where the sense changes
+    ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b; negative for opposite senses of rotation
     a: Flange = Flange()
     b: Flange = Flange()
     support: Flange | None = None
@@ -72,18 +72,18 @@ class PlanetaryGear(Component):
 
 
 class MeshLoss(Record):
-    """Loss of a gear mesh as a share of the power P it delivers: P_loss = (1/efficiency - 1) P tanh(P / P_t).
+    """Loss of a gear mesh in proportion to the power P that it delivers: P_loss = (1/efficiency - 1) P tanh(P / P_t).
 
-    So the driving torque is the ideal one times 1 + (1/efficiency - 1) tanh(P / P_t). Driven forward the efficiency is
-    `efficiency`, driven backward it is 2 - 1/efficiency: the friction is the same for the same load, and below 0.5 the
-    gear locks itself (Niemann, Winter, `Maschinenelemente`, on worm gears).
+    The driving torque is the ideal torque times 1 + (1/efficiency - 1) tanh(P / P_t). The efficiency is `efficiency`
+    when driven forward and 2 - 1/efficiency when driven backward: equal loads cause equal friction. Below 0.5 the gear
+    is self-locking (Niemann, Winter, `Maschinenelemente`, on worm gears).
 
-    The width P_t is the price of smoothness: below this power the loss fades out, so a mesh at rest does not hold a
-    load; a self-locking one creeps at the power P_t atanh(efficiency / (1 - efficiency)).
+    The law is smoothed: the loss fades out below the power P_t, so that a mesh at rest does not hold a load, and a
+    self-locking mesh creeps at the power P_t atanh(efficiency / (1 - efficiency)).
     """
 
-    efficiency: Param[Scalar, "1", positive]  # share of the power that passes forward, at most 1
-    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t
+    efficiency: Param[Scalar, "1", positive]  # efficiency when driven forward, at most 1
+    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t, width of the transition through zero power
 
     def requirements(self) -> Requirements:
         return (require(self.efficiency <= 1.0, "efficiency must be at most 1"),)
@@ -94,15 +94,15 @@ class MeshLoss(Record):
 
 
 class EqualMeshLoss(Record):
-    """Loss of a gear mesh with one efficiency, whichever side drives.
+    """Loss of a gear mesh with the same efficiency in both directions.
 
-    The driving torque is efficiency^-x times the ideal one, with x = tanh(P/P_t) and the power P that the mesh delivers
-    (Mueller, `Die Umlaufgetriebe`; VDI 2157). `MeshLoss` has the same friction both ways instead, as a worm has; near
-    an efficiency of 1 they agree to (1 - efficiency)^2. On the width P_t see there.
+    The driving torque is efficiency^-x times the ideal torque, with x = tanh(P/P_t) and the power P that the mesh
+    delivers (Mueller, `Die Umlaufgetriebe`; VDI 2157). `MeshLoss` instead has the same friction in both directions, as
+    in a worm gear, and explains the width P_t. Near an efficiency of 1 they differ by (1 - efficiency)^2.
     """
 
-    efficiency: Param[Scalar, "1", positive]  # share of the power that passes, at most 1
-    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t
+    efficiency: Param[Scalar, "1", positive]  # efficiency in both directions, at most 1
+    transition_power: Param[Scalar, "W", positive] = 0.1  # P_t, width of the transition through zero power
 
     def requirements(self) -> Requirements:
         return (require(self.efficiency <= 1.0, "efficiency must be at most 1"),)
@@ -115,23 +115,23 @@ class EqualMeshLoss(Record):
 class PlanetaryGearbox(Component):
     """Single planetary stage with inertia and mesh losses; a reducer when its ring is held (connect it to `Fixed`).
 
-    With N = ratio = 1 + teeth of the ring / teeth of the sun, and torques free of inertia marked by a prime:
+    With N = ratio = 1 + teeth of the ring / teeth of the sun, and a prime for torques without the inertial part:
 
     - N phi_carrier = phi_sun + (N - 1) phi_ring (Willis);
-    - tau_sun = J_sun dw_sun/dt + tau_sun', and for the carrier alike;
+    - tau_sun = J_sun dw_sun/dt + tau_sun', and likewise for the carrier;
     - tau_sun' + tau_ring + tau_carrier' = 0;
-    - (N - 1) tau_sun' = tau_ring factor, where the factor is 1, or that of the mesh loss. Losses arise from rolling
-      relative to the carrier (Mueller, `Die Umlaufgetriebe`): P is the power that the sun passes to the ring as seen
-      from the carrier. With the ring held, the efficiency from sun to carrier is (1 + (N - 1) eta) / N.
+    - (N - 1) tau_sun' = tau_ring factor, where the factor is 1 or that of the mesh loss. Losses arise from rolling
+      relative to the carrier (Mueller, `Die Umlaufgetriebe`): P is the power that the sun passes to the ring in the
+      frame of the carrier. With the ring held, the efficiency from sun to carrier is (1 + (N - 1) eta) / N.
 
-    Not modelled: play, elasticity, inertia of ring and of the planets' own spin, several stages, losses without load.
+    Not modelled: backlash, elasticity, inertia of the ring and of the planets' spin, several stages, no-load losses.
     """
 
-    ratio: Param[Scalar, "1", positive]  # N > 1, speed of the sun over that of the carrier while the ring is held
+    ratio: Param[Scalar, "1", positive]  # N > 1, speed ratio from sun to carrier with the ring held
     J_sun: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the sun
-    J_carrier: Param[Scalar, "kg.m2", nonnegative] = 0.0  # and with the carrier, planets included
-    loss: MeshLoss | EqualMeshLoss | None = None  # of the meshes in series, the carrier held
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    J_carrier: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia that turns with the carrier, with planets
+    loss: MeshLoss | EqualMeshLoss | None = None  # of the meshes in series, with the carrier held
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     w_sun: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the sun
     w_carrier: Var[Scalar, "rad/s"] = 0.0  # speed of the carrier
     tau_mesh: Var[Scalar, "N.m"] = 0.0  # tau_sun'
@@ -166,7 +166,7 @@ class PlanetaryGearbox(Component):
         )
 
     def _delivered(self) -> Scalar:
-        """Power passed to the ring as seen from the carrier, with w_ring - w_carrier = -(w_sun - w_carrier)/(N - 1)."""
+        """Power passed to the ring in the frame of the carrier; w_ring - w_carrier = -(w_sun - w_carrier)/(N - 1)."""
         return self.ring.tau * (self.w_sun - self.w_carrier) / (self.ratio - 1.0)
 
     def _factor(self) -> Scalar:
@@ -182,8 +182,8 @@ class PlanetaryGearbox(Component):
 class WormGear(Component):
     """Worm and wheel, phi_worm = ratio phi_wheel, with inertia of the worm and mesh loss.
 
-    ratio (tau_worm - J dw/dt) + tau_wheel factor = 0; the factor is 1, or that of the mesh loss, in which P is the
-    power delivered at the wheel. Not modelled: play, elasticity, bearing friction, losses without load.
+    ratio (tau_worm - J dw/dt) + tau_wheel factor = 0. The factor is 1 or that of the mesh loss, with the power P
+    delivered at the wheel. Not modelled: backlash, elasticity, bearing friction, no-load losses.
     """
 
     ratio: Param[Scalar, "1", positive]  # teeth of the wheel over starts of the worm

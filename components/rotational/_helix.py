@@ -1,4 +1,4 @@
-"""Sliding on a helix: efficiencies of worms and screws, and a screw with its nut."""
+"""Sliding friction on a helix: efficiencies of worms and screws, and a screw with its nut."""
 
 import jax.numpy as jnp
 
@@ -13,29 +13,29 @@ from ._wheels import IdealGearR2T
 class Helix(Record):
     """Friction of flanks that slide on a helix of lead angle g, with the friction angle rho: tan(rho) = mu/cos(flank).
 
-    The efficiency is tan(g)/tan(g + rho) where the helix drives and tan(g - rho)/tan(g) where it is driven; at g <= rho
-    the latter is not above 0: it locks itself (Niemann, Winter, `Maschinenelemente` 3, for worms; Roloff, Matek,
-    `Maschinenelemente`, for screws). For the sliding of the flanks only: bearings and churning come on top.
+    The efficiency is tan(g)/tan(g + rho) if the helix drives and tan(g - rho)/tan(g) if it is driven. At g <= rho the
+    latter is not positive and the helix is self-locking (Niemann, Winter, `Maschinenelemente` 3, for worms; Roloff,
+    Matek, `Maschinenelemente`, for screws). Bearing and churning losses are not included.
     """
 
-    lead: Param[Scalar, "rad", positive]  # g, of the mean helix
+    lead: Param[Scalar, "rad", positive]  # g, lead angle of the mean helix
     mu: Param[Scalar, "1", nonnegative]  # coefficient of friction
     flank: Param[Scalar, "rad", nonnegative] = 0.0  # pressure angle in the normal section
 
     def requirements(self) -> Requirements:
         return (
             require(self.flank < 0.5 * jnp.pi, "flank must be below pi/2"),
-            require(self.lead + self.friction_angle < 0.5 * jnp.pi, "lead must be below pi/2 less the friction angle"),
+            require(self.lead + self.friction_angle < 0.5 * jnp.pi, "lead must be below pi/2 minus the friction angle"),
         )
 
     @classmethod
     def of_worm(cls, *, starts: Scalar, quotient: Scalar, mu: Scalar, flank: Scalar = jnp.pi / 9.0) -> "Helix":
-        """A worm of a number of starts; its diameter quotient is the mean diameter over the axial module."""
+        """A worm with the given number of starts and diameter quotient (mean diameter over axial module)."""
         return cls(lead=jnp.arctan(starts / quotient), mu=mu, flank=flank)
 
     @classmethod
     def of_screw(cls, *, diameter: Scalar, lead: Scalar, mu: Scalar, flank: Scalar = 0.0) -> "Helix":
-        """A screw of mean diameter and lead in m (pitch times starts); `flank` in the axial section, in rad."""
+        """A screw of given mean diameter and lead (pitch times starts) in m; `flank` in the axial section, in rad."""
         angle = jnp.arctan(lead / (jnp.pi * diameter))
         return cls(lead=angle, mu=mu, flank=jnp.arctan(jnp.tan(flank) * jnp.cos(angle)))
 
@@ -46,25 +46,25 @@ class Helix(Record):
 
     @property
     def driving(self) -> Scalar:
-        """Efficiency where worm or screw drive."""
+        """Efficiency if the worm or screw drives."""
         return jnp.tan(self.lead) / jnp.tan(self.lead + self.friction_angle)
 
     @property
     def driven(self) -> Scalar:
-        """Efficiency where wheel or nut drive; where it is negative, they need help at worm or screw instead."""
+        """Efficiency if the wheel or nut drives; if negative, the worm or screw must be driven as well."""
         return jnp.tan(self.lead - self.friction_angle) / jnp.tan(self.lead)
 
     def gear(self, ratio: Scalar) -> LossyGear:
-        """A gear with these losses, a the worm; it sticks, and locks itself where `driven` is not above 0."""
+        """A gear with these losses, with the worm at a; it sticks, and is self-locking if `driven` is not positive."""
         row = [0.0, self.driving, self.driven, 0.0, 0.0]
         return LossyGear(ratio=ratio, losses=jnp.stack([jnp.asarray(item, float) for item in row])[None])
 
 
 class LossyGearR2T(Component):
-    """From rotation to translation with losses: a `LossyGear` of ratio 1 and an `IdealGearR2T` behind it.
+    """Conversion of rotation to translation with losses: a `LossyGear` of ratio 1 followed by an `IdealGearR2T`.
 
-    A screw with a nut that cannot turn, or a rack and pinion: `LossyGearR2T.screw(...)`, `LossyGearR2T.rack(...)`.
-    Without losses, phi = ratio s and ratio tau + f = 0; with them it sticks, and can lock itself.
+    `LossyGearR2T.screw(...)` is a screw with a nut that cannot turn, `LossyGearR2T.rack(...)` a rack and pinion.
+    Without losses, phi = ratio s and ratio tau + f = 0; with losses it sticks and can be self-locking.
     """
 
     gear: LossyGear
@@ -74,13 +74,13 @@ class LossyGearR2T(Component):
 
     @classmethod
     def screw(cls, *, diameter: Scalar, lead: Scalar, mu: Scalar, flank: Scalar = 0.0) -> "LossyGearR2T":
-        """A screw of mean diameter and lead in m; `flank` is half the angle of its thread in rad. See `Helix`."""
+        """A screw with the given mean diameter and lead in m; `flank` is half the thread angle in rad. See `Helix`."""
         helix = Helix.of_screw(diameter=diameter, lead=lead, mu=mu, flank=flank)
         return cls(gear=helix.gear(1.0), converter=IdealGearR2T(ratio=2.0 * jnp.pi / lead))
 
     @classmethod
     def rack(cls, *, radius: Scalar, efficiency: Scalar = 1.0) -> "LossyGearR2T":
-        """A rack on a pinion of pitch radius in m, with the same friction whichever of them drives."""
+        """A rack on a pinion with the given pitch radius in m, with the same friction in both directions of power."""
         gear = LossyGear.worm(ratio=1.0, efficiency=efficiency)
         return cls(gear=gear, converter=IdealGearR2T(ratio=1.0 / radius))
 

@@ -1,4 +1,4 @@
-"""The rotational port and what families of elements share."""
+"""Rotational port and base classes."""
 
 from typing import Any, ClassVar, Self
 
@@ -21,7 +21,7 @@ class Compliant(Component, partial=True):
     """A massless element between two flanges: phi_rel = phi_b - phi_a, tau = tau_b = -tau_a."""
 
     phi_rel: Var[Scalar, "rad"] = 0.0  # relative angle
-    tau: Var[Scalar, "N.m"] = 0.0  # torque at b, positive where it turns b back towards a
+    tau: Var[Scalar, "N.m"] = 0.0  # torque at b, positive if it turns b back towards a
     a: Flange = Flange()
     b: Flange = Flange()
 

@@ -1,4 +1,4 @@
-"""Losses of a turning iron core."""
+"""Iron losses of a rotor."""
 
 from typing import Self
 
@@ -13,14 +13,14 @@ from ._interfaces import ToGround
 class IronLoss(ToGround):
     """Drag of an iron core that turns in a constant field, tau = T_h tanh(w/w_0) + k_e w: hysteresis, eddy currents.
 
-    Hysteresis loses a fixed energy per turn, eddy currents a power with the square of the frequency (Steinmetz;
-    Bertotti, IEEE Trans. Magn. 24, 1988, without the excess term). Two no-load currents of a data sheet give both,
-    friction of bearings and brushes included. Below the width w_0 the first part fades out: the core creeps where a
+    Hysteresis dissipates a fixed energy per turn, eddy currents a power proportional to the square of the frequency
+    (Steinmetz; Bertotti, IEEE Trans. Magn. 24, 1988, without the excess term). Two no-load currents of a data sheet
+    give both terms, with bearing and brush friction. Below w_0 the hysteresis torque fades out: the core creeps where a
     real one is held. With `heat=HeatPort()` the loss leaves as heat. Not modelled: cogging, fields of the currents.
     """
 
     T_h: Param[Scalar, "N.m", nonnegative] = 0.0  # hysteresis torque
-    k_e: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # drag of the eddy currents per speed
+    k_e: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # eddy-current drag per speed
     w_0: Param[Scalar, "rad/s", positive] = 1.0  # width of the transition through rest
     heat: HeatPort | None = None
 

@@ -26,14 +26,14 @@ from ._interfaces import Compliant, Flange
 class CrankSlider(Component):
     """Crank and slider: s = r cos(phi) + sqrt(l^2 - (r sin(phi) - e)^2) from the axis of the crank; tau = -f ds/dphi.
 
-    phi counts from the position in which the crank points along the slider's line, which is the outer dead centre
-    without offset. Rigid, massless, without friction or play: a full turn needs r + |e| < l (Norton, `Design of
-    Machinery`). For a crank that lifts from s = 0, see `EccentricDisc`.
+    At phi = 0 the crank points along the slider's line, which is the outer dead centre without offset. Rigid, massless,
+    without friction or backlash. A full turn requires r + |e| < l (Norton, `Design of Machinery`). For a crank that
+    lifts from s = 0, see `EccentricDisc`.
     """
 
-    crank: Param[Scalar, "m", positive]  # r
-    rod_length: Param[Scalar, "m", positive]  # l, of the connecting rod
-    offset: Param[Scalar, "m"] = 0.0  # e, of the slider's line from the axis, to the side of phi = pi/2
+    crank: Param[Scalar, "m", positive]  # r, radius of the crank
+    rod_length: Param[Scalar, "m", positive]  # l, length of the connecting rod
+    offset: Param[Scalar, "m"] = 0.0  # e, offset of the slider's line from the axis, towards phi = pi/2
     slope: Var[Scalar, "m/rad"] = 0.0  # ds/dphi
     shaft: Flange = Flange()
     slider: Rod = Rod()
@@ -50,7 +50,7 @@ class CrankSlider(Component):
 
     @property
     def rod_angle(self) -> Scalar:
-        """Angle between connecting rod and slider's line in rad."""
+        """Angle between the connecting rod and the slider's line in rad."""
         return jnp.arcsin(self._across() / self.rod_length)
 
     def equations(self, d: Self) -> Equations:
@@ -65,17 +65,17 @@ class CrankSlider(Component):
 class FlexibleCoupling(Compliant):
     """An elastic coupling with the inertia of its halves: tau = c x + c_3 x^3 + d dx/dt, x = phi_rel - phi_rel0.
 
-    J_a dw_a/dt = tau_a + tau and J_b dw_b/dt = tau_b - tau (DIN 740-2, with a progressive stiffness). Rubber states a
-    relative damping psi, the loss per swing over the elastic energy: d = psi c/(2 pi w) at the angular frequency w. Not
-    modelled: damping that depends on frequency and temperature, radial and angular misalignment. A `SpringDamper` is
-    without inertia, an `ElastoBacklash` has play.
+    J_a dw_a/dt = tau_a + tau and J_b dw_b/dt = tau_b - tau (DIN 740-2, with a progressive stiffness). Data sheets of
+    rubber couplings state the relative damping psi, the loss per cycle over the elastic energy: d = psi c/(2 pi w) at
+    the angular frequency w. Not modelled: damping that depends on frequency and temperature, radial and angular
+    misalignment. A `SpringDamper` has no inertia, an `ElastoBacklash` has backlash.
     """
 
     J_a: Param[Scalar, "kg.m2", positive]  # moment of inertia of the half at a
-    J_b: Param[Scalar, "kg.m2", positive]  # and at b
-    c: Param[Scalar, "N.m/rad", positive]  # stiffness about the unloaded angle
+    J_b: Param[Scalar, "kg.m2", positive]  # moment of inertia of the half at b
+    c: Param[Scalar, "N.m/rad", positive]  # stiffness at the unloaded angle
     d: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # damping coefficient
-    c_3: Param[Scalar, "N.m/rad3", nonnegative] = 0.0  # progressive part
+    c_3: Param[Scalar, "N.m/rad3", nonnegative] = 0.0  # coefficient of the progressive (cubic) part
     phi_rel0: Param[Scalar, "rad"] = 0.0  # relative angle without load
     w_a: Var[Scalar, "rad/s", prefer] = 0.0  # speed of a
     w_b: Var[Scalar, "rad/s", prefer] = 0.0  # speed of b
@@ -101,16 +101,16 @@ class FlexibleCoupling(Compliant):
 
 
 class ReleaseBearing(Component):
-    """A thrust bearing that passes the force F from a to b, while its b turns with a shaft: drag mu F d/2 tanh(w/w_0).
+    """A thrust bearing that passes the force F from a to b; side b turns with a shaft. Drag mu |F| d/2 tanh(w/w_0).
 
     The estimate of bearing makers, M = 0.5 mu P d with the bore d (SKF, `Rolling bearings`, friction): mu is about
     0.002 for angular-contact and 0.0013 for thrust ball bearings at moderate load and speed. The drag brakes the shaft
-    against the ground; at rest it fades out within w_0. Axially rigid and massless, for either sign of F. Friction of
-    its sleeve on the guide is a `translational.DryFriction`.
+    against the ground and fades out below the speed w_0. Axially rigid and massless, for either sign of F. For the
+    friction of the sleeve on its guide, add a `translational.DryFriction`.
     """
 
     mu: Param[Scalar, "1", nonnegative]  # coefficient of friction
-    diameter: Param[Scalar, "m", positive]  # d, to which mu refers
+    diameter: Param[Scalar, "m", positive]  # d, bore to which mu refers
     w_0: Param[Scalar, "rad/s", positive] = 1.0  # width of the transition through rest
     w: Var[Scalar, "rad/s"] = 0.0  # speed of the shaft
     f: Var[Scalar, "N"] = 0.0  # force passed from a to b

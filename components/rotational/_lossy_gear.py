@@ -1,4 +1,4 @@
-"""A gear with losses that sticks and locks itself."""
+"""Gear with losses, sticking and self-locking."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -29,31 +29,31 @@ from .._checks import increasing
 from .._tables import linear
 from ._interfaces import Flange
 
-SAME = 1e-10  # difference of torques in N.m that counts as none
+SAME = 1e-10  # N.m, torques closer than this are treated as equal
 
 
 class LossyGear(Component):
     """A gear with mesh and bearing losses, phi_a = ratio phi_b (MSL `LossyGear`; Pelchen, Schweiger, Otter 2002).
 
-    `losses` has a row [w, eta1, eta2, bearing1, bearing2] for each of some speeds |w_a|, increasing from 0: the mesh
-    efficiencies when a drives b and when b drives a, and the bearing friction in N.m in these two cases; straight lines
-    between the rows, the last one goes on. With x = -tau_b / ratio, which would be tau_a without losses, the torque
-    tau_a that keeps the gear turning is one of two lines that cross where the mesh carries nothing:
+    `losses` has rows [w, eta1, eta2, bearing1, bearing2] for speeds |w_a| that increase from 0: the mesh efficiencies
+    when a drives b and when b drives a, and the bearing friction in N.m in these two cases. Interpolation between the
+    rows and extrapolation beyond the last are linear. x = -tau_b / ratio would be tau_a without losses. The torque
+    tau_a that keeps the gear turning follows one of two lines, which cross where the mesh carries no torque:
 
-    - forward the greater of (x + bearing1) / eta1, where a drives b, and eta2 (x + bearing2), where b drives a;
-    - backward the lesser of (x - bearing1) / eta1, where a drives b, and eta2 (x - bearing2), where b drives a.
+    - forward, the greater of (x + bearing1) / eta1 (a drives b) and eta2 (x + bearing2) (b drives a);
+    - backward, the lesser of (x - bearing1) / eta1 (a drives b) and eta2 (x - bearing2) (b drives a).
 
-    So the losses are continuous where the load reverses, as the bearings take up the torque first: with equal bearing
-    frictions the driver changes at x = -bearing forward and at x = bearing backward. (This is the rule of MSL after
-    3.1, of C. Bertsch, `Problem with model LossyGear and a proposed solution`, 2009: by the sign of tau_a less the
-    friction of the bearings at a. The rule of the paper, by that of tau_a alone, leaves loads without a solution.)
+    The losses are therefore continuous when the load reverses, because the bearings take up the torque first: with
+    equal bearing frictions, the driver changes at x = -bearing forward and at x = bearing backward. (This is the rule
+    of MSL after 3.1, of C. Bertsch, `Problem with model LossyGear and a proposed solution`, 2009: the sign of tau_a
+    minus the bearing friction at a decides. The rule of the paper, the sign of tau_a alone, leaves some loads without a
+    solution.)
 
-    At rest the gear is stuck as long as tau_a lies between the two. With eta2 <= 0 it locks itself: b alone cannot
-    drive it. Mesh friction that does not depend on the direction of power has eta2 = 2 - 1 / eta1, as in worm gears:
-    `LossyGear.worm`.
+    At rest the gear is stuck as long as tau_a lies between the two. With eta2 <= 0 it is self-locking: b alone cannot
+    drive it. `LossyGear.worm` has the same mesh friction in both directions of power: eta2 = 2 - 1 / eta1.
 
-    What sticks, slides and changes sides are events; for the modes and for `creep` see `DryFriction`. Where several
-    motions are possible or none, as may be with eta2 < 0 and small inertias, the run ends with endless events.
+    Sticking, sliding and changes of the driver are events; for the modes and for `creep` see `DryFriction`. If several
+    motions or none are possible, which can happen with eta2 < 0 and small inertias, the run fails with endless events.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"lossTable": "losses"}
@@ -65,10 +65,10 @@ class LossyGear(Component):
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of a
     acceleration: Var[Scalar, "rad/s2"] = 0.0  # acceleration of a
     x: Var[Scalar, "N.m"] = 0.0  # torque at a without losses
-    path: Var[Scalar, "N.m"] = 0.0  # lost torque tau_a - x while stuck, else the acceleration as a number
+    path: Var[Scalar, "N.m"] = 0.0  # lost torque tau_a - x while stuck, otherwise the value of the acceleration
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
-    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it turns faster than at rest
-    driver: Discrete[Scalar, "1"] = 1.0  # 1 where a drives b, -1 where b drives a; no matter while stuck
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 once it turns fast enough to stick again
+    driver: Discrete[Scalar, "1"] = 1.0  # 1 if a drives b, -1 if b drives a; without effect while stuck
     a: Flange = Flange()
     b: Flange = Flange()
 
@@ -77,26 +77,26 @@ class LossyGear(Component):
             return (require(False, "losses must have rows [w, eta1, eta2, bearing1, bearing2]"),)
         speeds, eta1, eta2, bearing1, bearing2 = self.losses.T
         return (
-            require(speeds[0] == 0.0, "losses must be led by a speed of 0"),
+            require(speeds[0] == 0.0, "losses must start at a speed of 0"),
             require(increasing(speeds), "losses must have increasing speeds"),
             require((eta1 > 0.0) & (eta1 <= 1.0), "losses must have eta1 above 0 and at most 1"),
             require(eta2 <= 1.0, "losses must have eta2 at most 1"),
             require(self.losses[:, 3:] >= 0.0, "losses must have bearing friction >= 0"),
-            # The least power that is lost, where the mesh carries nothing; below 0 only with eta2 < 0.
+            # The minimum power loss, with an unloaded mesh; negative only with eta2 < 0.
             require(
                 (1.0 - eta2) * bearing1 + eta2 * (1.0 - eta1) * bearing2 >= 0.0,
-                "losses must have bearing2 at most (1 - eta2) / (-eta2 (1 - eta1)) bearing1 where eta2 < 0",
+                "losses must have bearing2 at most (1 - eta2) / (-eta2 (1 - eta1)) bearing1 if eta2 < 0",
             ),
         )
 
     @classmethod
     def worm(cls, *, ratio: Scalar, efficiency: Scalar) -> "LossyGear":
-        """A worm a with its wheel b, without bearing friction: it locks itself below an efficiency of 0.5."""
+        """A worm a with its wheel b, without bearing friction; self-locking below an efficiency of 0.5."""
         row = [0.0, efficiency, 2.0 - 1.0 / efficiency, 0.0, 0.0]
         return cls(ratio=ratio, losses=jnp.stack([jnp.asarray(item, float) for item in row])[None])
 
     def _torques(self, direction: Scalar) -> tuple[Scalar, Scalar]:
-        """The torques at a that turn the gear in a direction, 1 or -1, where a drives b and where b drives a."""
+        """Torques at a that turn the gear in a direction, 1 or -1, if a drives b and if b drives a."""
         row = self.losses[0, 1:]
         if len(self.losses) > 1:
             row = linear(stick_slip.along(self.mode, self.w), self.losses[:, 0], self.losses[:, 1:])
@@ -128,7 +128,7 @@ class LossyGear(Component):
             low=backward - self.x, high=forward - self.x, rest=self.rest, creep=self.creep,
         )  # fmt: skip
         driving, driven = self._torques(self.mode)
-        more = self.mode * (driving - driven)  # what a has to give more where it drives
+        more = self.mode * (driving - driven)  # extra torque at a if a drives
         rubs = stick_slip.rubs(self.mode)
         return known | dict(
             drives=when(rubs & (self.driver < 0.0) & (more > SAME), driver=1.0),

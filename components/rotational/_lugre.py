@@ -1,4 +1,4 @@
-"""Friction with bristles: smooth, and yet it sticks."""
+"""Bristle friction: smooth, but with sticking."""
 
 from typing import Self
 
@@ -25,19 +25,19 @@ class LuGreFriction(ToGround):
     """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
 
     dz/dt = w - stiffness |w| z / g(w) with g(w) = Tc + (Ts - Tc) exp(-(w/ws)^2), and
-    tau = stiffness z + damping dz/dt + C w. Below break-away it is a stiff spring, with presliding and hysteresis, and
-    sliding it tends to g(w) sign(w) + C w. Its only event is that it reverses. A large damping may make it give
+    tau = stiffness z + damping dz/dt + C w. Below break-away it is a stiff spring with presliding and hysteresis; while
+    sliding, tau tends to g(w) sign(w) + C w. Its only event is a reversal of w. With a large damping it can generate
     energy at high speeds.
     """
 
     Tc: Param[Scalar, "N.m", positive]  # Coulomb (sliding) torque
     Ts: Param[Scalar, "N.m", positive]  # break-away torque, at least Tc
-    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
-    stiffness: Param[Scalar, "N.m/rad", positive]  # of the bristles, sigma_0
-    damping: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # of the bristles, sigma_1
+    ws: Param[Scalar, "rad/s", positive]  # Stribeck speed, at which the excess over Tc has dropped to 1/e
+    stiffness: Param[Scalar, "N.m/rad", positive]  # stiffness of the bristles, sigma_0
+    damping: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # damping of the bristles, sigma_1
     C: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "rad", prefer] = 0.0  # deflection of the bristles
-    slip: Var[Scalar, "rad/s"] = 0.0  # speed at which they slide
+    slip: Var[Scalar, "rad/s"] = 0.0  # slip speed of the bristles
 
     def requirements(self) -> Requirements:
         return (require(self.Tc <= self.Ts, "Tc must be at most Ts"),)

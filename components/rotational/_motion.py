@@ -1,7 +1,7 @@
-"""Ideal drives by motion, whatever the torque; the reaction acts on the ground.
+"""Ideal motion sources, which supply any torque; the reaction acts on the ground.
 
-A motion has to be smooth enough to have the accelerations that inertias need. To follow a signal that jumps, put a
-filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before an angle.
+A motion must be smooth enough for the accelerations of the driven inertias to exist. If the signal jumps, filter it,
+for example with `blocks.FirstOrder` for a speed or `blocks.SecondOrder` for an angle.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from ._interfaces import Flange, ToGround
 
 
 class SignalAngle(ToGround):
-    """Holds the flange at the angle u in rad; u has to be smooth (MSL `Position`)."""
+    """Holds the flange at the angle u in rad; u must be smooth (MSL `Position`)."""
 
     u: Input = Input()
 
@@ -26,7 +26,7 @@ class SignalAngle(ToGround):
 
 
 class ConstantSpeed(Component):
-    """Turns the flange with a constant speed."""
+    """Turns the flange at a constant speed."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"w_fixed": "speed"}
 
@@ -41,7 +41,7 @@ class ConstantSpeed(Component):
 
 
 class SignalSpeed(Component):
-    """Turns the flange with the speed u in rad/s, which has to be continuous where it drives an inertia."""
+    """Turns the flange at the speed u in rad/s, which must be continuous if the flange drives an inertia."""
 
     u: Input = Input()
     flange: Flange = Flange()
@@ -54,7 +54,7 @@ class SignalSpeed(Component):
 
 
 class SignalAcceleration(ToGround):
-    """Turns the flange with the acceleration u in rad/s2; its speed and angle are states (MSL `Accelerate`)."""
+    """Turns the flange at the acceleration u in rad/s2; its speed and angle are states (MSL `Accelerate`)."""
 
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     u: Input = Input()

@@ -1,4 +1,4 @@
-"""Dry friction of plates that a signal presses together: brake, clutch, freewheel."""
+"""Dry friction of plates pressed together by a signal: brake, clutch, freewheel."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -15,14 +15,14 @@ from ._dry_friction import CouplingFriction, DryFriction, ShaftFriction
 
 
 class Pressed(DryFriction, partial=True):
-    """Plates pressed together by u fn_max slide with mu cgeo u fn_max and hold `peak` times that; u <= 0 opens them."""
+    """Plates pressed together by u fn_max: they slide at mu cgeo u fn_max and hold `peak` times that; u <= 0 opens."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"mue_pos": "mu, the same at all speeds", "f_normalized": "u"}
 
     mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
     fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
     cgeo: Param[Scalar, "m", nonnegative] = 1.0  # number of friction surfaces times their mean radius
-    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
+    peak: Param[Scalar, "1", positive] = 1.0  # ratio of static to sliding friction, at least 1
     u: Input = Input()
 
     def requirements(self) -> Requirements:
@@ -32,7 +32,7 @@ class Pressed(DryFriction, partial=True):
         return self.u.value > 0.0
 
     def normal(self) -> Scalar:
-        """Normal force as a share of fn_max."""
+        """Normal force as a fraction of fn_max."""
         return self.u.value
 
     def sliding(self, speed: Scalar) -> Scalar:
@@ -47,7 +47,7 @@ class Pressed(DryFriction, partial=True):
 
 
 class Brake(Pressed, ShaftFriction):
-    """A brake between a shaft and the ground, or a `support=Flange()` of its own (MSL `Brake`). See `Pressed`."""
+    """A brake between a shaft and the ground, or a housing with `support=Flange()` (MSL `Brake`). See `Pressed`."""
 
 
 class Clutch(Pressed, CouplingFriction):
@@ -55,11 +55,11 @@ class Clutch(Pressed, CouplingFriction):
 
 
 class OneWayClutch(Pressed, CouplingFriction):
-    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b overruns a, w >= 0, but not a b.
+    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b can overrun a (w >= 0), not a overrun b.
 
-    Stuck, it holds any negative torque; a positive one only up to the static level, which is zero for a freewheel that
-    is not pressed. It never opens. Where it would have to stop a motion against its sense at once, at the start or
-    after an impact, the run ends with an error: it cannot share an impulse.
+    While stuck, it holds any negative torque, and a positive torque up to the static level, which is zero for a
+    freewheel that is not pressed. It never opens. If it would have to stop a reverse motion instantly, at the start or
+    after an impact, the run ends with an error, because it cannot share an impulse.
     """
 
     def pressed(self) -> Array | bool:
@@ -73,7 +73,7 @@ class OneWayClutch(Pressed, CouplingFriction):
         events = {name: event for name, event in super().events().items() if name not in locked}
         against = self.w < -stick_slip.NOISE * jnp.maximum(self.rest, stick_slip.REST)
         return {name: _never_backward(event) for name, event in events.items()} | dict(
-            against=refuse(against, "a freewheel turns against its sense. Start it with w_b >= w_a.")
+            against=refuse(against, "a freewheel turns in reverse. Start it with w_b >= w_a.")
         )
 
 

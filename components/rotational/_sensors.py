@@ -39,7 +39,7 @@ class RigidSensor(Component, partial=True):
 
 
 class TorqueSensor(RigidSensor):
-    """y = torque passed from a to b in N.m."""
+    """y = torque transmitted from a to b in N.m."""
 
     y: Output = Output()
 
@@ -93,7 +93,7 @@ class RelativeSpeedSensor(RelativeSensor):
 
 
 class PowerSensor(RigidSensor):
-    """y = power passed from a to b in W."""
+    """y = power transmitted from a to b in W."""
 
     y: Output = Output()
 
@@ -102,7 +102,7 @@ class PowerSensor(RigidSensor):
 
 
 class MultiSensor(RigidSensor):
-    """Speed in rad/s, torque in N.m and power in W passed from a to b, at three outputs."""
+    """Three outputs: speed in rad/s, and torque in N.m and power in W transmitted from a to b."""
 
     speed: Output = Output()
     torque: Output = Output()

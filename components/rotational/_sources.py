@@ -1,4 +1,4 @@
-"""Ideal drives by torque; the reaction acts on the ground, unless there is a second flange."""
+"""Ideal torque sources; the reaction acts on the ground unless there is a second flange."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -15,7 +15,7 @@ class ConstantTorque(ToGround):
 
     elsewhere: ClassVar[Mapping[str, str]] = {"tau_constant": "torque"}
 
-    torque: Param[Scalar, "N.m"]  # torque on what is connected
+    torque: Param[Scalar, "N.m"]  # torque on the connected part
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drive=eq(self.flange.tau, -self.torque))
@@ -53,11 +53,11 @@ class SignalTorque2(Compliant):
 
 
 class LinearSpeedDependentTorque(ToGround):
-    """Drives the flange with torque w / w_nominal; a load for torque < 0."""
+    """Drives the flange with torque w / w_nominal; a load if torque < 0."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"tau_nominal": "torque"}
 
-    torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
+    torque: Param[Scalar, "N.m"]  # torque on the connected part at w_nominal
     w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
 
     def equations(self, d: Self) -> Equations:
@@ -71,15 +71,15 @@ class LinearSpeedDependentTorque(ToGround):
 
 
 class QuadraticSpeedDependentTorque(ToGround):
-    """Drives the flange with torque (w / w_nominal)^2; a load such as a fan or pump for torque < 0.
+    """Drives the flange with torque (w / w_nominal)^2; a load such as a fan or pump if torque < 0.
 
-    The torque keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
-    it too: torque w |w| / w_nominal^2.
+    As by default in MSL, the torque keeps its sign when the speed reverses. With `one_sign=False` it reverses too:
+    torque w |w| / w_nominal^2.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"tau_nominal": "torque", "TorqueDirection": "one_sign"}
 
-    torque: Param[Scalar, "N.m"]  # torque on what is connected, at w_nominal
+    torque: Param[Scalar, "N.m"]  # torque on the connected part at w_nominal
     w_nominal: Param[Scalar, "rad/s", nonzero]  # nominal speed
     one_sign: bool = True
 

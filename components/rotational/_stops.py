@@ -28,26 +28,26 @@ from ._interfaces import Flange
 class HardStop(Component):
     """Rigid stops on the ground that keep a shaft within phi_min <= phi <= phi_max, with Newton's law of impact.
 
-    At a stop the speed w turns to -restitution w. A rebound no faster than `rest` does not happen: the shaft rests
-    there, held by the contact torque, until it is pulled away. So rebounds that would go on without end, ever smaller,
-    end after a finite number. Impacts and lift-off are events. The shaft has to have an inertia. An impact changes the
-    speed of what is rigidly joined to the shaft, and no other: it is right for one moving body, but does not share an
-    impulse among several that are joined by planetary gears or levers.
+    At a stop the speed changes from w to -restitution w. If the rebound is no faster than `rest`, the shaft rests at
+    the stop, held by the contact torque, until it is pulled away. This ends an infinite series of ever smaller rebounds
+    after a finite number. Impacts and lift-off are events. The shaft must have an inertia. An impact changes only the
+    speed of parts rigidly joined to the shaft: this is correct for one moving body, but does not share the impulse
+    among several bodies coupled by planetary gears or levers.
 
-    Where a stop and dry friction hold the shaft at once, the stop carries the load, since it does not creep; where two
-    stops do, give one of them a `creep` of 1e-10 / (kg.m2).
+    If a stop and dry friction hold the shaft together, the stop carries the load because it does not creep. If two
+    stops hold it, give one of them a `creep` of 1e-10 / (kg.m2).
     """
 
     phi_min: Param[Scalar, "rad", unbounded] = -jnp.inf  # angle of the lower stop
     phi_max: Param[Scalar, "rad", unbounded] = jnp.inf  # angle of the upper stop
-    restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    rest: Param[Scalar, "rad/s", nonnegative] = 1e-3  # rebound speed up to which it rests
-    creep: Param[Scalar, "1/(kg.m2)", nonnegative] = 0.0  # acceleration per torque while it rests
+    restitution: Param[Scalar, "1", nonnegative] = 0.0  # ratio of the speeds after and before an impact, at most 1
+    rest: Param[Scalar, "rad/s", nonnegative] = 1e-3  # rebound speed up to which the shaft comes to rest
+    creep: Param[Scalar, "1/(kg.m2)", nonnegative] = 0.0  # acceleration per torque while at rest
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "rad/s2"] = 0.0
-    tau: Var[Scalar, "N.m"] = 0.0  # contact torque into the stop; negative at the lower one
-    path: Var[Scalar, "N.m"] = 0.0  # tau while it rests, else the acceleration as a number
-    mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
+    tau: Var[Scalar, "N.m"] = 0.0  # contact torque into the stop; negative at the lower stop
+    path: Var[Scalar, "N.m"] = 0.0  # tau while at rest, otherwise the value of the acceleration
+    mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -75,5 +75,5 @@ class HardStop(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """What is left of a speed while it rests is taken from it; what impacts take is listed with the events."""
+        """Dissipates the residual speed at rest; the losses of impacts are recorded with the events."""
         return Energy(dissipated=self.tau * self.w)

@@ -1,4 +1,4 @@
-"""Several planetary stages in one housing."""
+"""Planetary stages in series in one housing."""
 
 import math
 from collections.abc import Sequence
@@ -13,18 +13,18 @@ from ._interfaces import Flange
 
 
 class PlanetaryTrain(Component):
-    """Planetary stages in series, with sun in, carrier out and the rings held by one housing: a geared reducer.
+    """Planetary stages in series, driven at the suns, with the rings held by one housing: a multi-stage reducer.
 
     `PlanetaryTrain(stages=[...])` joins the carrier of each stage to the sun of the next; ratios and efficiencies
-    multiply. `teeth`, one `ElastoBacklash` for each stage, give the play and stiffness behind its carrier. Without, the
-    train is rigid. The housing is the ground, unless `support=Flange()` makes it a flange of its own, which takes the
-    reaction. Other fixings are made from `PlanetaryGearbox`, whose three flanges are open.
+    multiply. `teeth`, one `ElastoBacklash` for each stage, adds backlash and stiffness behind its carrier; without
+    them, the train is rigid. The housing is the ground. With `support=Flange()` it is a flange, which takes the
+    reaction. For other fixings, use `PlanetaryGearbox` with its three open flanges.
     """
 
     stages: tuple[PlanetaryGearbox, ...]  # from a to b
-    teeth: tuple[ElastoBacklash, ...]  # behind the carrier of each stage, or none
+    teeth: tuple[ElastoBacklash, ...]  # behind the carrier of each stage, or empty
     housing: Fixed | None
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     a: Flange = Flange()
     b: Flange = Flange()
     support: Flange | None = None

@@ -1,4 +1,4 @@
-"""From rotation to translation by a wheel or a rack and pinion."""
+"""Conversion of rotation to translation: wheel, rack and pinion, lead screw."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -10,9 +10,9 @@ from ._interfaces import Flange
 
 
 class IdealGearR2T(Component):
-    """phi = ratio s and ratio tau + f = 0; lossless, massless, without play (MSL `IdealGearR2T`).
+    """phi = ratio s and ratio tau + f = 0; lossless, massless, without backlash (MSL `IdealGearR2T`).
 
-    A rack and pinion, or a spindle.
+    A rack and pinion, or a lead screw.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"flangeR": "shaft", "flangeT": "rod"}
@@ -29,11 +29,11 @@ class IdealGearR2T(Component):
 
 
 class IdealRollingWheel(Component):
-    """s = radius phi and tau + radius f = 0: a wheel that rolls without slip and mass (MSL `IdealRollingWheel`)."""
+    """s = radius phi and tau + radius f = 0: a massless wheel that rolls without slip (MSL `IdealRollingWheel`)."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"flangeR": "shaft", "flangeT": "rod"}
 
-    radius: Param[Scalar, "m", nonzero]  # of the wheel
+    radius: Param[Scalar, "m", nonzero]  # radius of the wheel
     shaft: Flange = Flange()
     rod: Rod = Rod()  # moves with the axle
 

@@ -1,4 +1,4 @@
-"""Mass, stiffness, damping and the fixed point."""
+"""Mass, spring, damper, rod and fixed flange."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -25,15 +25,15 @@ from ._interfaces import Compliant, Flange
 
 
 class Position(Record):
-    """Where a flange is held."""
+    """Position of a fixed flange."""
 
     s0: Param[Scalar, "m"]  # position
 
 
 class Fixed(Component):
-    """A flange held at the position s0, zero unless it is given (MSL `Fixed`).
+    """A flange fixed at the position s0, zero by default (MSL `Fixed`).
 
-    What is given is the parameter `place.s0`. What is not is no parameter, so that the flange drops out.
+    If s0 is given, it is the parameter `place.s0`. Otherwise there is no parameter, and the flange is eliminated.
     """
 
     place: Position | None = None
@@ -53,18 +53,17 @@ class Fixed(Component):
 
 
 class Length(Record):
-    """How long a body is."""
+    """Length of a body."""
 
-    L: Param[Scalar, "m"]  # from a to b
+    L: Param[Scalar, "m"]  # length from a to b
 
 
 class Mass(Component):
     """A rigid body, m dv/dt = f_a + f_b, with its flanges at s - L/2 and s + L/2 (MSL `Mass`).
 
-    `Mass(m=..., L=..., s=..., v=...)` starts at a position of its centre and with a speed. A length that is given is
-    the parameter `body.L`; one that is not is no parameter, so that both flanges are one. The position is that of the
-    flanges: s is no variable of its own, but `mass.s` reads `mass.a.s` + L/2; by name, results and start values know
-    `a.s`. See `SlidingMass`, too.
+    `Mass(m=..., L=..., s=..., v=...)` starts at the given position of its centre and speed. If L is given, it is the
+    parameter `body.L`. Otherwise there is no parameter, and both flanges have the same position. s is not a separate
+    variable: `mass.s` reads `mass.a.s` + L/2. The name in results and start values is `a.s`; see also `SlidingMass`.
     """
 
     m: Param[Scalar, "kg", positive]  # mass
@@ -96,7 +95,7 @@ class Mass(Component):
 
     @property
     def s(self) -> Scalar:
-        """The position of the centre in m."""
+        """Position of the centre in m."""
         return self.a.s + self._half()
 
     def equations(self, d: Self) -> Equations:
@@ -112,7 +111,7 @@ class Mass(Component):
 
 
 class Rod(Component):
-    """A rigid rod without mass, s_b = s_a + L (MSL `Rod`)."""
+    """A rigid massless rod, s_b = s_a + L (MSL `Rod`)."""
 
     L: Param[Scalar, "m"]  # length from a to b
     a: Flange = Flange()
@@ -123,10 +122,10 @@ class Rod(Component):
 
 
 class SlidingMass(Component):
-    """A `Mass` whose position s is a variable of its own, which results and start values know by name.
+    """A `Mass` with its position s as a separate variable, under this name in results and start values.
 
-    s_a = s - L/2, s_b = s + L/2, ds/dt = v, m dv/dt = f_a + f_b. It bears the name that MSL 3 gave to `Mass`; where the
-    position matters only at the flanges, `Mass` has fewer equations.
+    s_a = s - L/2, s_b = s + L/2, ds/dt = v, m dv/dt = f_a + f_b. The name is that of `Mass` in MSL 2. If only the
+    positions of the flanges matter, `Mass` has fewer equations.
     """
 
     m: Param[Scalar, "kg", positive]  # mass
@@ -199,15 +198,15 @@ class SpringDamper(Compliant):
 
 
 class DualRateSpring(Compliant):
-    """A spring of two rates, f = c_1 x below the knee and c_1 knee + c_2 (x - knee) above; x = s_rel0 - s_rel pushes.
+    """A dual-rate spring: compression x = s_rel0 - s_rel, force c_1 x to the knee, then c_1 knee + c_2 (x - knee).
 
-    The tension is -f. Two coil springs one inside the other, the second one shorter by `knee`, or one whose coils
-    touch. It also pulls, with c_1. A spring of any curve against the housing is a `TabulatedSpring`, one with preload,
-    such as a return spring, a `ClutchSpring`.
+    This is the pushing force, -f. Two nested coil springs, the second shorter by `knee`, or one whose coils close. It
+    also pulls, with the stiffness c_1. For a spring with any characteristic against the housing see `TabulatedSpring`;
+    for one with preload, such as a return spring, see `ClutchSpring`.
     """
 
     c_1: Param[Scalar, "N/m", nonnegative]  # stiffness up to the knee
-    c_2: Param[Scalar, "N/m", nonnegative]  # and beyond it
+    c_2: Param[Scalar, "N/m", nonnegative]  # stiffness beyond the knee
     knee: Param[Scalar, "m", nonnegative]  # compression at which the stiffness changes
     s_rel0: Param[Scalar, "m"] = 0.0  # relative position of the unloaded spring
 

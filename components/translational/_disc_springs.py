@@ -1,4 +1,4 @@
-"""Conical disc springs: Belleville, and the diaphragm of a clutch."""
+"""Conical disc springs: Belleville springs and the diaphragm spring of a clutch."""
 
 from typing import Self
 
@@ -29,7 +29,7 @@ def _cubic(s: Scalar, rate: Scalar, height: Scalar, thickness: Scalar) -> Scalar
 
 
 def _area(s: Scalar, rate: Scalar, height: Scalar, thickness: Scalar) -> Scalar:
-    """The integral of `_cubic` from 0 to s."""
+    """Integral of `_cubic` from 0 to s."""
     return rate * s**2 * (0.5 * (height**2 + thickness**2) - 0.5 * height * s + 0.125 * s**2)
 
 
@@ -37,14 +37,14 @@ class ConicalDisc(Record):
     """A disc spring loaded at its edges: F = 4 E/(1 - nu^2) t^4/(K_1 De^2) s/t [(h/t - s/t)(h/t - s/(2 t)) + 1].
 
     K_1 = ((d - 1)/d)^2/((d + 1)/(d - 1) - 2/ln(d))/pi with d = De/Di (Almen, Laszlo, Trans. ASME 58, 1936; DIN EN
-    16984). For 0 <= s <= h, without contact faces, friction and set. Above h/t = sqrt(2) the force has a maximum and a
-    minimum, at s = h -+ sqrt((h^2 - 2 t^2)/3).
+    16984). Valid for 0 <= s <= h; contact flats, friction and set are neglected. Above h/t = sqrt(2) the force has a
+    maximum and a minimum, at s = h -+ sqrt((h^2 - 2 t^2)/3).
     """
 
     De: Param[Scalar, "m", positive]  # outer diameter
     Di: Param[Scalar, "m", positive]  # inner diameter
     t: Param[Scalar, "m", positive]  # thickness
-    h: Param[Scalar, "m", nonnegative]  # height of the unloaded cone, the free height less t
+    h: Param[Scalar, "m", nonnegative]  # height of the unloaded cone: the free height minus t
     E: Param[Scalar, "Pa", positive] = 206e9  # modulus of elasticity
     nu: Param[Scalar, "1", nonnegative] = 0.3  # Poisson's ratio
 
@@ -64,7 +64,7 @@ class ConicalDisc(Record):
         return _cubic(s, self._rate(), self.h, self.t)
 
     def work(self, s: Scalar) -> Scalar:
-        """Its integral in J."""
+        """Integral of the force in J."""
         return _area(s, self._rate(), self.h, self.t)
 
 
@@ -73,13 +73,13 @@ class Diaphragm(Record):
 
     With the deflection x of R_1 against r_1 and k = (R - r)/(R_1 - r_1): F = pi E t x/(6 (1 - nu^2)) ln(R/r)/(R_1 -
     r_1)^2 [(H - k x)(H - k x/2) + t^2] (Almen, Laszlo 1936 with load circles; SAE AE-21, `Spring Design Manual`).
-    Rigid fingers turn a force F at R_1 into F/lever at their tips, on the circle r_f: lever = (r_1 - r_f)/(R_1 - r_1).
+    Rigid fingers balance F at R_1 with F/lever at their tips, on the circle r_f: lever = (r_1 - r_f)/(R_1 - r_1).
     """
 
     R: Param[Scalar, "m", positive]  # outer radius of the disc part
     r: Param[Scalar, "m", positive]  # inner radius of the disc part
-    R_1: Param[Scalar, "m", positive]  # radius at which it loads the pressure plate
-    r_1: Param[Scalar, "m", positive]  # radius of its pivot on the cover
+    R_1: Param[Scalar, "m", positive]  # radius of the contact with the pressure plate
+    r_1: Param[Scalar, "m", positive]  # radius of the pivot on the cover
     r_f: Param[Scalar, "m", positive]  # radius at which the release bearing loads the fingers
     t: Param[Scalar, "m", positive]  # thickness
     H: Param[Scalar, "m", nonnegative]  # height of the unloaded cone of the disc part
@@ -96,11 +96,11 @@ class Diaphragm(Record):
 
     @property
     def lever(self) -> Scalar:
-        """Travel of the fingers over that of the plate."""
+        """Ratio of the travel of the finger tips to that of the pressure plate."""
         return (self.r_1 - self.r_f) / (self.R_1 - self.r_1)
 
     def _cone(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-        """k, and the terms of `_cubic` for the deflection k x."""
+        """k and the coefficients of `_cubic` for the deflection k x."""
         arm = self.R_1 - self.r_1
         k = (self.R - self.r) / arm
         rate = jnp.pi * self.E * self.t / (6.0 * (1.0 - self.nu**2)) * jnp.log(self.R / self.r) / arm**2
@@ -112,7 +112,7 @@ class Diaphragm(Record):
         return _cubic(k * x, rate / k, height, thickness)
 
     def work(self, x: Scalar) -> Scalar:
-        """Its integral in J."""
+        """Integral of the clamp load in J."""
         k, rate, height, thickness = self._cone()
         return _area(k * x, rate / k**2, height, thickness)
 
@@ -120,14 +120,14 @@ class Diaphragm(Record):
 class DiscSpring(Compliant):
     """A stack of disc springs that only pushes: f = -m F(x/n), x = s_rel0 - s_rel, and f = 0 for x < 0.
 
-    F is that of the `ConicalDisc`; n packets in series, each of m discs in the same sense. Not modelled: friction
-    between the discs of a packet, and that flat discs block, x > n h (see `HardStop`).
+    F is the force of the `ConicalDisc`. The stack has n packets in series, each with m discs in parallel. Not modelled:
+    friction between the discs of a packet, blocking of flat discs at x > n h (see `HardStop`).
     """
 
     disc: ConicalDisc
-    series: Param[Scalar, "1", positive] = 1.0  # n
-    parallel: Param[Scalar, "1", positive] = 1.0  # m
-    s_rel0: Param[Scalar, "m"] = 0.0  # relative position at which it is unloaded, its free length
+    series: Param[Scalar, "1", positive] = 1.0  # n, number of packets in series
+    parallel: Param[Scalar, "1", positive] = 1.0  # m, number of discs in each packet
+    s_rel0: Param[Scalar, "m"] = 0.0  # relative position of the unloaded stack: its free length
 
     def _deflection(self) -> Scalar:
         x = self.s_rel0 - self.s_rel
@@ -143,20 +143,20 @@ class DiscSpring(Compliant):
 class DiaphragmClutch(Component):
     """The release curve of a clutch with diaphragm spring: f = F(x)/lever with x = engaged - wear + s/lever.
 
-    s >= 0 is the travel of the release bearing from where it touches the fingers; F and the lever are those of the
-    `Diaphragm`. Worn facings let the plate go on towards the flywheel, so that the spring is flatter by less: the clamp
-    load passes its maximum, and the release load rises. Rigid fingers and cover; not modelled: the cushion between the
-    facings, friction of the pivots.
+    s >= 0 is the travel of the release bearing from its contact with the fingers; F and the lever are those of the
+    `Diaphragm`. As the facings wear, the pressure plate moves towards the flywheel and the spring is deflected less:
+    the clamp load passes through its maximum and the release load rises. Fingers and cover are rigid. Not modelled:
+    cushion springs between the facings, friction of the pivots.
     """
 
     spring: Diaphragm
-    engaged: Param[Scalar, "m", nonnegative]  # deflection x of the closed clutch with new facings
-    wear: Param[Scalar, "m", nonnegative] = 0.0  # travel of the plate by wear of the facings
-    clamp: Var[Scalar, "N"] = 0.0  # force of the spring at the pressure plate, F(x)
+    engaged: Param[Scalar, "m", nonnegative]  # deflection x of the engaged clutch with new facings
+    wear: Param[Scalar, "m", nonnegative] = 0.0  # displacement of the plate by wear of the facings
+    clamp: Var[Scalar, "N"] = 0.0  # clamp load F(x) at the pressure plate
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
-        return (require(self.wear <= self.engaged, "wear must be at most engaged, where the spring is free"),)
+        return (require(self.wear <= self.engaged, "wear must be at most engaged, at which the spring is unloaded"),)
 
     def _deflection(self) -> Scalar:
         return self.engaged - self.wear + self.flange.s / self.spring.lever

@@ -1,4 +1,4 @@
-"""Dry friction that truly sticks (as in MSL): guides, brake, a mass with friction. See `components/_stick_slip.py`."""
+"""Dry friction with true sticking (as in MSL): guides and brake. See `components/_stick_slip.py`."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -32,15 +32,15 @@ from ._interfaces import Flange
 
 
 class DryFriction(Component, partial=True):
-    """Friction of a rod that slides with the speed v, or sticks, on the ground or a `support=Flange()` of its own.
+    """Friction of a rod that slides with the speed v, or sticks, on the ground or on a guide with `support=Flange()`.
 
-    A base for laws of your own: state `sliding`, and `breakaway` where it is not `sliding(0)`. Sliding:
-    f = sliding(|v|) sign(v). Stuck: v stays, and |f| <= breakaway is what holds it; beyond that it breaks away. Both
-    changes are events, so a run has no kink within a step, and sticking is not creep. The modes are -1 (sliding
-    backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not known yet: a model starts there).
+    A base class for custom friction laws: define `sliding`, and `breakaway` if it differs from `sliding(0)`. Sliding:
+    f = sliding(|v|) sign(v). Stuck: a force |f| <= breakaway holds the rod; beyond that it breaks away. Both
+    transitions are events, so that no step contains a kink and sticking is not creep. The modes are -1 (sliding
+    backward), 0 (stuck), 1 (sliding forward) and 2 (free, or not yet known: the initial mode).
 
-    Stuck pairs that are rigidly joined share their load, which no law of friction determines, by their `creep`. It has
-    to be well above 1e-16 / m, with the mass m that they hold, and well below 1 / m.
+    The friction law does not determine how rigidly joined stuck pairs share their load; their `creep` does. It must be
+    well above 1e-16 / m and well below 1 / m, where m is the mass that they hold.
     """
 
     creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # relative acceleration per force while stuck
@@ -48,22 +48,22 @@ class DryFriction(Component, partial=True):
     v: Var[Scalar, "m/s", prefer] = 0.0  # relative speed
     acceleration: Var[Scalar, "m/s2"] = 0.0  # relative acceleration
     f: Var[Scalar, "N"] = 0.0  # friction force
-    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
+    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, otherwise the value of the acceleration
     mode: Discrete[Scalar, "1"] = stick_slip.FREE
-    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 once it slides fast enough to stick again
     flange: Flange = Flange()
     support: Flange | None = None
 
     def sliding(self, speed: Scalar) -> Scalar:
-        """Size of the force while sliding at a speed above zero; it has to go on smoothly a little below."""
+        """Absolute sliding force at a positive speed; must continue smoothly a little below zero."""
         raise NotImplementedError
 
     def breakaway(self) -> Scalar:
-        """Largest force while stuck, no less than the sliding one at rest."""
+        """Maximum force while stuck, at least `sliding(0)`."""
         return self.sliding(0.0)
 
     def pressed(self) -> Array | bool:
-        """Whether there is friction at all."""
+        """Whether the parts are pressed together."""
         return True
 
     def equations(self, d: Any) -> Equations:
@@ -99,21 +99,21 @@ class DryFriction(Component, partial=True):
 
 
 class SupportFriction(DryFriction):
-    """Friction given by a table of forces over speeds, f(|v|); break-away at peak f(0) (MSL `SupportFriction`).
+    """Friction from a table of forces over speeds, f(|v|); break-away at peak f(0) (MSL `SupportFriction`).
 
-    Straight lines between the samples; beyond the last one the last line goes on.
+    Linear interpolation between the samples, and linear extrapolation beyond the last one.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f_pos": "speeds and forces"}
 
     speeds: Param[Vector, "m/s"]  # increasing, from 0
-    forces: Param[Vector, "N"]  # at these speeds
-    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding force at rest, at least 1
+    forces: Param[Vector, "N"]  # forces at these speeds
+    peak: Param[Scalar, "1", positive] = 1.0  # ratio of static to sliding force at rest, at least 1
 
     def requirements(self) -> Requirements:
         return (
             *sampled(self, "forces", "speeds"),
-            require(self.speeds[0] == 0.0, "speeds must be led by zero"),
+            require(self.speeds[0] == 0.0, "speeds must start at 0"),
             require(self.forces >= 0.0, "forces must be nonnegative"),
             require(self.peak >= 1.0, "peak must be at least 1"),
         )
@@ -128,15 +128,15 @@ class SupportFriction(DryFriction):
 class StribeckFriction(DryFriction):
     """Sliding force Fc + (Fs - Fc) exp(-(v/vs)^2) + C |v|, break-away at Fs (Bo, Pavelescu 1982).
 
-    With `support=Flange()` it acts between two bodies, such as a block and the belt that carries it. The smooth
-    counterpart, which creeps instead of sticking, is `SmoothStribeckFriction`.
+    With `support=Flange()` it acts between two bodies, such as a block and the belt that carries it.
+    `SmoothStribeckFriction` is the smooth counterpart, which creeps instead of sticking.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"v0": "a parameter of SmoothStribeckFriction"}
 
     Fc: Param[Scalar, "N", nonnegative]  # Coulomb (sliding) force
     Fs: Param[Scalar, "N", nonnegative]  # break-away force, at least Fc
-    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess over Fc has dropped to 1/e
     C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
 
     def requirements(self) -> Requirements:
@@ -152,24 +152,24 @@ class StribeckFriction(DryFriction):
 class TustinFriction(DryFriction):
     """Sliding force F_prop |v| + F_Coulomb + F_Stribeck exp(-fexp |v|), break-away at F_Coulomb + F_Stribeck.
 
-    The law of Tustin (1947) and of MSL `MassWithStopAndFriction`. The peak falls off within a speed of 1/fexp. Where
-    that is not well above the tolerance of the speed, errors of a run make it stick and break away again and again:
-    give the speed of the mass a small size, as in `nominal={"mass.v": 1e-6}`.
+    The law of Tustin (1947) and of MSL `MassWithStopAndFriction`. The peak decays over a speed of 1/fexp. If this speed
+    is not well above the tolerance of the speed, integration errors make the part stick and break away repeatedly. Then
+    give the speed of the mass a small nominal value, as in `nominal={"mass.v": 1e-6}`.
     """
 
     F_prop: Param[Scalar, "N.s/m", nonnegative]  # viscous friction coefficient
     F_Coulomb: Param[Scalar, "N", nonnegative]  # constant part
-    F_Stribeck: Param[Scalar, "N", nonnegative]  # what is added at rest
-    fexp: Param[Scalar, "s/m", nonnegative]  # decay of that with the speed
+    F_Stribeck: Param[Scalar, "N", nonnegative]  # additional force at rest
+    fexp: Param[Scalar, "s/m", nonnegative]  # decay constant of F_Stribeck over the speed
 
     def sliding(self, speed: Scalar) -> Scalar:
         return tustin(speed, self.F_prop, self.F_Coulomb, self.F_Stribeck, self.fexp, self.moving)
 
 
 class Brake(DryFriction):
-    """A brake pressed on by u fn_max: it slides with mu cgeo u fn_max and holds `peak` times that; u <= 0 releases it.
+    """A brake pressed on by u fn_max: it slides at mu cgeo u fn_max and holds `peak` times that; u <= 0 releases it.
 
-    As MSL `Brake`, on the ground or a `support=Flange()` of its own.
+    As MSL `Brake`, on the ground or on a guide with `support=Flange()`.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"mue_pos": "mu, the same at all speeds", "f_normalized": "u"}
@@ -177,7 +177,7 @@ class Brake(DryFriction):
     mu: Param[Scalar, "1", nonnegative]  # sliding friction coefficient
     fn_max: Param[Scalar, "N", nonnegative]  # normal force at u = 1
     cgeo: Param[Scalar, "1", nonnegative] = 1.0  # number of friction surfaces
-    peak: Param[Scalar, "1", positive] = 1.0  # static over sliding friction, at least 1
+    peak: Param[Scalar, "1", positive] = 1.0  # ratio of static to sliding friction, at least 1
     u: Input = Input()
 
     def requirements(self) -> Requirements:

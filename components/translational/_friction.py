@@ -1,4 +1,4 @@
-"""Friction between a rod and the housing."""
+"""Smooth friction between a rod and the housing."""
 
 from typing import Self
 
@@ -23,21 +23,21 @@ class ViscousFriction(ToGround):
 
 
 class SmoothStribeckFriction(ToGround):
-    """Dry friction with a drop after break-away, smoothed at rest: it creeps where `StribeckFriction` sticks.
+    """Stribeck friction, smoothed at rest: it creeps where `StribeckFriction` sticks.
 
     f = [Fc + (Fs - Fc) exp(-(v/vs)^2)] tanh(v/v0), after Bo and Pavelescu (1982) with the sign replaced by tanh.
 
-    The width `v0` is the price of smoothness: below it the rod creeps under any force, at about v0 atanh(f/Fs),
-    where a real one sticks. A smaller width creeps less and makes the equations stiffer.
+    Where a real rod sticks, this one creeps under any force f at about v0 atanh(f/Fs). A smaller width `v0` reduces the
+    creep and makes the equations stiffer.
     """
 
     Fc: Param[Scalar, "N", nonnegative]  # Coulomb (sliding) force
     Fs: Param[Scalar, "N", nonnegative]  # break-away force
-    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
+    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess over Fc has dropped to 1/e
     v0: Param[Scalar, "m/s", positive]  # width of the transition through rest
 
     def force(self) -> Scalar:
-        """The friction force at the present speed."""
+        """Friction force at the current speed."""
         return stribeck(self.v, self.Fc, self.Fs, self.vs) * jnp.tanh(self.v / self.v0)
 
     def equations(self, d: Self) -> Equations:

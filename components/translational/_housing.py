@@ -27,7 +27,7 @@ class ClutchSpring(Component):
     flange: Flange = Flange()
 
     def force(self, s: Scalar) -> Scalar:
-        """The force in N at a position in m."""
+        """Force in N at a position in m."""
         return self.preload + self.rate * s
 
     def equations(self, d: Self) -> Equations:
@@ -40,19 +40,19 @@ class ClutchSpring(Component):
 class TabulatedSpring(Component):
     """A spring against the housing with a sampled characteristic f(s), such as the release curve of a clutch.
 
-    Between the samples, a cubic with continuous stiffness that has no extremum which the samples have not (Fritsch,
-    Butland 1984); beyond them a line. Not modelled: hysteresis, wear.
+    Monotone cubic interpolation with continuous stiffness, without extrema between the samples (Fritsch, Butland 1984);
+    linear extrapolation beyond them. Not modelled: hysteresis, wear.
     """
 
     positions: Param[Vector, "m"]  # increasing
-    forces: Param[Vector, "N"]  # at these positions
+    forces: Param[Vector, "N"]  # forces at these positions
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
         return sampled(self, "forces", "positions")
 
     def force(self, s: Scalar) -> Scalar:
-        """The force in N at a position in m."""
+        """Force in N at a position in m."""
         return monotone_cubic(s, self.positions, self.forces)
 
     def equations(self, d: Self) -> Equations:

@@ -1,4 +1,4 @@
-"""The translational port and what families of elements share."""
+"""Translational port and base classes."""
 
 from typing import Any, ClassVar, Self
 

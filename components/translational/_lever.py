@@ -1,4 +1,4 @@
-"""A lever."""
+"""Lever."""
 
 from typing import Self
 
@@ -8,15 +8,15 @@ from ._interfaces import Flange
 
 
 class Lever(Component):
-    """A straight lever: arm_b s_a + arm_a s_b = 0 and arm_a f_a = arm_b f_b, its ends on both sides of the fulcrum.
+    """A straight lever with the fulcrum between its ends: arm_b s_a + arm_a s_b = 0 and arm_a f_a = arm_b f_b.
 
-    A negative arm_b puts b on the side of a. The fulcrum is the ground, unless `fulcrum=Flange()` makes it a flange of
-    its own: the positions are then relative to it, and it takes f_fulcrum = -(f_a + f_b). Rigid, massless, without
-    friction, for small angles: positions along its circles, or displacements.
+    A negative arm_b puts b on the side of a. The fulcrum is the ground. With `fulcrum=Flange()` it is a flange: the
+    positions are then relative to it, and it takes f_fulcrum = -(f_a + f_b). Rigid, massless, without friction. The
+    positions are those along the arcs of the ends, or displacements at small angles.
     """
 
-    arm_a: Param[Scalar, "m", positive]  # from the fulcrum to a
-    arm_b: Param[Scalar, "m", nonzero]  # from the fulcrum to b
+    arm_a: Param[Scalar, "m", positive]  # length from the fulcrum to a
+    arm_b: Param[Scalar, "m", nonzero]  # length from the fulcrum to b
     a: Flange = Flange()
     b: Flange = Flange()
     fulcrum: Flange | None = None

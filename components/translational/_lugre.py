@@ -1,4 +1,4 @@
-"""Friction with bristles: smooth, and yet it sticks."""
+"""Bristle friction: smooth, but with sticking."""
 
 from typing import Self
 
@@ -25,19 +25,19 @@ class LuGreFriction(ToGround):
     """The LuGre model (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with the deflection z of elastic bristles.
 
     dz/dt = v - stiffness |v| z / g(v) with g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2), and
-    f = stiffness z + damping dz/dt + C v. Below break-away it is a stiff spring, with presliding and hysteresis, and
-    sliding it tends to g(v) sign(v) + C v. Its only event is that it reverses. A large damping may make it give
+    f = stiffness z + damping dz/dt + C v. Below break-away it is a stiff spring with presliding and hysteresis; while
+    sliding, f tends to g(v) sign(v) + C v. Its only event is a reversal of v. With a large damping it can generate
     energy at high speeds.
     """
 
     Fc: Param[Scalar, "N", positive]  # Coulomb (sliding) force
     Fs: Param[Scalar, "N", positive]  # break-away force, at least Fc
-    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess has dropped to 1/e
-    stiffness: Param[Scalar, "N/m", positive]  # of the bristles, sigma_0
-    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # of the bristles, sigma_1
+    vs: Param[Scalar, "m/s", positive]  # Stribeck speed, at which the excess over Fc has dropped to 1/e
+    stiffness: Param[Scalar, "N/m", positive]  # stiffness of the bristles, sigma_0
+    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # damping of the bristles, sigma_1
     C: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient, sigma_2
     z: Var[Scalar, "m", prefer] = 0.0  # deflection of the bristles
-    slip: Var[Scalar, "m/s"] = 0.0  # speed at which they slide
+    slip: Var[Scalar, "m/s"] = 0.0  # slip speed of the bristles
 
     def requirements(self) -> Requirements:
         return (require(self.Fc <= self.Fs, "Fc must be at most Fs"),)

@@ -1,7 +1,7 @@
-"""Ideal drives by motion, whatever the force; the reaction acts on the ground.
+"""Ideal motion sources, which supply any force; the reaction acts on the ground.
 
-A motion has to be smooth enough to have the accelerations that masses need. To follow a signal that jumps, put a
-filter before it, such as `blocks.FirstOrder` before a speed or `blocks.SecondOrder` before a position.
+A motion must be smooth enough for the accelerations of the driven masses to exist. If the signal jumps, filter it, for
+example with `blocks.FirstOrder` for a speed or `blocks.SecondOrder` for a position.
 """
 
 from collections.abc import Mapping
@@ -14,14 +14,14 @@ from ._interfaces import ToGround
 
 
 class Motion(ToGround, partial=True):
-    """A drive by motion."""
+    """Base class of motion sources."""
 
     def energy(self) -> Energy:
         return Energy(supplied=-self.flange.f * self.v)
 
 
 class SignalPosition(Motion):
-    """Holds the flange at the position u in m; u has to be smooth."""
+    """Holds the flange at the position u in m; u must be smooth."""
 
     u: Input = Input()
 
@@ -30,7 +30,7 @@ class SignalPosition(Motion):
 
 
 class ConstantSpeed(Motion):
-    """Moves the flange with a constant speed."""
+    """Moves the flange at a constant speed."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"v_fixed": "speed"}
 
@@ -41,7 +41,7 @@ class ConstantSpeed(Motion):
 
 
 class SignalSpeed(Motion):
-    """Moves the flange with the speed u in m/s, which has to be continuous where it drives a mass."""
+    """Moves the flange at the speed u in m/s, which must be continuous if the flange drives a mass."""
 
     u: Input = Input()
 
@@ -50,7 +50,7 @@ class SignalSpeed(Motion):
 
 
 class SignalAcceleration(Motion):
-    """Moves the flange with the acceleration u in m/s2; its speed and position are states (MSL `Accelerate`)."""
+    """Moves the flange at the acceleration u in m/s2; its speed and position are states (MSL `Accelerate`)."""
 
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     u: Input = Input()

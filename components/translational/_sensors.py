@@ -39,7 +39,7 @@ class RigidSensor(Component, partial=True):
 
 
 class ForceSensor(RigidSensor):
-    """y = force passed from a to b in N."""
+    """y = force transmitted from a to b in N."""
 
     y: Output = Output()
 
@@ -93,7 +93,7 @@ class RelativeSpeedSensor(RelativeSensor):
 
 
 class PowerSensor(RigidSensor):
-    """y = power passed from a to b in W."""
+    """y = power transmitted from a to b in W."""
 
     y: Output = Output()
 
@@ -102,7 +102,7 @@ class PowerSensor(RigidSensor):
 
 
 class MultiSensor(RigidSensor):
-    """Speed in m/s, force in N and power in W passed from a to b, at three outputs."""
+    """Three outputs: speed in m/s, and force in N and power in W transmitted from a to b."""
 
     speed: Output = Output()
     force: Output = Output()

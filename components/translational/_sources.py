@@ -1,4 +1,4 @@
-"""Ideal drives by force; the reaction acts on the ground, unless there is a second flange."""
+"""Ideal force sources; the reaction acts on the ground unless there is a second flange."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -15,7 +15,7 @@ class ConstantForce(ToGround):
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f_constant": "force"}
 
-    force: Param[Scalar, "N"]  # force on what is connected
+    force: Param[Scalar, "N"]  # force on the connected part
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(drive=eq(self.flange.f, -self.force))
@@ -53,11 +53,11 @@ class SignalForce2(Compliant):
 
 
 class LinearSpeedDependentForce(ToGround):
-    """Pushes the flange with force v / v_nominal; a load for force < 0."""
+    """Pushes the flange with force v / v_nominal; a load if force < 0."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f_nominal": "force"}
 
-    force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
+    force: Param[Scalar, "N"]  # force on the connected part at v_nominal
     v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
 
     def equations(self, d: Self) -> Equations:
@@ -71,15 +71,15 @@ class LinearSpeedDependentForce(ToGround):
 
 
 class QuadraticSpeedDependentForce(ToGround):
-    """Pushes the flange with force (v / v_nominal)^2; a load such as air drag for force < 0.
+    """Pushes the flange with force (v / v_nominal)^2; a load such as air drag if force < 0.
 
-    The force keeps its sign when the speed changes its own, as MSL has it by default; with `one_sign=False` it changes
-    it too: force v |v| / v_nominal^2.
+    As by default in MSL, the force keeps its sign when the speed reverses. With `one_sign=False` it reverses too:
+    force v |v| / v_nominal^2.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f_nominal": "force", "ForceDirection": "one_sign"}
 
-    force: Param[Scalar, "N"]  # force on what is connected, at v_nominal
+    force: Param[Scalar, "N"]  # force on the connected part at v_nominal
     v_nominal: Param[Scalar, "m/s", nonzero]  # nominal speed
     one_sign: bool = True
 

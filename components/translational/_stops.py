@@ -31,26 +31,26 @@ from ._interfaces import Flange
 class HardStop(Component):
     """Rigid stops on the ground that keep a rod within s_min <= s <= s_max, with Newton's law of impact.
 
-    At a stop the speed v turns to -restitution v. A rebound no faster than `rest` does not happen: the rod rests
-    there, held by the contact force f, until it is pulled away. This ends the infinitely many jumps of a ball after a
-    finite number; as |f| only pushes, nothing sticks. Impacts and lift-off are events. The rod has to have a mass. An
-    impact changes the speed of what is rigidly joined to the rod, and no other: it is right for one moving body, but
-    does not share an impulse among several that are joined by planetary gears or levers.
+    At a stop the speed changes from v to -restitution v. If the rebound is no faster than `rest`, the rod rests at the
+    stop, held by the contact force f, until it is pulled away. This ends the infinitely many jumps of a ball after a
+    finite number. The stops only push. Impacts and lift-off are events. The rod must have a mass. An impact changes
+    only the speed of parts rigidly joined to the rod: this is correct for one moving body, but does not share the
+    impulse among several bodies coupled by planetary gears or levers.
 
-    Where a stop and dry friction hold the rod at once, the stop carries the load, since it does not creep; where two
-    stops do, give one of them a `creep` of 1e-10 / kg.
+    If a stop and dry friction hold the rod together, the stop carries the load because it does not creep. If two stops
+    hold it, give one of them a `creep` of 1e-10 / kg.
     """
 
     s_min: Param[Scalar, "m", unbounded] = -jnp.inf  # position of the lower stop
     s_max: Param[Scalar, "m", unbounded] = jnp.inf  # position of the upper stop
-    restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests
-    creep: Param[Scalar, "1/kg", nonnegative] = 0.0  # acceleration per force while it rests
+    restitution: Param[Scalar, "1", nonnegative] = 0.0  # ratio of the speeds after and before an impact, at most 1
+    rest: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which the rod comes to rest
+    creep: Param[Scalar, "1/kg", nonnegative] = 0.0  # acceleration per force while at rest
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "m/s2"] = 0.0
-    f: Var[Scalar, "N"] = 0.0  # contact force into the stop; negative at the lower one
-    path: Var[Scalar, "N"] = 0.0  # f while it rests, else the acceleration as a number
-    mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
+    f: Var[Scalar, "N"] = 0.0  # contact force into the stop; negative at the lower stop
+    path: Var[Scalar, "N"] = 0.0  # f while at rest, otherwise the value of the acceleration
+    mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -78,7 +78,7 @@ class HardStop(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """What is left of a speed while it rests is taken from it; what impacts take is listed with the events."""
+        """Dissipates the residual speed at rest; the losses of impacts are recorded with the events."""
         return Energy(dissipated=self.f * self.v)
 
 
@@ -86,8 +86,8 @@ class MassWithStopAndFriction(Component):
     """A sliding mass of length L with friction, between rigid stops (MSL `MassWithStopAndFriction`).
 
     m dv/dt = f_a + f_b - f - contact, with s_a = s - L/2 >= s_min and s_b = s + L/2 <= s_max. The friction f is
-    F_prop v + sign(v) [F_Coulomb + F_Stribeck exp(-fexp |v|)] while it slides, and up to F_Coulomb + F_Stribeck holds
-    it at rest. At the stops see `HardStop`; as there, the restitution of MSL is 0.
+    F_prop v + sign(v) [F_Coulomb + F_Stribeck exp(-fexp |v|)] while sliding, and at most F_Coulomb + F_Stribeck while
+    stuck. For the law of the stops see `HardStop`; MSL has a restitution of 0, which is the default here.
     """
 
     m: Param[Scalar, "kg", positive]  # mass
@@ -96,22 +96,22 @@ class MassWithStopAndFriction(Component):
     L: Param[Scalar, "m", nonnegative] = 0.0  # length from a to b
     F_prop: Param[Scalar, "N.s/m", nonnegative] = 0.0  # viscous friction coefficient
     F_Coulomb: Param[Scalar, "N", nonnegative] = 0.0  # constant part of the friction
-    F_Stribeck: Param[Scalar, "N", nonnegative] = 0.0  # what is added to it at rest
-    fexp: Param[Scalar, "s/m", nonnegative] = 0.0  # decay of that with the speed
-    restitution: Param[Scalar, "1", nonnegative] = 0.0  # speed after over speed before an impact, at most 1
-    rest_at_stop: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which it rests at a stop
-    creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # acceleration per force while it sticks
+    F_Stribeck: Param[Scalar, "N", nonnegative] = 0.0  # additional friction at rest
+    fexp: Param[Scalar, "s/m", nonnegative] = 0.0  # decay constant of F_Stribeck over the speed
+    restitution: Param[Scalar, "1", nonnegative] = 0.0  # ratio of the speeds after and before an impact, at most 1
+    rest_at_stop: Param[Scalar, "m/s", nonnegative] = 1e-3  # rebound speed up to which the mass comes to rest
+    creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # acceleration per force while stuck
     rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # speed that counts as rest
     s: Var[Scalar, "m", prefer] = 0.0  # position of the centre
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     acceleration: Var[Scalar, "m/s2"] = 0.0
     f: Var[Scalar, "N"] = 0.0  # friction force
-    contact: Var[Scalar, "N"] = 0.0  # contact force into the stops; negative at the lower one
-    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, else the acceleration as a number
-    path_at_stop: Var[Scalar, "N"] = 0.0  # path parameter: the contact force while at a stop, else the acceleration
-    mode: Discrete[Scalar, "1"] = stick_slip.FREE  # of the friction, see `DryFriction`
-    moving: Discrete[Scalar, "1"] = 0.0  # 1 while it slides faster than at rest
-    stopped: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 at the upper one
+    contact: Var[Scalar, "N"] = 0.0  # contact force into the stops; negative at the lower stop
+    path: Var[Scalar, "N"] = 0.0  # path parameter: f while stuck, otherwise the value of the acceleration
+    path_at_stop: Var[Scalar, "N"] = 0.0  # path parameter: contact while at a stop, otherwise the acceleration
+    mode: Discrete[Scalar, "1"] = stick_slip.FREE  # mode of the friction, see `DryFriction`
+    moving: Discrete[Scalar, "1"] = 0.0  # 1 once it slides fast enough to stick again
+    stopped: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
     a: Flange = Flange()
     b: Flange = Flange()
 
@@ -158,7 +158,5 @@ class MassWithStopAndFriction(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """Dissipated is what friction takes, and a stop of a speed left at it; what impacts take is listed with the
-        events.
-        """
+        """Dissipation by friction and, at a stop, of the residual speed; impact losses are recorded with the events."""
         return Energy(stored=0.5 * self.m * self.v**2, dissipated=(self._friction() + self.contact) * self.v)

@@ -238,7 +238,7 @@ TABLE: dict[str, Any] = dict(speeds=jnp.array([0.0, 1.0]), torques=jnp.array([0.
         (lambda: rotational.BearingFriction(**TABLE, peak=0.5), "BearingFriction.peak must be at least 1"),
         (
             lambda: rotational.BearingFriction(speeds=jnp.array([0.1, 1.0]), torques=jnp.ones(2)),
-            "BearingFriction.speeds must be led by zero",
+            "BearingFriction.speeds must start at 0",
         ),
         (lambda: rotational.StribeckFriction(Tc=2.0, Ts=1.0, ws=1.0), "StribeckFriction.Tc must be at most Ts"),
         (lambda: translational.StribeckFriction(Fc=2.0, Fs=1.0, vs=1.0), "StribeckFriction.Fc must be at most Fs"),
