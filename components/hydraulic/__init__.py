@@ -1,9 +1,9 @@
-"""Hydraulics: liquids, and what they flow through; pressures count from the atmosphere.
+"""Hydraulic components; pressures are relative to the atmosphere.
 
-The flow q of a port is the mass flow over the density that the liquid has at atmospheric pressure. Parts that hold a
-`Liquid` know how its density changes, with entrained air and cavitation; the others, such as `Line`, `Volume` and
-`SlaveCylinder`, count on a constant density. Losses leave as heat where a part has a heat port. Not modelled: dissolved
-air, heat that the liquid carries from part to part.
+The flow q of a port is the mass flow over the density of the liquid at atmospheric pressure. Components with a `Liquid`
+account for changes of density, with entrained air and cavitation; others, such as `Line`, `Volume` and `SlaveCylinder`,
+assume a constant density. If a component has a heat port, its losses leave there. Not modelled: dissolved air, heat
+carried from part to part by the liquid.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Accumulators: liquid against a gas or a spring, with an empty and a full end."""
+"""Accumulators: liquid against a gas or a spring, with an empty and a full state."""
 
 import abc
 from typing import Any, Self
@@ -32,15 +32,15 @@ from ._interfaces import FluidPort
 class Accumulator(Component, partial=True):
     """A volume V of liquid under a pressure p(V), behind an inlet: resistance q = p_port - p, dV/dt = q.
 
-    At its ends, V = 0 and V = capacity, the inlet is shut, as by a poppet or a diaphragm, until the pressure outside
-    opens it again: both are events, and in between the pressure at the port is its own. A run ends with an error where
-    V starts beyond the ends, or `end` says otherwise than V.
+    When empty (V = 0) or full (V = capacity), the inlet is shut, as by a poppet or a diaphragm, until the pressure
+    outside opens it again. Both are events; while the inlet is shut, the circuit alone determines the pressure at the
+    port. A run ends with an error if V starts outside its limits or contradicts `end`.
     """
 
-    capacity: Param[Scalar, "m3", positive]  # of liquid
-    resistance: Param[Scalar, "Pa.s/m3", positive]  # of the inlet
-    V: Var[Scalar, "m3", prefer, Nominal(1e-4)] = 0.0  # liquid in it
-    p: Var[Scalar, "Pa"] = 0.0  # pressure of the liquid in it, above the atmosphere
+    capacity: Param[Scalar, "m3", positive]  # maximum volume of liquid
+    resistance: Param[Scalar, "Pa.s/m3", positive]  # flow resistance of the inlet
+    V: Var[Scalar, "m3", prefer, Nominal(1e-4)] = 0.0  # volume of liquid inside
+    p: Var[Scalar, "Pa"] = 0.0  # pressure of the liquid inside, above the atmosphere
     drop: Var[Scalar, "Pa"] = 0.0  # p_port - p
     end: Discrete[Scalar, "1"] = 0.0  # -1 empty, 0 in between, 1 full
     port: FluidPort = FluidPort()
@@ -66,23 +66,23 @@ class Accumulator(Component, partial=True):
             drain=when((self.end > 0.5) & (self.drop < 0.0), end=0.0),
             beyond=refuse(
                 self._beyond() > 1e-3 * self.capacity,
-                "V must be 0 where end is -1, capacity where it is 1, "
-                "and in between otherwise: give it a start value that is",
+                "V must be 0 if end is -1, equal to capacity if end is 1, "
+                "and in between otherwise: change its start value",
             ),
         )
 
     def _beyond(self) -> Scalar:
-        """How far V is from where `end` says that it is, in m3."""
+        """Distance in m3 between V and the range that `end` implies."""
         empty, full = self.V, self.V - self.capacity
         outside = jnp.maximum(jnp.maximum(-empty, full), 0.0)
         return jnp.where(self.end < -0.5, jnp.abs(empty), jnp.where(self.end > 0.5, jnp.abs(full), outside))
 
 
 class SpringAccumulator(Accumulator):
-    """Liquid against a piston on a spring, p = preload + stiffness V."""
+    """Liquid against a spring-loaded piston, p = preload + stiffness V."""
 
     preload: Param[Scalar, "Pa", nonnegative]  # pressure at which it begins to fill
-    stiffness: Param[Scalar, "Pa/m3", positive]  # rate of the spring over the piston's area squared
+    stiffness: Param[Scalar, "Pa/m3", positive]  # spring rate over the square of the piston area
 
     def held(self) -> Scalar:
         return self.preload + self.stiffness * self.V
@@ -93,26 +93,26 @@ class SpringAccumulator(Accumulator):
 
 
 class Gas(Accumulator, partial=True):
-    """An accumulator with the gas volume volume - V over the liquid, precharged when it is empty."""
+    """An accumulator with a gas volume of volume - V, precharged when empty of liquid."""
 
-    volume: Param[Scalar, "m3", positive]  # of the gas when empty
-    precharge: Param[Scalar, "Pa", positive]  # its pressure then, above the atmosphere
-    atmosphere: Param[Scalar, "Pa", nonnegative] = 101325.0  # absolute
+    volume: Param[Scalar, "m3", positive]  # gas volume when empty of liquid
+    precharge: Param[Scalar, "Pa", positive]  # gas pressure when empty of liquid, above the atmosphere
+    atmosphere: Param[Scalar, "Pa", nonnegative] = 101325.0  # absolute atmospheric pressure
 
     def requirements(self) -> Requirements:
         return (require(self.capacity < self.volume, "capacity must be below volume, so that the gas has room"),)
 
     @property
     def compression(self) -> Scalar:
-        """ln(volume / volume of the gas)."""
+        """ln(volume / gas volume)."""
         return -jnp.log1p(-self.V / self.volume)
 
 
 class GasAccumulator(Gas):
-    """Liquid against a gas of p v^n = const in absolute terms (bladder, diaphragm, piston).
+    """Liquid against a gas with p v^n = const, p absolute (bladder, diaphragm, piston).
 
-    n = 1 is isothermal, for changes of minutes; 1.4 adiabatic, for those of seconds; in between, polytropic. Above
-    200 bar nitrogen is stiffer than the ideal gas that is assumed, by 10 % at 300 bar.
+    n = 1 is isothermal, for changes over minutes; 1.4 is adiabatic, for changes over seconds; in between, polytropic.
+    Above 200 bar nitrogen is stiffer than the ideal gas assumed here, by 10 % at 300 bar.
     """
 
     n: Param[Scalar, "1", positive] = 1.4  # polytropic exponent
@@ -121,7 +121,7 @@ class GasAccumulator(Gas):
         return (self.precharge + self.atmosphere) * jnp.exp(self.n * self.compression) - self.atmosphere
 
     def energy(self) -> Energy:
-        """Stored is the work on the gas, the integral of p dV."""
+        """The stored energy is the work done on the gas, the integral of p dV."""
         log = self.compression
         work = (self.precharge + self.atmosphere) * self.volume * log * expm1_over((self.n - 1.0) * log)
         return Energy(stored=work - self.atmosphere * self.V, dissipated=self.drop * self.port.q)
@@ -131,13 +131,13 @@ class ThermalAccumulator(Gas):
     """Liquid against an ideal gas that exchanges heat with its surroundings (Otis, Pourmovahed 1985).
 
     dT/dt = (T_0 - T)/tau - (kappa - 1) T/v dv/dt with v = volume - V, and p = (precharge + atmosphere) volume T/(v T_0)
-    - atmosphere. What it stores is the gas's inner energy; the heat that it gives off is booked as supplied, negative.
+    - atmosphere. It stores the internal energy of the gas; heat to the surroundings counts as negative supplied power.
     """
 
     tau: Param[Scalar, "s", positive]  # thermal time constant, seconds to minutes
-    T_0: Param[Scalar, "K", positive] = 293.15  # of the surroundings and of the precharge
+    T_0: Param[Scalar, "K", positive] = 293.15  # temperature of the surroundings and of the precharge
     kappa: Param[Scalar, "1", positive] = 1.4  # ratio of the specific heats, above 1
-    T: Var[Scalar, "K", prefer, positive] = 293.15  # of the gas
+    T: Var[Scalar, "K", prefer, positive] = 293.15  # gas temperature
 
     def requirements(self) -> Requirements:
         return (*super().requirements(), require(self.kappa > 1.0, "kappa must be above 1"))

@@ -10,18 +10,18 @@ from ._liquids import AnyLiquid
 
 
 class Chamber(Component):
-    """A closed volume of a liquid, d(V r(p))/dt = q, with rigid walls or yielding ones, V = volume (1 + wall p).
+    """A closed volume of liquid, d(V r(p))/dt = q, with rigid or elastic walls, V = volume (1 + wall p).
 
     r is the density of the liquid over that at atmospheric pressure, to which all flows refer.
 
-    `Volume` is the same for a constant bulk modulus, without a liquid of its own.
+    `Volume` is the counterpart with a constant bulk modulus, without a `Liquid`.
     """
 
     if_singular: ClassVar[str] = content.EMPTY
 
-    volume: Param[Scalar, "m3", positive]  # at atmospheric pressure
+    volume: Param[Scalar, "m3", positive]  # volume at atmospheric pressure
     liquid: AnyLiquid
-    wall: Param[Scalar, "1/Pa", nonnegative] = 0.0  # relative growth of the volume with the pressure
+    wall: Param[Scalar, "1/Pa", nonnegative] = 0.0  # relative increase of the volume with pressure
     p: Var[Scalar, "Pa", prefer] = 0.0  # pressure
     port: FluidPort = FluidPort()
 

@@ -1,4 +1,4 @@
-"""Variable pumps with the controllers that set their displacement."""
+"""Variable pumps with displacement controllers."""
 
 import abc
 from typing import Any, Self
@@ -28,14 +28,14 @@ from ._proportional import PilotStage
 
 
 class ControlledPump(LiquidPump, partial=True):
-    """A pump that sets its own displacement: tau dx/dt = target - x, 0 <= target <= 1."""
+    """A pump with a displacement controller: tau dx/dt = target - x, 0 <= target <= 1."""
 
     tau: Param[Scalar, "s", positive]  # time constant of the swash plate
-    x: Var[Scalar, "1", prefer] = 0.0  # share of the displacement
+    x: Var[Scalar, "1", prefer] = 0.0  # displacement setting
 
     @abc.abstractmethod
     def target(self) -> Scalar:
-        """Where the controller wants x."""
+        """Setpoint of x."""
 
     def share(self) -> Scalar:
         return self.x
@@ -45,10 +45,10 @@ class ControlledPump(LiquidPump, partial=True):
 
 
 class CompensatedPump(ControlledPump, partial=True):
-    """A pump that delivers less as its pressure comes near p_set."""
+    """A pump that delivers less as its pressure approaches p_set."""
 
-    p_set: Param[Scalar, "Pa", positive]  # pressure at which it delivers no more
-    band: Param[Scalar, "Pa", positive]  # from full to no displacement
+    p_set: Param[Scalar, "Pa", positive]  # pressure at zero displacement
+    band: Param[Scalar, "Pa", positive]  # pressure difference between full and zero displacement
 
     def _compensated(self) -> Scalar:
         return limited(self._excess(), 0.0, 1.0)
@@ -58,7 +58,7 @@ class CompensatedPump(ControlledPump, partial=True):
 
 
 class PressureCompensatedPump(CompensatedPump):
-    """Full displacement up to p_set - band, and none at p_set: target = (p_set - p_b)/band, limited to 0 .. 1.
+    """Full displacement up to p_set - band, zero at p_set: target = (p_set - p_b)/band, limited to 0 .. 1.
 
     See `LiquidPump` for the law, with the delivery at b; the swash plate follows by tau dx/dt = target - x.
     """
@@ -68,13 +68,13 @@ class PressureCompensatedPump(CompensatedPump):
 
 
 class PowerLimitedPump(CompensatedPump):
-    """A `PressureCompensatedPump` that takes no more than a power from its drive: target <= power/(D w dp).
+    """A `PressureCompensatedPump` with a limit of its power: target <= power/(D w dp).
 
-    Between both limits it delivers along a hyperbola of constant power, q dp = power but for losses: a power-matched
-    supply. tau dx/dt = target - x, so that a fast rise of the pressure exceeds it for a while.
+    Between the two limits it follows a hyperbola of constant power, q dp = power without losses. The swash plate lags,
+    tau dx/dt = target - x, so a fast rise of the pressure exceeds the limit temporarily.
     """
 
-    power: Param[Scalar, "W", positive]  # to the liquid, losses of the pump excluded
+    power: Param[Scalar, "W", positive]  # maximum power to the liquid, without the losses of the pump
 
     def target(self) -> Scalar:
         full, compensated = self._full_power(), self._compensated()
@@ -87,16 +87,16 @@ class PowerLimitedPump(CompensatedPump):
 
 
 class LoadSensingPump(ControlledPump):
-    """Keeps its delivery a margin above the pressure of the load: the lower one of two targets, limited to 0 .. 1.
+    """A pump that keeps its delivery pressure a margin above the load pressure, with pressure compensation.
 
-    (p_load + margin - p_b)/band and, as pressure compensation, (p_set - p_b)/band_set. The port `load` senses only.
-    See `LiquidPump` for the law; tau dx/dt = target - x.
+    The target is the lower of (p_load + margin - p_b)/band and (p_set - p_b)/band_set, limited to 0 .. 1. The port
+    `load` only senses. See `LiquidPump` for the law; tau dx/dt = target - x.
     """
 
-    margin: Param[Scalar, "Pa", positive]  # above the load, at no displacement
-    band: Param[Scalar, "Pa", positive]  # from full to no displacement
-    p_set: Param[Scalar, "Pa", positive]  # pressure at which it delivers no more, whatever the load
-    band_set: Param[Scalar, "Pa", positive]
+    margin: Param[Scalar, "Pa", positive]  # pressure above the load at zero displacement
+    band: Param[Scalar, "Pa", positive]  # pressure difference between full and zero displacement
+    p_set: Param[Scalar, "Pa", positive]  # pressure at zero displacement for any load
+    band_set: Param[Scalar, "Pa", positive]  # band of the pressure compensation
     load: FluidPort = FluidPort()
 
     def target(self) -> Scalar:
@@ -112,10 +112,10 @@ class LoadSensingPump(ControlledPump):
 
 
 class ServoPump(Component):
-    """A `VariablePump` whose swash plate follows the signal u by a `PilotStage`: second order, of limited speed.
+    """A `VariablePump` whose swash plate follows the signal u through a `PilotStage`: second order, rate limited.
 
-    `ServoPump(swash=PilotStage(w=60.0, D=0.8, rate=12.0), pump=VariablePump(...))`, with the rate from the time that
-    the data sheet gives for the way from no to full displacement.
+    `ServoPump(swash=PilotStage(w=60.0, D=0.8, rate=12.0), pump=VariablePump(...))`. The rate is the inverse of the
+    data-sheet time from zero to full displacement.
     """
 
     swash: PilotStage

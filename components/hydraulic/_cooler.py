@@ -1,4 +1,4 @@
-"""What takes heat out of a circuit."""
+"""Oil cooler."""
 
 from typing import Self
 
@@ -12,18 +12,18 @@ from ._interfaces import TwoPort
 
 
 class Cooler(TwoPort):
-    """Oil passes from a to b against a laminar resistance, and gives heat to a coolant of one temperature.
+    """An oil cooler with a laminar resistance from a to b and a coolant at uniform temperature.
 
-    dp = resistance q and Q = C [1 - exp(-UA/C)] (T_oil - T_coolant), with the capacity flow C = density
-    specific_heat |q| (a heat exchanger of NTU = UA/C; Kays, London, `Compact Heat Exchangers`). The temperature of the
-    oil is that of the heat port `oil`, a `HeatCapacitor` of all the oil in the tank, which takes dp q and gives Q; to
-    it go also the losses of parts with `heat=HeatPort()`. No energy is lost.
+    dp = resistance q and Q = C [1 - exp(-UA/C)] (T_oil - T_coolant), with the capacity rate C = density
+    specific_heat |q| (a heat exchanger with NTU = UA/C; Kays, London, `Compact Heat Exchangers`). The heat port `oil`
+    has the oil temperature: it belongs to a `HeatCapacitor` for all the oil in the tank, which receives dp q and gives
+    off Q. Connect the heat ports of other parts to it as well. No energy is lost.
     """
 
     resistance: Param[Scalar, "Pa.s/m3", nonnegative]  # pressure drop per flow
-    UA: Param[Scalar, "W/K", positive]  # heat transfer coefficient times surface
-    density: Param[Scalar, "kg/m3", positive] = 870.0  # of the oil
-    specific_heat: Param[Scalar, "J/(kg.K)", positive] = 1950.0  # of the oil
+    UA: Param[Scalar, "W/K", positive]  # heat transfer coefficient times area
+    density: Param[Scalar, "kg/m3", positive] = 870.0  # density of the oil
+    specific_heat: Param[Scalar, "J/(kg.K)", positive] = 1950.0  # specific heat of the oil
     oil: HeatPort = HeatPort()
     coolant: HeatPort = HeatPort()
 
@@ -36,8 +36,8 @@ class Cooler(TwoPort):
         )
 
     def _conductance(self) -> Scalar:
-        """Q per difference of temperature."""
+        """Heat flow per temperature difference."""
         capacity = self.density * self.specific_heat * absolute(self.q)
-        # So little flow leaves with the temperature of the coolant; the quotient would be one by zero.
+        # Such a small flow leaves at the coolant temperature; UA/C would divide by zero.
         is_slow = capacity < 1e-2 * self.UA
         return jnp.where(is_slow, capacity, -capacity * jnp.expm1(-self.UA / jnp.where(is_slow, self.UA, capacity)))

@@ -1,7 +1,7 @@
-"""Massless, lossless transformers between a rod and a liquid.
+"""Massless, lossless transformers between a rod and a liquid, p q + f ds/dt = 0.
 
-The piston's mass and friction are translational parts connected to the rod; the liquid's compressibility is in the
-line. For both, p q + f ds/dt = 0. The rod side of the piston is open to the atmosphere.
+For mass and friction of the piston, connect translational parts to the rod; the compressibility of the liquid belongs
+to the line. The rod side of the piston is open to the atmosphere.
 """
 
 from typing import Self
@@ -15,7 +15,7 @@ from ._interfaces import FluidPort
 
 
 class Cylinder(Component, partial=True):
-    """A single-acting cylinder."""
+    """Base class of single-acting cylinders."""
 
     bore: Param[Scalar, "m", positive]  # diameter of the piston
     rod: Flange = Flange()
@@ -28,7 +28,7 @@ class Cylinder(Component, partial=True):
 
 
 class MasterCylinder(Cylinder):
-    """Pushing the rod in (s increases) presses liquid out: q = -A ds/dt into the port, f = A p into the rod.
+    """A cylinder whose rod pushes liquid out as s increases: q = -A ds/dt into the port, f = A p into the rod.
 
     A = pi/4 bore^2. Not modelled: friction, leakage, the compressibility of the liquid, the mass of the piston.
     """
@@ -41,7 +41,7 @@ class MasterCylinder(Cylinder):
 
 
 class SlaveCylinder(Cylinder):
-    """Liquid pressed in pushes the rod out (s increases): q = A ds/dt into the port, f = -A p into the rod.
+    """A cylinder whose liquid pushes the rod out as s increases: q = A ds/dt into the port, f = -A p into the rod.
 
     A = pi/4 bore^2. Not modelled: friction, leakage, the compressibility of the liquid, the mass of the piston.
     """

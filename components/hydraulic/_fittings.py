@@ -1,4 +1,4 @@
-"""Fittings made of restrictions, and what throttles a piston near its ends."""
+"""Tee, filter and end cushion."""
 
 from typing import Self
 
@@ -29,7 +29,7 @@ from ._valves import CheckValve, LaminarResistance, Resistance, turbulent_flow
 
 
 class TJunction(Component):
-    """Three pipes that meet: a `LocalLoss` each, from its port to the middle, where the flows add up to zero.
+    """A junction of three pipes: a `LocalLoss` from each port to the middle, where the flows add up to zero.
 
     `TJunction.standard(diameter=..., liquid=...)` is a tee with through pipes at a and b and a branch at c.
     """
@@ -43,7 +43,7 @@ class TJunction(Component):
 
     @classmethod
     def standard(cls, *, diameter: Scalar, liquid: AnyLiquid, friction: Scalar = 0.02) -> "TJunction":
-        """20 f straight on and 60 f into the branch or out of it, f the turbulent friction factor (Crane TP-410)."""
+        """A tee: zeta is 20 f straight through, 60 f through the branch; f is the turbulent factor (Crane TP-410)."""
         area = 0.25 * jnp.pi * diameter**2
         straight, turned = (
             LocalLoss(area=area, liquid=liquid, zeta_ab=zeta, zeta_ba=zeta)
@@ -61,9 +61,9 @@ class TJunction(Component):
 
 
 class Filter(Component):
-    """A filter element with a bypass, from a to b: laminar as long as it is clean enough, else past it.
+    """A laminar filter element from a to b with a bypass valve in parallel.
 
-    As the element clogs its resistance grows; the bypass opens at the cracking pressure of its check valve.
+    As the element clogs, its resistance grows; the bypass opens at the cracking pressure of its check valve.
     """
 
     element: LaminarResistance
@@ -76,18 +76,18 @@ class Filter(Component):
 
 
 class EndCushion(Resistance):
-    """The way from a chamber's port a to its line b, which the piston covers as it comes to its end.
+    """An orifice from the chamber at a to the line at b that the piston closes as it approaches its end.
 
     A = gap + (area - gap) x, with x = sense (s - end)/length limited to 0 .. 1, and the flow of a `LiquidOrifice`. Put
-    a `CheckValve` from b to a in parallel, by which the piston starts. It takes no force to move the piston's nose.
+    a `CheckValve` from b to a in parallel, so that the piston can start. The orifice exerts no force on the rod.
     """
 
-    area: Param[Scalar, "m2", positive]  # away from the end
-    gap: Param[Scalar, "m2", nonnegative]  # at the end
-    length: Param[Scalar, "m", positive]  # way along which it closes
+    area: Param[Scalar, "m2", positive]  # open area, away from the end
+    gap: Param[Scalar, "m2", nonnegative]  # residual area, at the end
+    length: Param[Scalar, "m", positive]  # travel over which it closes
     liquid: AnyLiquid
     end: Param[Scalar, "m"] = 0.0  # position of the end
-    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where s grows away from the end, -1 where it falls
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 if s increases away from the end, -1 if it decreases
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
     rod: Flange = Flange()

@@ -1,4 +1,4 @@
-"""Losses that leave as heat: what takes an optional heat port, the liquid of which is as warm as that."""
+"""Losses that leave through an optional heat port, whose temperature is that of the liquid."""
 
 from typing import Any
 
@@ -8,15 +8,15 @@ from ..thermal import HeatPort
 
 
 def heating(heat: HeatPort | None, loss: Scalar) -> Equations:
-    """That a loss in W leaves through the port, where there is one."""
+    """The equation by which a loss in W leaves through the heat port, if there is one."""
     return {} if heat is None else dict(heating=eq(heat.Q_flow, -loss))
 
 
 def lost(heat: HeatPort | None, loss: Any) -> Any:
-    """What of a loss is dissipated in the part itself."""
+    """Dissipation of the component itself: the loss, or zero if it leaves through a heat port."""
     return loss if heat is None else 0.0
 
 
 def temperature(heat: HeatPort | None) -> Any:
-    """That of the liquid in K, or None where it is the one that the liquid was made for."""
+    """Temperature of the liquid in K, or None for the one stored in the liquid."""
     return None if heat is None else heat.T

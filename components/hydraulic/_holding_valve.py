@@ -1,4 +1,4 @@
-"""A valve that a coil holds shut, as a mechanism: coil, plunger with spring and stops, poppet."""
+"""Valve held shut by a coil, modelled as a mechanism: coil, plunger with spring and stops, poppet."""
 
 import jax.numpy as jnp
 
@@ -15,12 +15,12 @@ from ._poppet import PoppetValve
 class HoldingValve(Component):
     """A normally open valve: current pulls a plunger against spring and pressure at a, until the poppet seats.
 
-    With the travel s of the plunger, open at 0, seated at `stroke`: m d2s/dt2 = F(i, s) - preload - spring s - damping
-    ds/dt - seat dp + flow force, with the coil's F = i^2/2 L0/g0/(1 + g/g0)^2 at the gap g = residual_gap + stroke - s
-    (`electrical.Solenoid`), and q = C_d width (stroke - s) sqrt(2 dp/rho) (`PoppetValve`). Without pressure it closes
-    from i^2 = 2 g0/L0 (1 + (residual_gap + stroke)/g0)^2 preload on, and shut it holds down to
-    i^2 = 2 g0/L0 (1 + residual_gap/g0)^2 (preload + spring stroke + seat dp). `HoldingValve.rated` makes one from
-    ratings. Not modelled: saturation, eddy currents, leakage of the seat, warming of the coil.
+    With the plunger travel s, open at 0 and seated at `stroke`: m d2s/dt2 = F(i, s) - preload - spring s - damping
+    ds/dt - seat dp + flow force, with the coil force F = i^2/2 L0/g0/(1 + g/g0)^2 at the gap g = residual_gap + stroke
+    - s (`electrical.Solenoid`), and q = C_d width (stroke - s) sqrt(2 dp/rho) (`PoppetValve`). Without pressure the
+    valve closes above i^2 = 2 g0/L0 (1 + (residual_gap + stroke)/g0)^2 preload. It holds shut down to
+    i^2 = 2 g0/L0 (1 + residual_gap/g0)^2 (preload + spring stroke + seat dp). `HoldingValve.rated` builds one from
+    ratings. Not modelled: saturation, eddy currents, leakage of the seat, heating of the coil.
     """
 
     coil: Solenoid
@@ -30,7 +30,7 @@ class HoldingValve(Component):
     stop: HardStop
     poppet: PoppetValve
     wall: Fixed
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
     a: FluidPort = FluidPort()
@@ -40,19 +40,19 @@ class HoldingValve(Component):
         self,
         *,
         R: Param[Scalar, "ohm"],  # resistance of the coil
-        L0: Param[Scalar, "H"],  # its inductance without a gap
-        g0: Param[Scalar, "m"],  # gap at which the inductance has halved
+        L0: Param[Scalar, "H"],  # inductance of the coil at zero gap
+        g0: Param[Scalar, "m"],  # gap at which the inductance is halved
         m: Param[Scalar, "kg"],  # mass of plunger and poppet
         spring: Param[Scalar, "N/m"],  # stiffness of the spring
-        preload: Param[Scalar, "N"],  # its force on the open valve
+        preload: Param[Scalar, "N"],  # spring force with the valve open
         stroke: Param[Scalar, "m"],  # travel between the stops
-        seat: Param[Scalar, "m2"],  # area on which the pressure acts, small where the poppet is balanced
-        width: Param[Scalar, "m"],  # area of the opening per travel
-        density: Param[Scalar, "kg/m3"],  # of the liquid
-        damping: Param[Scalar, "N.s/m"] = 0.0,  # of the plunger
+        seat: Param[Scalar, "m2"],  # area on which the pressure acts, small for a balanced poppet
+        width: Param[Scalar, "m"],  # opening area per travel
+        density: Param[Scalar, "kg/m3"],  # density of the liquid
+        damping: Param[Scalar, "N.s/m"] = 0.0,  # damping of the plunger
         residual_gap: Param[Scalar, "m"] = 0.0,  # gap of the coil with the valve shut
-        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
-        discharge_coefficient: Param[Scalar, "1"] = 0.65,  # of the opening
+        restitution: Param[Scalar, "1"] = 0.0,  # ratio of the speeds after and before an impact, at most 1
+        discharge_coefficient: Param[Scalar, "1"] = 0.65,  # discharge coefficient of the opening
         data_sheet: DataSheet | None = None,
     ) -> None:
         self.coil = Solenoid(R=R, L0=L0, g0=g0, closed=stroke + residual_gap)
@@ -98,11 +98,11 @@ class HoldingValve(Component):
         restitution: Scalar = 0.0,
         data_sheet: DataSheet | None = None,
     ) -> "HoldingValve":
-        """From what a data sheet states: voltage in V and current in A of the coil, pressure in Pa that it holds shut,
+        """A valve from data-sheet ratings, in SI units: `voltage` and `current` of the coil, the `pressure` that it
+        holds shut, and the `flow` through the open valve at the pressure `drop`.
 
-        flow in m3/s through the open valve at a drop in Pa. R = voltage/current; L0 is such that the coil pulls with
-        `reserve` times what it has to at that pressure and current; width from flow and drop. The rest, in SI units,
-        no sheet states: measure it, or take a guess and look what depends on it.
+        R = voltage/current; L0 gives `reserve` times the required pull at this pressure and current; width follows from
+        flow and drop. No data sheet states the other arguments: measure or estimate them, and check their influence.
         """
         pull = reserve * (preload + spring * stroke + seat * pressure)
         root = discharge_coefficient * jnp.sqrt(2.0 * drop / density)

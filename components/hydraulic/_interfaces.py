@@ -1,4 +1,4 @@
-"""The hydraulic port and what all elements with two ports share."""
+"""Hydraulic port and the base class of elements with two ports."""
 
 from typing import Any, ClassVar, Self
 
@@ -6,7 +6,7 @@ from acausal import Component, Equations, Flow, Port, Scalar, Var, eq
 
 
 class FluidPort(Port):
-    """An opening for liquid; p q is the power into the component."""
+    """A connection for liquid; p q is the power into the component."""
 
     reference: ClassVar[str] = "a Tank"
     storage: ClassVar[str] = "a Chamber or a Volume"

@@ -1,4 +1,4 @@
-"""Liquids with their data, sources and ranges. The data are typical: a delivery differs by some per cent."""
+"""Common liquids with their data, sources and ranges. The data are typical: a batch differs by a few per cent."""
 
 from typing import Any, TypeVar
 
@@ -9,8 +9,8 @@ from acausal import ArgumentError, Scalar
 
 from ._liquids import AnyLiquid, Liquid
 
-# Tangent modulus of mineral oil, about 1.8 GPa at 15 C, its decrease with the temperature and increase with the
-# pressure (Murrenhoff, `Grundlagen der Fluidtechnik`; Merritt, ch. 1).
+# Tangent modulus of mineral oil, about 1.8 GPa at 15 C, its decrease with temperature and increase with pressure
+# (Murrenhoff, `Grundlagen der Fluidtechnik`; Merritt, ch. 1).
 _MINERAL_OIL: dict[str, Any] = dict(
     bulk_modulus=1.8e9, stiffening=10.0, softening=4e-3, expansion=7e-4, thickening=2e-8, vapour_pressure=10.0
 )
@@ -35,7 +35,7 @@ def iso_vg_68(temperature: Scalar = 313.15, air: Scalar = 0.005) -> Liquid:
 def transformer_oil(temperature: Scalar = 313.15, air: Scalar = 0.005) -> Liquid:
     """Mineral insulating oil, 9.5 mm2/s at 40 C, at a temperature in K, from -30 to 100 C.
 
-    It keeps the limits of IEC 60296: 12 mm2/s at 40 C, 1800 mm2/s at -30 C, 895 kg/m3 at 20 C.
+    It meets the limits of IEC 60296: 12 mm2/s at 40 C, 1800 mm2/s at -30 C, 895 kg/m3 at 20 C.
     """
     source = "density and viscosity within the limits of IEC 60296; bulk modulus of mineral oil"
     return Liquid(
@@ -72,10 +72,10 @@ def _oil(**data: Any) -> Liquid:
 
 
 def fill(model: M, liquid: AnyLiquid) -> M:
-    """The model with `liquid` in all parts that hold one; the one place from which a circuit gets its liquid.
+    """A copy of the model with `liquid` in every component that has one, so that one record defines a whole circuit.
 
-    A function of the liquid, it is differentiated like any: with respect to `liquid.air`, say, for a whole circuit.
-    For a machine with two circuits fill each of them. Raises `ArgumentError` where nothing holds a liquid.
+    You can differentiate through it, for example with respect to `liquid.air` for a whole circuit. In a machine with
+    two circuits, fill each separately. Raises `ArgumentError` if no component has a liquid.
     """
     found = 0
 
@@ -90,6 +90,6 @@ def fill(model: M, liquid: AnyLiquid) -> M:
     filled = jax.tree_util.tree_map(exchanged, model, is_leaf=lambda node: isinstance(node, AnyLiquid))
     if not found:
         raise ArgumentError(
-            f"fill found no part of {type(model).__name__} that holds a liquid. Build its parts with `liquid=...`."
+            f"fill found no component in {type(model).__name__} with a liquid. Build its components with `liquid=...`."
         )
     return filled

@@ -1,4 +1,4 @@
-"""Pumps and motors that know their liquid: losses by its viscosity, delivery by its density at the inlet."""
+"""Pumps and motors with a `Liquid`: its viscosity determines the losses, its density at the inlet the delivery."""
 
 import abc
 from typing import Any
@@ -34,18 +34,18 @@ from ._pump_losses import PumpLosses
 class LiquidPump(Component, partial=True):
     """A displacement machine: q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag, with dp = p_b - p_a.
 
-    x is the share of the displacement D that is set, and r the density at the inlet over that at atmospheric pressure;
-    slip and drag are as the losses say. At the inlet, which is a while x w > 0 and else b, rounded by tanh(x w/w_t), a
-    liquid that is torn apart fills the chambers less: as the pressure there falls to that of the vapour, the delivery
-    fades. With `heat=HeatPort()` the losses leave as heat, and have the viscosity of its temperature. Not modelled:
-    compression in the pump, a drain of its own.
+    x is the displacement setting, a fraction of the displacement D, and r the density at the inlet over that at
+    atmospheric pressure; `losses` gives slip and drag. The inlet is a for x w > 0 and b otherwise, smoothed by
+    tanh(x w/w_t). If the liquid cavitates there, it fills the chambers incompletely: as the inlet pressure falls to the
+    vapour pressure, the delivery fades out. With `heat=HeatPort()` the losses leave as heat, and the viscosity is that
+    at its temperature. Not modelled: compression in the pump, case drain.
     """
 
     displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")
     liquid: AnyLiquid
     losses: PumpLosses
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
-    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width in which the inlet changes sides
+    w_t: Param[Scalar, "rad/s", positive] = 1.0  # speed range in which the inlet changes sides
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     dp: Var[Scalar, "Pa"] = 0.0  # pressure rise from a to b
     q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b
@@ -56,7 +56,7 @@ class LiquidPump(Component, partial=True):
 
     @abc.abstractmethod
     def share(self) -> Scalar:
-        """x, the part of the displacement that is set; negative where it delivers backward."""
+        """Displacement setting x; negative for delivery from b to a."""
 
     def equations(self, d: Any) -> Equations:
         filled = self.displacement * self.share() * self._filling()
@@ -96,7 +96,7 @@ class LiquidPump(Component, partial=True):
 class FixedPump(LiquidPump):
     """Pump or motor of fixed displacement with the losses of Wilson or Schloesser. See `LiquidPump` for the law.
 
-    `Pump` is the one for a constant density, with constant coefficients.
+    `Pump` is the counterpart with constant density and constant loss coefficients.
     """
 
     def share(self) -> Scalar:
@@ -104,15 +104,15 @@ class FixedPump(LiquidPump):
 
 
 class RipplingPump(LiquidPump):
-    """A `FixedPump` whose delivery pulses with the angle of its shaft: x = 1 + ripple cos(pulses phi).
+    """A `FixedPump` with delivery ripple over the shaft angle: x = 1 + ripple cos(pulses phi).
 
-    The first harmonic of the sum of its pistons' or teeth's strokes: `pulses` a revolution are as many as there are
-    teeth or an even number of pistons, twice as many as an odd one (Ivantysyn, Ivantysynova 2001). Its torque pulses
-    alike, and nothing is lost by that. Runs take as many steps as there are pulses to follow.
+    The first harmonic of the sum of the piston or tooth strokes. `pulses` is the number of teeth, or of pistons if it
+    is even, and twice an odd number of pistons (Ivantysyn, Ivantysynova 2001). The torque has the same ripple, without
+    loss of energy. A run must resolve every pulse, so the number of its steps grows with the number of pulses.
     """
 
     ripple: Param[Scalar, "1", nonnegative]  # amplitude over the mean delivery, below 1; 0.01 for nine pistons
-    pulses: Param[Scalar, "1/rad", positive]  # angular frequency over that of the shaft
+    pulses: Param[Scalar, "1/rad", positive]  # angular frequency of the ripple over that of the shaft
 
     def requirements(self) -> Requirements:
         return (require(self.ripple < 1.0, "ripple must be below 1"),)
@@ -122,9 +122,9 @@ class RipplingPump(LiquidPump):
 
 
 class VariablePump(LiquidPump):
-    """A pump or motor whose displacement is D u, with the signal u limited to -1 .. 1. See `LiquidPump` for the law.
+    """A pump or motor with the displacement D u, with the signal u limited to -1 .. 1. See `LiquidPump` for the law.
 
-    Negative u delivers from b to a. Losses do not depend on u, as those of a swash plate hardly do.
+    For negative u it delivers from b to a. The losses do not depend on u, as is nearly true of a swash plate.
     """
 
     u: Input = Input()

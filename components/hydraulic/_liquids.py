@@ -1,8 +1,8 @@
 """Liquids as records: density, compressibility with entrained air and cavitation, viscosity.
 
-The flow q of a `FluidPort` is the mass flow over `reference_density`, the liquid's density at atmospheric pressure and
-its temperature. So the flows at a node sum to zero as masses do; what needs the volume flow under pressure divides q
-by `relative_density`. In what follows, r(p) = rho(p) / reference_density, and p counts from the atmosphere.
+The flow q of a `FluidPort` is the mass flow over `reference_density`, the density at atmospheric pressure and the
+temperature of the liquid, so the flows at a node sum to zero as masses do. Components that need the volume flow under
+pressure divide q by `relative_density`. Below, r(p) = rho(p) / reference_density, and p is above the atmosphere.
 """
 
 import abc
@@ -15,22 +15,22 @@ from acausal import nonnegative as nonneg
 
 from .._series import expm1_over, log1p_over
 
-_TAIL = 40.0  # k, by which bubbles hold ever less pressure: less of it sinks deeper, more of it ends in an underflow
+_TAIL = 40.0  # k, exponent of the bubble pressure below p_t: lower falls further below vapour, higher underflows
 
-_FROZEN = 1e3  # m2/s, ten million times as thick as an oil in winter
+_FROZEN = 1e3  # m2/s, ten million times the viscosity of an oil in winter
 
 
 class AnyLiquid(Record, partial=True):
-    """What components ask of a liquid; a volume V of it at the pressure p takes up q = r dV/dt + V dr/dp dp/dt.
+    """Interface of all liquids. A volume V at the pressure p takes up the flow q = r dV/dt + V dr/dp dp/dt.
 
-    r is the density over that at atmospheric pressure, to which the flow by volume q refers.
+    r is the density over that at atmospheric pressure, to which the volume flow q refers.
 
-    The power p q of a port counts the liquid as one of constant density. What an exchange of liquid carries beyond
-    that, a share of about p/(2 K), is booked by chambers as `supplied`: see `account`.
+    The power p q of a port assumes a constant density. Chambers count the remaining energy of the liquid exchanged, a
+    fraction of about p/(2 K), as `supplied`: see `account`.
     """
 
-    density: Param[Scalar, "kg/m3", positive]  # at atmospheric pressure and, where there is one, T_ref
-    bulk_modulus: Param[Scalar, "Pa", positive]  # tangent modulus K, likewise
+    density: Param[Scalar, "kg/m3", positive]  # at atmospheric pressure, and at T_ref if the liquid has one
+    bulk_modulus: Param[Scalar, "Pa", positive]  # tangent modulus K at atmospheric pressure, and at T_ref likewise
 
     @property
     @abc.abstractmethod
@@ -47,22 +47,22 @@ class AnyLiquid(Record, partial=True):
 
     @abc.abstractmethod
     def kinematic_viscosity(self, p: Scalar, temperature: Scalar | None = None) -> Scalar:
-        """nu in m2/s, at a temperature in K or at that of the liquid."""
+        """Kinematic viscosity nu in m2/s at a temperature in K, by default that of the liquid."""
 
     @abc.abstractmethod
     def energy_density(self, p: Scalar) -> Scalar:
-        """Energy e in J/m3 that a volume of the liquid holds by its compression."""
+        """Compression energy e per volume in J/m3."""
 
     @abc.abstractmethod
     def potential(self, p: Scalar) -> Scalar:
-        """Energy P in J per m3 of q that the liquid carries along, in Pa; with it de/dp = P dr/dp."""
+        """Energy P carried by the liquid in J per m3 of q, that is in Pa; de/dp = P dr/dp."""
 
     def bulk_modulus_at(self, p: Scalar) -> Scalar:
-        """The effective bulk modulus r / (dr/dp) in Pa, entrained air included."""
+        """Effective bulk modulus r / (dr/dp) in Pa, including entrained air."""
         return self.relative_density(p) / self.compressibility(p)
 
     def account(self, p: Any, volume: Any, inflow: Any, growth: Any = 0.0) -> Energy:
-        """The energy account of a volume in m3 that takes in q in m3/s and grows at a rate in m3/s, pushing with p.
+        """Energy account of a volume in m3 at the pressure p, with the inflow q and the growth rate in m3/s.
 
         It balances p q = d(V e)/dt + p dV/dt - supplied, with supplied = (e - P r + p) dV/dt + (P - p) q.
         """
@@ -72,13 +72,13 @@ class AnyLiquid(Record, partial=True):
 
 
 class LinearLiquid(AnyLiquid):
-    """The liquid of the textbooks, dp/dt = K/V (q - dV/dt): constant density, bulk modulus and viscosity.
+    """The textbook liquid, dp/dt = K/V (q - dV/dt): constant density, bulk modulus and viscosity.
 
-    Mass is conserved as far as the density is constant, with an error of p/K. There is no cavitation: the liquid takes
-    tension (Merritt, `Hydraulic Control Systems`, ch. 3).
+    Because the density is constant, mass is conserved only with a relative error of p/K. The liquid does not cavitate
+    but sustains tension (Merritt, `Hydraulic Control Systems`, ch. 3).
     """
 
-    viscosity: Param[Scalar, "m2/s", positive] = 30e-6  # kinematic
+    viscosity: Param[Scalar, "m2/s", positive] = 30e-6  # kinematic viscosity
 
     @property
     def reference_density(self) -> Scalar:
@@ -102,43 +102,43 @@ class LinearLiquid(AnyLiquid):
 
 
 class Liquid(AnyLiquid):
-    """A liquid with entrained air at constant temperature T; `iso_vg_46()` and its like make known ones.
+    """A liquid with entrained air at constant temperature T; `iso_vg_46()` and others are predefined.
 
     - Pressure: 1/r = (1 - air) (1 + m p/K)^(-1/m) + air (p_g0/p_g)^(1/n), where p_g = p + atmosphere - vapour pressure
-      is what the air in a bubble bears, the other part being vapour. So the pressure stays above that of the vapour,
-      and falls to it while the bubbles grow: that is cavitation. Mass is conserved (Nykanen, Esque, Ellman 2000;
-      Gholizadeh, Burton, Schoenau 2011 for the survey of such laws).
-    - From x = p_t on, p_g does not become zero with x = p + atmosphere - vapour pressure, but p_t (1 + (p_t - x)/
-      (k p_t))^(-k), k = 40: there is a density at any pressure, and one of 1e-8 some 30 p_t below that of the vapour.
+      is the partial pressure of the air in the bubbles, which also contain vapour. The absolute pressure therefore
+      stays above the vapour pressure and approaches it as the bubbles grow: cavitation. Mass is conserved (Nykanen,
+      Esque, Ellman 2000; Gholizadeh, Burton, Schoenau 2011 for a survey of such laws).
+    - For x = p + atmosphere - vapour pressure below p_t, p_g = p_t (1 + (p_t - x)/(k p_t))^(-k), k = 40, is never zero:
+      the density is defined at any pressure, and has fallen to 1e-8 some 30 p_t below the vapour pressure.
     - Temperature, with D = T - T_ref: density/(1 + expansion D + curvature D^2), K exp(-softening D), and vapour
       pressure exp(-vaporisation (1/T - 1/T_ref)) by Clausius and Clapeyron.
     - Viscosity: ln((nu + shift)/unit) = Z_1 (T_1/T)^w through two points of a data sheet (Walther; ASTM D341 with a
       shift of 0.7 mm2/s), times exp(thickening p) (Barus).
 
-    Valid for a few 100 MPa, as far as m is constant. Not modelled: air that dissolves and comes out of solution
-    (Henry), heat of compression.
+    Valid up to a few 100 MPa, as long as m is constant. Not modelled: dissolution and release of air (Henry), heat of
+    compression.
     """
 
     nu_1: Param[Scalar, "m2/s", positive]  # kinematic viscosity at T_1
-    nu_2: Param[Scalar, "m2/s", positive]  # and at T_2
-    temperature: Param[Scalar, "K", positive] = 313.15  # T, of the circuit
-    air: Param[Scalar, "1", positive] = 0.005  # share of the volume that is undissolved air at atmospheric pressure
-    T_ref: Param[Scalar, "K", positive] = 288.15  # of density, bulk modulus and vapour pressure
-    T_1: Param[Scalar, "K", positive] = 313.15
-    T_2: Param[Scalar, "K", positive] = 373.15
+    nu_2: Param[Scalar, "m2/s", positive]  # kinematic viscosity at T_2
+    temperature: Param[Scalar, "K", positive] = 313.15  # T, temperature of the circuit
+    air: Param[Scalar, "1", positive] = 0.005  # volume fraction of undissolved air at atmospheric pressure
+    T_ref: Param[Scalar, "K", positive] = 288.15  # reference temperature of density, bulk modulus and vapour pressure
+    T_1: Param[Scalar, "K", positive] = 313.15  # temperature of nu_1
+    T_2: Param[Scalar, "K", positive] = 373.15  # temperature of nu_2
     stiffening: Param[Scalar, "1", nonneg] = 10.0  # m = dK/dp
-    softening: Param[Scalar, "1/K", nonneg] = 0.0  # relative decrease of K
-    expansion: Param[Scalar, "1/K"] = 0.0  # of the volume, at T_ref
-    curvature: Param[Scalar, "1/K2"] = 0.0  # of the volume over the temperature
-    thickening: Param[Scalar, "1/Pa", nonneg] = 0.0  # relative increase of the viscosity
-    vapour_pressure: Param[Scalar, "Pa", nonneg] = 0.0  # absolute
+    softening: Param[Scalar, "1/K", nonneg] = 0.0  # relative decrease of K with temperature
+    expansion: Param[Scalar, "1/K"] = 0.0  # thermal expansion of the volume at T_ref
+    curvature: Param[Scalar, "1/K2"] = 0.0  # quadratic coefficient of the thermal expansion
+    thickening: Param[Scalar, "1/Pa", nonneg] = 0.0  # relative increase of the viscosity with pressure
+    vapour_pressure: Param[Scalar, "Pa", nonneg] = 0.0  # absolute vapour pressure at T_ref
     vaporisation: Param[Scalar, "K", nonneg] = 0.0  # molar heat of vaporisation over the gas constant
-    polytropic: Param[Scalar, "1", positive] = 1.4  # n of the air; 1 for slow changes
-    atmosphere: Param[Scalar, "Pa", positive] = 101325.0  # absolute
-    transition_pressure: Param[Scalar, "Pa", positive] = 1.0  # p_t
-    shift: Param[Scalar, "m2/s", nonneg] = 0.7e-6  # of Walther's law
-    unit: Param[Scalar, "m2/s", positive] = 1e-6  # in which Walther's law counts, mm2/s
-    source: str = ""  # of the data
+    polytropic: Param[Scalar, "1", positive] = 1.4  # n, polytropic exponent of the air; 1 for slow changes
+    atmosphere: Param[Scalar, "Pa", positive] = 101325.0  # absolute atmospheric pressure
+    transition_pressure: Param[Scalar, "Pa", positive] = 1.0  # p_t, air pressure below which the law is extended
+    shift: Param[Scalar, "m2/s", nonneg] = 0.7e-6  # shift of Walther's law
+    unit: Param[Scalar, "m2/s", positive] = 1e-6  # unit of Walther's law, 1 mm2/s
+    source: str = ""  # source of the data
 
     def requirements(self) -> Requirements:
         return (
@@ -146,13 +146,13 @@ class Liquid(AnyLiquid):
             require(self._vapour() < self.atmosphere, "vapour_pressure must be below atmosphere at the temperature"),
             require(
                 self._vapour() + self.transition_pressure < self.atmosphere,
-                "transition_pressure must be below the difference of atmosphere and vapour_pressure",
+                "transition_pressure must be below atmosphere minus vapour_pressure",
             ),
             require(self.T_1 != self.T_2, "T_1 must differ from T_2"),
-            require(self._expanded() > 0.0, "temperature must be one at which expansion and curvature leave a volume"),
+            require(self._expanded() > 0.0, "temperature must give a positive volume with expansion and curvature"),
             require(
                 self.kinematic_viscosity(0.0) < _FROZEN,
-                "temperature must be one, in K, at which the law of the viscosity gives a liquid",
+                "temperature must be in K and give a viscosity below 1000 m2/s",
             ),
             require(self.nu_1 + self.shift > self.unit, "nu_1 must be above unit - shift"),
             require(self.nu_2 + self.shift > self.unit, "nu_2 must be above unit - shift"),
@@ -179,11 +179,11 @@ class Liquid(AnyLiquid):
         return nu * jnp.exp(self.thickening * p)
 
     def energy_density(self, p: Scalar) -> Scalar:
-        """P r - p, of which the derivative is P dr/dp."""
+        """P r - p, with the derivative P dr/dp."""
         return self.potential(p) * self.relative_density(p) - p
 
     def potential(self, p: Scalar) -> Scalar:
-        """P = integral of dp/r from 0 to p."""
+        """P, the integral of dp/r from 0 to p."""
         u, log = self._strain(p), self._log_until_width(p)
         base, width, n = self._above_vapour(0.0), self.transition_pressure, self.polytropic
         power = 1.0 + _TAIL / n
@@ -200,7 +200,7 @@ class Liquid(AnyLiquid):
         return self.bulk_modulus * jnp.exp(-self.softening * (self.temperature - self.T_ref))
 
     def _vapour(self) -> Scalar:
-        # Not `/`, by which numpy warns of the temperature of zero that a requirement is about to refuse.
+        # Not `/`: numpy would warn about a temperature of zero before the requirement refuses it.
         colder = jnp.divide(1.0, self.temperature) - jnp.divide(1.0, self.T_ref)
         return self.vapour_pressure * jnp.exp(-self.vaporisation * colder)
 
@@ -208,12 +208,12 @@ class Liquid(AnyLiquid):
         return p + (self.atmosphere - self._vapour())
 
     def _bubble_scale(self, p: Scalar) -> Scalar:
-        """p_g over its slope dp_g/dp: p_g itself, and below p_t what grows again as p falls."""
+        """p_g over its slope dp_g/dp: p_g itself, increasing again below p_t as p falls."""
         above, width = self._above_vapour(p), self.transition_pressure
         return jnp.where(above < width, width + (width - above) / _TAIL, above)
 
     def _log_growth(self, p: Scalar) -> Scalar:
-        """ln(1 + (p_t - x)/(k p_t)) where x is below p_t, else 0."""
+        """ln(1 + (p_t - x)/(k p_t)) if x is below p_t, otherwise 0."""
         missing = 1.0 - self._above_vapour(p) / self.transition_pressure
         return jnp.log1p(jnp.where(missing > 0.0, missing, 0.0) / _TAIL)
 
@@ -223,7 +223,7 @@ class Liquid(AnyLiquid):
         return jnp.log(jnp.where(above < width, width, above) / self._above_vapour(0.0))
 
     def _strain(self, p: Scalar) -> Scalar:
-        """ln(1 + m p/K)/m, which is p/K for m = 0."""
+        """ln(1 + m p/K)/m, or p/K for m = 0."""
         z = p / self._modulus()
         return z * log1p_over(self.stiffening * z)
 

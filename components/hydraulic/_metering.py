@@ -1,4 +1,4 @@
-"""Edges that a rod opens and closes, with the forces on it."""
+"""Metering edges moved by a rod, with the flow forces on it."""
 
 import abc
 from typing import Any, Self
@@ -30,9 +30,9 @@ from ._valves import Resistance, turbulent_flow
 
 
 class RodValve(Resistance, partial=True):
-    """A restriction that the travel of a rod opens or closes, along a way from 0 to 1."""
+    """A restriction that a rod opens or closes over a travel from 0 to 1."""
 
-    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 or -1, the direction of s along the way
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 or -1, direction of the travel along s
     rod: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -40,24 +40,24 @@ class RodValve(Resistance, partial=True):
 
     @abc.abstractmethod
     def _travel(self) -> Scalar:
-        """The position of the rod as a share of the way."""
+        """Position of the rod as a fraction of the travel."""
 
 
 class MeteringEdge(RodValve):
-    """An edge of a spool with the flow force on it: with the opening y = sense s - lap, limited to 0 .. stroke,
+    """A metering edge of a spool, with its flow force.
 
-    q = C_d (width y + leak) sqrt(2 dp/rho), and the jet pulls the spool closed, whichever way it flows, with
-    2 C_d C_v cos(jet) width y |dp| (von Mises; Merritt, `Hydraulic Control Systems`, ch. 5). Both are rounded at
-    dp = 0 as in `Orifice`. What the flow force does to the rod, the liquid's momentum pays: it is booked as supplied.
-    Not modelled: the force of a flow that changes.
+    With the opening y = sense s - lap, limited to 0 .. stroke: q = C_d (width y + leak) sqrt(2 dp/rho). In either
+    direction of flow, the jet closes the spool with the force 2 C_d C_v cos(jet) width y |dp| (von Mises; Merritt,
+    `Hydraulic Control Systems`, ch. 5). Both are smoothed at dp = 0 as in `Orifice`. The work of the flow force comes
+    from the momentum of the liquid and counts as supplied. Not modelled: transient flow force.
     """
 
-    width: Param[Scalar, "m", positive]  # area of the opening per travel, pi d for a full ring
+    width: Param[Scalar, "m", positive]  # opening area per travel, pi d for a full ring
     stroke: Param[Scalar, "m", positive]  # full opening
     density: Param[Scalar, "kg/m3", positive]  # rho
-    lap: Param[Scalar, "m"] = 0.0  # travel before it opens; negative where it is open in the middle
+    lap: Param[Scalar, "m"] = 0.0  # travel before it opens; negative if it is open in the middle position
     leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
-    jet: Param[Scalar, "rad"] = 1.2043  # angle of the jet against the axis, 69 degrees
+    jet: Param[Scalar, "rad"] = 1.2043  # angle between jet and axis, 69 degrees
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
     velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t
@@ -88,10 +88,10 @@ class MeteringEdge(RodValve):
 
 
 class FourWaySpool(Component):
-    """The spool of a 4/3 valve with four edges, moved by its rod: s > 0 joins p to a and b to t, s < 0 p to b, a to t.
+    """The spool of a 4/3 valve, moved by its rod: s > 0 connects p to a and b to t, s < 0 p to b and a to t.
 
-    `FourWaySpool.of(MeteringEdge(...))` has four edges alike. With a `Mass`, centring springs and a `Solenoid` on the
-    rod it is a valve that its actuator has to hold against the flow; `FourWayValve` is the one that a signal moves.
+    `FourWaySpool.of(MeteringEdge(...))` has four identical edges. Add a `Mass`, centring springs and a `Solenoid` on
+    the rod for a valve whose actuator works against the flow forces. `FourWayValve` is moved by a signal instead.
     """
 
     pa: MeteringEdge
@@ -106,7 +106,7 @@ class FourWaySpool(Component):
 
     @classmethod
     def of(cls, edge: MeteringEdge) -> Self:
-        """A spool whose edges are all like the one that opens p to a as s grows."""
+        """A spool with four edges equal to the given one, which opens p to a as s increases."""
         values: dict[str, Any] = {name: getattr(edge, name) for name in _ALIKE}
         opened, closed = MeteringEdge(**values, sense=edge.sense), MeteringEdge(**values, sense=-edge.sense)
         return cls(pa=opened, pb=closed, at=closed, bt=opened)
@@ -129,19 +129,19 @@ _ALIKE = (
 
 
 class DecelerationValve(RodValve):
-    """A valve whose roller a cam on the load presses in, so that a cylinder comes to its end slowly.
+    """A cam-operated valve, whose roller is pressed in by the load, to decelerate a cylinder near its end.
 
-    With the depth y = sense s - start, above 0: q = K (1 - y/length + leakage) sqrt(dp), K = rated_flow/
-    sqrt(rated_drop), closed from y = length on; the roller pushes back with rate y. Root as in `Orifice`.
+    With the depth y = sense s - start, at least 0: q = K (1 - y/length + leakage) sqrt(dp), K = rated_flow/
+    sqrt(rated_drop), closed from y = length; the roller pushes back with rate y. Square root as in `Orifice`.
     """
 
-    rated_flow: Param[Scalar, "m3/s", positive]  # fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    start: Param[Scalar, "m"]  # position, times sense, where the cam meets the roller
-    length: Param[Scalar, "m", positive]  # way along which it closes
-    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # of the roller's spring
-    leakage: Param[Scalar, "1", nonnegative] = 0.0  # of the closed valve, as an opening
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    rated_flow: Param[Scalar, "m3/s", positive]  # flow of the fully open valve
+    rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
+    start: Param[Scalar, "m"]  # position, times sense, at which the cam meets the roller
+    length: Param[Scalar, "m", positive]  # travel over which the valve closes
+    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # stiffness of the roller spring
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # opening of the closed valve
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
 
     def equations(self, d: Self) -> Equations:
         share = 1.0 - limited(self._travel(), 0.0, 1.0) + self.leakage

@@ -1,4 +1,4 @@
-"""Chambers with a moving wall: of one piston, and of a vane that turns."""
+"""Chambers with a moving wall: single-acting cylinder and rotary vane actuator."""
 
 from typing import ClassVar, Self
 
@@ -15,18 +15,18 @@ from ._two_chambers import TwoChambers
 
 
 class SingleActingCylinder(Component):
-    """A chamber of a liquid that a piston makes larger: liquid pressed in pushes the rod out, s grows.
+    """A liquid chamber behind a piston: liquid pressed in pushes the rod out, s increases.
 
     With A = pi/4 bore^2 and V = dead + A s: d(V r(p))/dt = q, with r as in `Chamber`, and the rod pushes with A p; the
-    other side is open to the atmosphere. `SlaveCylinder` is the incompressible one. Return spring, mass, friction and
-    ends are translational parts on its flange; a run ends with an error where half of the dead volume is lost.
+    other side is open to the atmosphere. `SlaveCylinder` is the incompressible counterpart. Add return spring, mass,
+    friction and stops at the flange. A run ends with an error when half of the dead volume is used up.
     """
 
     if_singular: ClassVar[str] = content.EMPTY
 
     bore: Param[Scalar, "m", positive]  # diameter of the piston
     liquid: AnyLiquid
-    dead: Param[Scalar, "m3", positive]  # volume at s = 0, lines included
+    dead: Param[Scalar, "m3", positive]  # dead volume at s = 0, lines included
     p: Var[Scalar, "Pa", prefer] = 0.0  # pressure
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed of the rod
     flange: Flange = Flange()
@@ -47,7 +47,7 @@ class SingleActingCylinder(Component):
         )
 
     def events(self) -> Events:
-        return dict(lost=refuse(self._volume() < 0.5 * self.dead, "the piston is beyond its end: give the rod a stop"))
+        return dict(lost=refuse(self._volume() < 0.5 * self.dead, "the piston is beyond its end: add a stop"))
 
     def energy(self) -> Energy:
         return self.liquid.account(self.p, self._volume(), self.port.q, self.area * self.v)
@@ -57,16 +57,16 @@ class SingleActingCylinder(Component):
 
 
 class RotaryVaneActuator(TwoChambers):
-    """A vane between two chambers of a liquid: liquid into a turns the shaft forward, phi grows; into b, back.
+    """A vane between two liquid chambers: liquid into a turns the shaft forward (phi increases), into b backward.
 
     With the displacement D per angle, V_a = dead_a + D phi and V_b = dead_b + D (angle - phi), chambers and leakage as
-    in `DoubleActingCylinder`; the shaft is driven by D (p_a - p_b). For one vane D = (R^2 - r^2) width/2, for two
-    twice that. Inertia, friction and stops are rotational parts on its flange; a run ends with an error where a
-    chamber has lost half of its dead volume.
+    in `DoubleActingCylinder`; the torque on the shaft is D (p_a - p_b). For one vane D = (R^2 - r^2) width/2, for two
+    vanes twice that. Add inertia, friction and stops at the flange. A run ends with an error when half of the dead
+    volume of a chamber is used up.
     """
 
     displacement: Param[Scalar, "m3/rad", positive]  # D
-    angle: Param[Scalar, "rad", positive]  # from end to end
+    angle: Param[Scalar, "rad", positive]  # angle from end to end
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     flange: ShaftFlange = ShaftFlange()
 
@@ -77,7 +77,7 @@ class RotaryVaneActuator(TwoChambers):
         )
 
     def events(self) -> Events:
-        return dict(lost=refuse(self._lost(), "the vane is beyond its ends: give the shaft stops"))
+        return dict(lost=refuse(self._lost(), "the vane is beyond its ends: add stops to the shaft"))
 
     def _swept(self) -> tuple[Scalar, Scalar]:
         return self.displacement * self.flange.phi, self.displacement * (self.angle - self.flange.phi)

@@ -1,4 +1,4 @@
-"""Directional valves of mobile machines."""
+"""Directional valve with open centre, for mobile machines."""
 
 from typing import Self
 
@@ -12,12 +12,12 @@ from ._spool_valves import FourEdges
 class SixWayValve(FourEdges):
     """6/3 valve with an open centre: the edges of a `FourWayValve`, and a bypass from c to d that closes as they open.
 
-    The bypass passes K_c (1 - |u|/closed) sqrt(dp), limited to 0 .. 1, with K_c = bypass_flow/sqrt(rated_drop): in the
-    middle the pump's flow goes on to the next valve, or to the tank, without pressure. See `Spool` for edges and root.
+    The bypass flow is K_c x sqrt(dp) with x = 1 - |u|/closed, at least 0, and K_c = bypass_flow/sqrt(rated_drop). In
+    the middle position, the pump flow passes at low pressure to the next valve or to the tank. See `Spool`.
     """
 
-    bypass_flow: Param[Scalar, "m3/s", positive]  # through the open bypass, at rated_drop
-    closed: Param[Scalar, "1", positive] = 0.6  # |u| from which on the bypass is closed
+    bypass_flow: Param[Scalar, "m3/s", positive]  # flow through the open bypass at rated_drop
+    closed: Param[Scalar, "1", positive] = 0.6  # |u| above which the bypass is closed
     q_cd: Var[Scalar, "m3/s"] = 0.0  # flow from c to d
     c: FluidPort = FluidPort()
     d: FluidPort = FluidPort()

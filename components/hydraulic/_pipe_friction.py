@@ -1,4 +1,4 @@
-"""Friction of the flow in round pipes as a multiple of that of laminar flow."""
+"""Pipe friction in round pipes, relative to laminar friction."""
 
 import abc
 
@@ -8,11 +8,11 @@ from acausal import Param, Record, Scalar, nonnegative, positive
 
 
 class PipeFriction(Record, partial=True):
-    """A law for Darcy's friction factor f, dp/dx = f rho v |v|/(2 d): laminar flow has f = 64/Re."""
+    """A law for the Darcy friction factor f, dp/dx = f rho v |v|/(2 d); f = 64/Re for laminar flow."""
 
     @abc.abstractmethod
     def ratio(self, reynolds: Scalar, diameter: Scalar) -> Scalar:
-        """f Re/64, the friction over that of laminar flow."""
+        """f Re/64, the ratio of the friction to that of laminar flow."""
 
 
 class LaminarFriction(PipeFriction):
@@ -30,31 +30,31 @@ class NoFriction(PipeFriction):
 
 
 class BlasiusFriction(PipeFriction):
-    """The larger one of 64/Re and 0.3164 Re^(-1/4), the latter for smooth pipes up to Re = 1e5 (Blasius 1913).
+    """The larger of 64/Re and 0.3164 Re^(-1/4), the latter for smooth pipes up to Re = 1e5 (Blasius 1913).
 
-    They meet at Re = 1187. The corner is rounded, ratio = (1 + t^k)^(1/k), with t the turbulent one: f is 2^(1/k) too
-    high there, 6 % for k = 12, and right to 1e-3 away from it by a factor of 2.
+    They intersect at Re = 1187. The corner is smoothed, ratio = (1 + t^k)^(1/k) with the turbulent ratio t: there, f is
+    too high by a factor of 2^(1/k), 6 % for k = 12; at twice or half that Re, it is within 1e-3.
     """
 
     sharpness: Param[Scalar, "1", positive] = 12.0  # k
 
     def ratio(self, reynolds: Scalar, diameter: Scalar) -> Scalar:
-        # The power 3/4 has no derivative at zero, where the laminar branch holds to rounding.
+        # The power 3/4 has no derivative at zero; the laminar branch is exact there to rounding.
         turbulent = 0.3164 / 64.0 * jnp.where(reynolds > 1.0, reynolds, 1.0) ** 0.75
         return (1.0 + turbulent**self.sharpness) ** (1.0 / self.sharpness)
 
 
 class ChurchillFriction(PipeFriction):
-    """Laminar, transitional and turbulent flow in smooth and rough pipes by one smooth law (Churchill 1977).
+    """One smooth law for laminar, transitional and turbulent flow in smooth and rough pipes (Churchill 1977).
 
     f = 8 ((8/Re)^12 + (A + B)^(-3/2))^(1/12), A = (2.457 ln(1/((7/Re)^0.9 + 0.27 roughness/d)))^16 and
-    B = (37530/Re)^16: laminar below Re = 2000, that of Colebrook and White within 4 % above 4000.
+    B = (37530/Re)^16: laminar below Re = 2000, within 4 % of Colebrook and White above 4000.
     """
 
-    roughness: Param[Scalar, "m", nonnegative] = 1.5e-6  # of the wall; drawn tubes
+    roughness: Param[Scalar, "m", nonnegative] = 1.5e-6  # roughness of the wall; the default is for drawn tubes
 
     def ratio(self, reynolds: Scalar, diameter: Scalar) -> Scalar:
-        # Below 1, where the law is the laminar one to rounding, its powers would leave the range of numbers.
+        # Below 1, the law is laminar to rounding, and its powers would overflow.
         re = jnp.where(reynolds > 1.0, reynolds, 1.0)
         rough = (2.457 * jnp.log((7.0 / re) ** 0.9 + 0.27 * self.roughness / diameter)) ** 16
         turbulent = (re / 8.0) ** 12 / (rough + (37530.0 / re) ** 16) ** 1.5

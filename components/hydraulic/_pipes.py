@@ -1,4 +1,4 @@
-"""Pipes in which pressure waves run: compressible liquid, its inertia and its friction, in segments."""
+"""Pipes with pressure waves: segments with compressible liquid, inertia and friction."""
 
 from typing import Any, ClassVar
 
@@ -29,34 +29,33 @@ from ._pipe_friction import ChurchillFriction, PipeFriction
 
 
 class Segments(Component, partial=True):
-    """The balances of n segments of length l = length/n between n + 1 nodes; those at the ends have half the volume.
+    """Balances of n segments of length l = length/n between n + 1 nodes; the end nodes have half the volume.
 
-    Acoustic, without convection; inertia and friction are those of the density at atmospheric pressure, rho:
+    Acoustic, without convection; inertia and friction use the density rho at atmospheric pressure:
 
-    - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i, with the flow by volume q_i;
+    - (rho l/A) dq_i/dt = p_i - p_(i+1) - f_i, with the volume flow q_i;
     - C(p_i) dp_i/dt = r q_(i-1) - r q_i, with C of liquid and walls, V = A l (1 + wall p), and with the relative
-      density r (see `Chamber`) at the node from which the liquid comes: where a column has torn off, the void grows
-      from node to node;
+      density r (see `Chamber`) at the upstream node, so that the void of a separated column grows from node to node;
     - steady friction f_i = 32 nu rho l/(A d^2) q_i ratio(Re), Re = |q_i| d/(A nu).
 
-    The node from which it comes changes within a Reynolds number of 1. The segments follow a wave whose length is above
-    some ten of them; a front that is steeper rings (Viersma, `Analysis, Synthesis and Design of Hydraulic Servosystems
-    and Pipelines`, 1980).
+    The upstream node changes within a Reynolds number of about 1. The segments resolve waves longer than about ten
+    segments; steeper fronts cause ringing (Viersma, `Analysis, Synthesis and Design of Hydraulic Servosystems and
+    Pipelines`, 1980).
     """
 
     if_singular: ClassVar[str] = content.EMPTY
 
     n: int  # number of segments, at least 2
-    inner: int  # n - 1
+    inner: int  # number of inner nodes, n - 1
     length: Param[Scalar, "m", positive]
-    diameter: Param[Scalar, "m", positive]  # d, inside
+    diameter: Param[Scalar, "m", positive]  # d, inside diameter
     liquid: AnyLiquid
     friction: PipeFriction
-    wall: Param[Scalar, "1/Pa", nonnegative]  # relative growth of the volume with the pressure
-    q: Var[Vector, "m3/s", prefer, shape("n")]  # flow from node to node, by volume
+    wall: Param[Scalar, "1/Pa", nonnegative]  # relative increase of the volume with pressure
+    q: Var[Vector, "m3/s", prefer, shape("n")]  # volume flow from node to node
     p_inner: Var[Vector, "Pa", prefer, shape("inner")]  # pressure at the inner nodes
     p_a: Var[Scalar, "Pa", prefer]  # pressure at the node of a
-    p_b: Var[Scalar, "Pa", prefer]  # and at that of b
+    p_b: Var[Scalar, "Pa", prefer]  # pressure at the node of b
     a: FluidPort
     b: FluidPort
 
@@ -105,7 +104,7 @@ class Segments(Component, partial=True):
 
     @property
     def inertance(self) -> Scalar:
-        """rho l/A of a segment in kg/m4."""
+        """Inertance rho l/A of a segment in kg/m4."""
         return self.liquid.reference_density * self.length / (self.n * self.area)
 
     def equations(self, d: Any) -> Equations:
@@ -131,11 +130,11 @@ class Segments(Component, partial=True):
         )
 
     def _inertia(self) -> Scalar:
-        """What resists dq/dt in a segment."""
+        """Effective inertance of a segment in kg/m4."""
         return self.inertance
 
     def _resistance(self) -> Vector:
-        """Pressure drops of the segments by friction."""
+        """Frictional pressure drops of the segments."""
         return jnp.asarray(self._laminar() * self.q * self.friction.ratio(self._reynolds(), self.diameter))
 
     def _viscosity(self) -> Vector:
@@ -146,7 +145,7 @@ class Segments(Component, partial=True):
         return jnp.abs(self.q) * self.diameter / (self.area * self._viscosity())
 
     def _laminar(self) -> Vector:
-        """Pressure drops per flow in laminar flow."""
+        """Pressure drops per flow for laminar flow."""
         return 32.0 * self._viscosity() * self.inertance / self.diameter**2
 
     def _inflows(self) -> tuple[Any, Any, Any]:
@@ -154,7 +153,7 @@ class Segments(Component, partial=True):
         return self.a.q - carried[0], carried[:-1] - carried[1:], carried[-1] + self.b.q
 
     def _carried(self) -> Vector:
-        """Flows as those of ports, with the density of where they come from."""
+        """Flows as at ports: referred to atmospheric density, with the density of the upstream node."""
         density = jnp.asarray(self.liquid.relative_density(self.p))
         direction = jnp.tanh(self.q * self.diameter / (self.area * self._viscosity()))
         return 0.5 * (density[:-1] + density[1:] + direction * (density[:-1] - density[1:])) * self.q
@@ -171,19 +170,18 @@ class Segments(Component, partial=True):
 
 
 class Pipe(Segments):
-    """A pipe or hose of n segments with compressible liquid, inertia and friction: waves run in it.
+    """A pipe or hose of n segments with compressible liquid, inertia and friction, for pressure waves.
 
-    `Pipe(n=20, length=10.0, diameter=0.01, liquid=iso_vg_46())`. `friction` is `ChurchillFriction()` unless another
-    law is given; `wall` is dV/(V dp), diameter/(E thickness) for a thin pipe of modulus E, and from the data sheet for
-    a hose; `p` and `q` are pressure and flow at the start, one number or one for each node (from a to b) and segment. A
-    run compiles for as long whatever n, and so do its derivatives along parameters; where start values of many nodes
-    are differentiated too, beyond a hundred numbers, it is in reverse mode, which compiles for about three times as
-    long.
+    `Pipe(n=20, length=10.0, diameter=0.01, liquid=iso_vg_46())`. `friction` is `ChurchillFriction()` by default. `wall`
+    is dV/(V dp): diameter/(E thickness) for a thin-walled pipe of modulus E; for a hose, see its data sheet. `p` and
+    `q` are the initial pressure and flow: one number, or one for each node (from a to b) and segment. The compile time
+    of a run and of its derivatives along parameters does not depend on n. With more than a hundred numbers, as when the
+    start values of many nodes are differentiated too, reverse mode is used, which compiles about three times as long.
 
-    Where a pipe cavitates, each opening or closing of a void in a segment is a corner in its pressure and takes some
-    thirty steps of Rodas5P, or twenty of Tsit5: a slam by far more than the pressure in the pipe wants a larger
-    `max_steps`. See `Segments` for the law, `UnsteadyFrictionPipe` for the friction of fast changes, `Line` for a pipe
-    that is short against the waves.
+    If a pipe cavitates, each opening or closing of a void in a segment is a kink in its pressure and takes about thirty
+    steps of Rodas5P or twenty of Tsit5. A surge far above the pressure in the pipe needs a larger `max_steps`. See
+    `Segments` for the law, `UnsteadyFrictionPipe` for frequency-dependent friction, and `Line` for a pipe that is short
+    compared with the waves.
     """
 
     def __init__(
@@ -195,7 +193,7 @@ class Pipe(Segments):
         liquid: AnyLiquid,
         friction: PipeFriction | None = None,
         wall: Scalar = 0.0,
-        p: Param[Any, "Pa"] | None = None,  # pressure in the nodes at the start
+        p: Param[Any, "Pa"] | None = None,  # initial pressure at the nodes
         q: Any = None,
     ) -> None:
         self._build(n, length, diameter, liquid, friction, wall, p, q)

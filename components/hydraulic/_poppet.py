@@ -1,4 +1,4 @@
-"""A valve that its flow moves: pressure and flow forces on a poppet."""
+"""Poppet valve with pressure and flow forces."""
 
 from typing import Self
 
@@ -25,22 +25,23 @@ from ._valves import Resistance, turbulent_flow
 
 
 class PoppetValve(Resistance):
-    """A poppet on its seat, lifted by the pressure at a: with the lift x = sense (s - seated), within 0 .. stroke,
+    """A poppet lifted off its seat by the pressure at a.
 
-    q = C_d width x sqrt(2 dp/rho) + seat sense v, v = ds/dt, and it pushes its rod open with dp seat - 2 C_d C_v
-    cos(jet) width x dp, the pressure less the steady flow force, which closes (Merritt, `Hydraulic Control Systems`,
-    ch. 5). Square root as in `Orifice`. With `Mass`, `Spring`, `Damper` and `HardStop` on the rod it is a direct-acting
-    relief or check valve; with `sense=-1` and `seated=stroke` one that growing s closes, as in `HoldingValve`.
-    What the flow force does to the rod, the liquid's momentum pays: it is booked as supplied.
+    With the lift x = sense (s - seated), limited to 0 .. stroke: q = C_d width x sqrt(2 dp/rho) + seat sense v, v =
+    ds/dt. The opening force on the rod is dp seat - 2 C_d C_v cos(jet) width x dp, the pressure force minus the steady
+    flow force (Merritt, `Hydraulic Control Systems`, ch. 5). Square root as in `Orifice`. Add `Mass`, `Spring`,
+    `Damper` and `HardStop` on the rod for a direct-acting relief or check valve. With `sense=-1` and `seated=stroke` an
+    increasing s closes it, as in `HoldingValve`. The work of the flow force comes from the momentum of the liquid and
+    counts as supplied.
     """
 
     seat: Param[Scalar, "m2", positive]  # area on which the pressure drop acts
-    width: Param[Scalar, "m", positive]  # area of the opening per lift, pi d sin(angle of the cone)
+    width: Param[Scalar, "m", positive]  # opening area per lift, pi d sin(half the cone angle)
     stroke: Param[Scalar, "m", positive]  # full lift
     density: Param[Scalar, "kg/m3", positive]  # rho
     seated: Param[Scalar, "m"] = 0.0  # position of the rod with the poppet on its seat
-    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 where growing s opens it, -1 where it closes it
-    jet: Param[Scalar, "rad"] = 1.2043  # angle of the jet against the axis, 69 degrees
+    sense: Param[Scalar, "1", nonzero] = 1.0  # 1 if increasing s opens the valve, -1 if it closes it
+    jet: Param[Scalar, "rad"] = 1.2043  # angle between jet and axis, 69 degrees
     discharge_coefficient: Param[Scalar, "1", positive] = 0.65  # C_d
     velocity_coefficient: Param[Scalar, "1", nonnegative] = 0.98  # C_v; 0 without flow force
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # p_t

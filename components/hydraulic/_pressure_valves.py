@@ -1,4 +1,4 @@
-"""Valves that pressures open and close: each has an opening x that follows its balance of forces with a lag."""
+"""Pressure-controlled valves: an opening x follows the balance of forces with a lag."""
 
 import abc
 from typing import Any, Self
@@ -15,21 +15,21 @@ from ._valves import Resistance, turbulent_flow
 class PilotedValve(Resistance, partial=True):
     """q = (x + leakage) K sqrt(dp), with K = rated_flow/sqrt(rated_drop) and tau dx/dt = target - x.
 
-    The target is the excess over the setting, as a share of the `band`, limited to 0 .. 1. The root is rounded at zero
-    as in `Orifice`. The lag stands for the mass and the damping of spool and pilot. Not modelled: flow forces.
+    The target is the excess over the setting as a fraction of `band`, limited to 0 .. 1. The square root is smoothed at
+    zero as in `Orifice`. The lag represents mass and damping of spool and pilot. Not modelled: flow forces.
     """
 
-    rated_flow: Param[Scalar, "m3/s", positive]  # fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    band: Param[Scalar, "Pa", positive]  # from closed to fully open
-    tau: Param[Scalar, "s", positive] = 2e-3  # lag of the opening
-    leakage: Param[Scalar, "1", nonnegative] = 0.0  # of the closed valve, as an opening
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    rated_flow: Param[Scalar, "m3/s", positive]  # flow of the fully open valve
+    rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
+    band: Param[Scalar, "Pa", positive]  # pressure difference between closed and fully open
+    tau: Param[Scalar, "s", positive] = 2e-3  # time constant of the opening
+    leakage: Param[Scalar, "1", nonnegative] = 0.0  # opening of the closed valve
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     x: Var[Scalar, "1", prefer] = 0.0  # opening
 
     @abc.abstractmethod
     def excess(self) -> Scalar:
-        """Pressure in Pa by which the setting is exceeded."""
+        """Pressure in excess of the setting in Pa."""
 
     def equations(self, d: Any) -> Equations:
         conductance = (limited(self.x, 0.0, 1.0) + self.leakage) * self.rated_flow / jnp.sqrt(self.rated_drop)
@@ -40,37 +40,37 @@ class PilotedValve(Resistance, partial=True):
 
 
 class PilotReliefValve(PilotedValve):
-    """Opens from a to b when the pressure drop exceeds `pressure`; a pilot makes the band narrow and the lag long.
+    """A pilot-operated relief valve: opens from a to b if the pressure drop exceeds `pressure`.
 
-    See `PilotedValve`; `ReliefValve` is the static one.
+    The pilot stage makes the band narrow and the lag long. See `PilotedValve`; `ReliefValve` is the static counterpart.
     """
 
-    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+    pressure: Param[Scalar, "Pa", nonnegative]  # pressure drop at which it begins to open
 
     def excess(self) -> Scalar:
         return self.dp - self.pressure
 
 
 class SequenceValve(PilotedValve):
-    """Opens from a to b when the pressure at a exceeds `pressure`, whatever that at b: its drain is external.
+    """Opens from a to b if the pressure at a exceeds `pressure`, independently of b: the drain is external.
 
     See `PilotedValve`.
     """
 
-    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+    pressure: Param[Scalar, "Pa", nonnegative]  # pressure at a at which it begins to open
 
     def excess(self) -> Scalar:
         return self.a.p - self.pressure
 
 
 class UnloadingValve(PilotedValve):
-    """Opens from a to b when the pressure at the port `pilot`, which senses only, exceeds `pressure`: a pump idles.
+    """Opens from a to b, to unload a pump, if the pressure at the sensing port `pilot` exceeds `pressure`.
 
-    With a check valve between a and the pilot, the large one of two pumps goes to the tank while the small one presses.
-    See `PilotedValve`; `SequenceValve` opens by the pressure at a.
+    With a check valve from a to the pilot, the larger of two pumps is unloaded to the tank while the smaller one holds
+    the pressure. See `PilotedValve`; `SequenceValve` opens by the pressure at a.
     """
 
-    pressure: Param[Scalar, "Pa", nonnegative]  # at which it begins to open
+    pressure: Param[Scalar, "Pa", nonnegative]  # pressure at the pilot at which it begins to open
     pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
@@ -81,25 +81,25 @@ class UnloadingValve(PilotedValve):
 
 
 class PressureReducingValve(PilotedValve):
-    """Keeps the pressure at b below `pressure`: open at pressure - band and less, closed at `pressure`.
+    """Keeps the pressure at b below `pressure`: fully open up to pressure - band, closed at `pressure`.
 
-    See `PilotedValve`. It does not relieve b when that is pressed from outside.
+    See `PilotedValve`. It does not relieve b if the pressure there is raised from outside.
     """
 
-    pressure: Param[Scalar, "Pa", positive]  # at which it is closed
+    pressure: Param[Scalar, "Pa", positive]  # pressure at b at which it is closed
 
     def excess(self) -> Scalar:
         return self.pressure - self.b.p
 
 
 class CounterbalanceValve(PilotedValve):
-    """Holds a load at a until p_a + ratio p_x exceeds `pressure`; x is the pilot, the other side of the cylinder.
+    """Holds a load at a until p_a + ratio p_x exceeds `pressure`; x is the pilot, from the other side of the cylinder.
 
-    From b to a the load is raised through a check valve: put a `CheckValve` in parallel. See `PilotedValve`.
+    To raise the load, put a `CheckValve` from b to a in parallel. See `PilotedValve`.
     """
 
-    pressure: Param[Scalar, "Pa", positive]  # at which the load alone begins to open it
-    ratio: Param[Scalar, "1", nonnegative]  # of the pilot's area to that of the load
+    pressure: Param[Scalar, "Pa", positive]  # load pressure at which it begins to open without pilot pressure
+    ratio: Param[Scalar, "1", nonnegative]  # pilot area over the area on which the load pressure acts
     pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
@@ -110,13 +110,13 @@ class CounterbalanceValve(PilotedValve):
 
 
 class PilotCheckValve(PilotedValve):
-    """Lets liquid pass from a to b, and back once the pilot opens it: p_a - p_b + ratio (p_x - p_a)+ > cracking.
+    """A pilot-operated check valve, open from a to b, and both ways if p_a - p_b + ratio (p_x - p_a)+ > cracking.
 
-    ( )+ is 0 below zero: the pilot's piston pushes the poppet, and does not hold it. See `PilotedValve`.
+    ( )+ is 0 below zero, because the pilot piston can only push the poppet. See `PilotedValve`.
     """
 
-    cracking: Param[Scalar, "Pa", nonnegative]  # pressure of its spring
-    ratio: Param[Scalar, "1", nonnegative]  # of the pilot piston's area to that of the seat
+    cracking: Param[Scalar, "Pa", nonnegative]  # cracking pressure of the spring
+    ratio: Param[Scalar, "1", nonnegative]  # pilot piston area over seat area
     pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
@@ -128,13 +128,13 @@ class PilotCheckValve(PilotedValve):
 
 
 class BypassCompensator(PilotedValve):
-    """Lets the surplus of a fixed pump at a pass to b, so that p_a stays `margin` above the pressure of the load.
+    """Bypasses the surplus flow of a fixed pump from a to b, so that p_a stays `margin` above the load pressure.
 
-    With a metering edge between a and the load it makes the flow to the load one of the edge alone: load sensing with
-    a fixed pump, or a three-way flow regulator. The port `load` senses only. See `PilotedValve`.
+    With a metering edge between a and the load, the flow to the load depends on the edge alone: load sensing with a
+    fixed pump, or a three-way flow regulator. The port `load` only senses. See `PilotedValve`.
     """
 
-    margin: Param[Scalar, "Pa", positive]  # above the load, at which it begins to open
+    margin: Param[Scalar, "Pa", positive]  # pressure above the load at which it begins to open
     load: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
@@ -145,15 +145,15 @@ class BypassCompensator(PilotedValve):
 
 
 class FlowControlValve(Resistance):
-    """A throttle behind a pressure compensator: from a to b the flow is `flow`, once dp is above `margin`.
+    """A throttle with pressure compensator: the flow from a to b is `flow` as soon as dp exceeds `margin`.
 
-    Below the margin and backward it is an orifice, q = flow sqrt(dp/margin), rounded at zero as in `Orifice`. The
-    compensator acts at once.
+    Below the margin, and from b to a, it is an orifice, q = flow sqrt(dp/margin), smoothed at zero as in `Orifice`. The
+    compensator acts instantly.
     """
 
-    flow: Param[Scalar, "m3/s", nonnegative]  # set
+    flow: Param[Scalar, "m3/s", nonnegative]  # flow setting
     margin: Param[Scalar, "Pa", positive] = 8e5  # pressure drop that the compensator needs
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
 
     def equations(self, d: Self) -> Equations:
         dp = ifelse(self.dp < self.margin, self.dp, self.margin)

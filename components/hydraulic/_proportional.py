@@ -1,4 +1,4 @@
-"""Valves with the dynamics of their spools."""
+"""Valves with spool dynamics."""
 
 from typing import Self
 
@@ -11,7 +11,7 @@ from ._spool_valves import FourWayValve
 
 
 class DrivenValve(Component, partial=True):
-    """A `FourWayValve` with something between the signal u and its spool."""
+    """Base class of `FourWayValve`s with a stage between the signal u and the spool."""
 
     valve: FourWayValve
     u: Input = Input()
@@ -25,10 +25,10 @@ class DrivenValve(Component, partial=True):
 
 
 class ProportionalValve(DrivenValve):
-    """A `FourWayValve` whose spool follows its signal u as a second-order lag; servo valves alike.
+    """A proportional or servo valve: a `FourWayValve` whose spool follows its signal u as a second-order lag.
 
-    `ProportionalValve(spool=SecondOrder(w=2 pi 50, D=0.8), valve=FourWayValve(...))`, with the corner frequency of the
-    data sheet for small signals. `ServoValve` has a limit of the spool's speed, and hysteresis.
+    `ProportionalValve(spool=SecondOrder(w=2 pi 50, D=0.8), valve=FourWayValve(...))`, with the small-signal corner
+    frequency of the data sheet. `ServoValve` also limits the spool speed and has hysteresis.
     """
 
     spool: SecondOrder
@@ -39,18 +39,18 @@ class ProportionalValve(DrivenValve):
 
 
 class PilotStage(SISO):
-    """How the first stage of a servo valve, or the controller of a swash plate, moves the second one to the signal u.
+    """The first stage of a servo valve or swash plate controller, which moves the second stage to the signal u.
 
-    With the share z that the first stage is open and the position x: dx/dt = rate z, and
+    With the opening z of the first stage and the position x: dx/dt = rate z, and
     z follows w (u - x)/(2 D rate), limited to -1 .. 1, with a lag of 1/(2 D w). For small signals this is
-    d2x/dt2 + 2 D w dx/dt + w^2 x = w^2 u; for large ones x moves with the speed that the flow of the first stage
-    allows (Merritt, `Hydraulic Control Systems`, ch. 7). u is limited to -1 .. 1.
+    d2x/dt2 + 2 D w dx/dt + w^2 x = w^2 u; for large signals, the flow of the first stage limits the speed of x
+    (Merritt, `Hydraulic Control Systems`, ch. 7). u is limited to -1 .. 1.
     """
 
     w: Param[Scalar, "rad/s", positive]  # corner frequency for small signals
     D: Param[Scalar, "1", positive]  # damping ratio
-    rate: Param[Scalar, "1/s", positive]  # highest speed, in strokes from the middle to an end per second
-    x: Var[Scalar, "1", prefer] = 0.0  # position; its start value
+    rate: Param[Scalar, "1/s", positive]  # maximum speed, in strokes from the middle to an end per second
+    x: Var[Scalar, "1", prefer] = 0.0  # position
     z: Var[Scalar, "1", prefer] = 0.0  # opening of the first stage
 
     def equations(self, d: Self) -> Equations:
@@ -65,10 +65,10 @@ class PilotStage(SISO):
 
 
 class ServoValve(DrivenValve):
-    """A two-stage servo valve: a `FourWayValve` whose spool a `PilotStage` moves, behind the hysteresis of its motor.
+    """A two-stage servo valve: hysteresis of the torque motor, `PilotStage` and `FourWayValve`.
 
     `ServoValve(play=Play(width=0.02), stage=PilotStage(w=2 pi 100, D=0.8, rate=100.0), valve=FourWayValve(...))`, with
-    hysteresis, corner frequency and time of a full stroke, 1/rate, of the data sheet.
+    the hysteresis, corner frequency and full-stroke time 1/rate of the data sheet.
     """
 
     play: Play

@@ -1,4 +1,4 @@
-"""Conversion between a shaft and a liquid."""
+"""Pump or motor with constant loss coefficients."""
 
 from typing import Self
 
@@ -13,14 +13,14 @@ class Pump(Component):
     """Pump or motor of fixed displacement, with Wilson's losses (Merritt, `Hydraulic Control Systems`, ch. 4).
 
     With the pressure rise dp = p_b - p_a: q = D w - leakage dp from a to b, and J dw/dt = tau - D dp - friction w.
-    Ideal where the losses are zero. Not modelled: ripple, dry friction, compression in the pump, drain to the case.
+    With zero losses it is ideal. Not modelled: ripple, dry friction, compression in the pump, case drain.
     """
 
     displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # laminar leakage from delivery to suction
     friction: Param[Scalar, "N.m.s/rad", nonnegative] = 0.0  # viscous friction coefficient
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
     dp: Var[Scalar, "Pa"] = 0.0  # pressure rise from a to b
     q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b

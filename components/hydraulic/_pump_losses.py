@@ -10,30 +10,30 @@ from ._valves import turbulent_flow
 
 
 class PumpLosses(Record, partial=True):
-    """What a machine of displacement D loses of flow and torque at the pressure rise dp and the speed w."""
+    """Losses of flow and torque of a machine with displacement D at the pressure rise dp and the speed w."""
 
     @abc.abstractmethod
     def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
-        """Flow in m3/s from delivery to suction; viscosity in Pa.s."""
+        """Leakage flow in m3/s from delivery to suction; viscosity in Pa.s."""
 
     @abc.abstractmethod
     def drag(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
-        """Torque in N.m against the rotation."""
+        """Loss torque in N.m against the rotation."""
 
     def events(self, dp: Scalar, w: Scalar) -> Events:
-        """Where the machine cannot work; nowhere, unless the losses say so."""
+        """Events that stop a run outside the operating range; none by default."""
         del dp, w
         return {}
 
 
 class LaminarLosses(PumpLosses, partial=True):
-    """The coefficients of Wilson."""
+    """Wilson's loss coefficients."""
 
-    C_s: Param[Scalar, "1", nonnegative] = 0.0  # laminar slip, about 1e-9 to 1e-8
-    C_v: Param[Scalar, "1", nonnegative] = 0.0  # viscous drag, about 1e5
-    C_f: Param[Scalar, "1", nonnegative] = 0.0  # friction under pressure, some per cent
-    T_c: Param[Scalar, "N.m", nonnegative] = 0.0  # friction of seals and bearings
-    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the sign
+    C_s: Param[Scalar, "1", nonnegative] = 0.0  # laminar slip coefficient, about 1e-9 to 1e-8
+    C_v: Param[Scalar, "1", nonnegative] = 0.0  # viscous drag coefficient, about 1e5
+    C_f: Param[Scalar, "1", nonnegative] = 0.0  # pressure-dependent friction coefficient, a few per cent
+    T_c: Param[Scalar, "N.m", nonnegative] = 0.0  # constant friction of seals and bearings
+    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the transition through rest
 
     def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         return self.C_s * displacement * dp / viscosity
@@ -46,22 +46,20 @@ class LaminarLosses(PumpLosses, partial=True):
 class WilsonLosses(LaminarLosses):
     """Laminar slip C_s D dp/mu; torque C_v D mu w + (C_f D |dp| + T_c) sign(w) (Wilson 1950).
 
-    D is the displacement, dp the pressure rise, w the speed and mu the dynamic viscosity.
-
-    The sign is rounded, tanh(w/w_t). Without T_c, the efficiency is best at mu w/dp = C_s +
-    sqrt(C_s^2 + C_s (1 + C_f)/C_v).
+    D is the displacement, dp the pressure rise, w the speed and mu the dynamic viscosity. The sign is smoothed:
+    tanh(w/w_t). Without T_c, the efficiency is highest at mu w/dp = C_s + sqrt(C_s^2 + C_s (1 + C_f)/C_v).
     """
 
 
 class SchloesserLosses(LaminarLosses):
-    """Those of Wilson, and turbulent ones: slip C_st D^(2/3) sqrt(2 dp/rho), drag C_h (rho/2) w^2 D^(5/3).
+    """Wilson's losses plus turbulent losses: slip C_st D^(2/3) sqrt(2 dp/rho), drag C_h (rho/2) w^2 D^(5/3).
 
-    Schloesser 1961, with the density rho; the root is rounded within p_t as in `Orifice`.
+    Schloesser 1961, with the density rho. The square root is smoothed within p_t as in `Orifice`.
     """
 
-    C_st: Param[Scalar, "1", nonnegative] = 0.0  # turbulent slip
-    C_h: Param[Scalar, "1", nonnegative] = 0.0  # hydrodynamic drag
-    p_t: Param[Scalar, "Pa", positive] = 100.0  # width of the root
+    C_st: Param[Scalar, "1", nonnegative] = 0.0  # turbulent slip coefficient
+    C_h: Param[Scalar, "1", nonnegative] = 0.0  # hydrodynamic drag coefficient
+    p_t: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure rise
 
     def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         conductance = self.C_st * displacement ** (2.0 / 3.0) * jnp.sqrt(2.0 / density)

@@ -1,4 +1,4 @@
-"""Losses of pumps and motors by measured maps."""
+"""Losses of pumps and motors from measured maps."""
 
 from typing import Any, Self
 
@@ -14,26 +14,26 @@ from ._pump_losses import PumpLosses
 
 
 class MappedLosses(PumpLosses):
-    """Slip and drag from measurements over speed and pressure, at the viscosity at which they were made.
+    """Slip and drag measured over speed and pressure, valid at the viscosity of the measurement.
 
-    Both are found from the sizes of w and dp by cubics that rise and fall only where the samples do (Fritsch, Butland
-    1984), first along the pressure and then along the speed; slip has the sign of dp and drag that of w, rounded by
-    tanh. Below the map its edge holds; beyond its highest pressure or speed a run ends with an error.
-    `MappedLosses.from_efficiencies(...)` takes the efficiencies of a data sheet. Differentiable in all samples.
+    Monotone cubics (Fritsch, Butland 1984) interpolate over |dp| and then over |w|. Slip has the sign of dp and drag
+    that of w, smoothed by tanh. Below the map, the values at its edge hold; above its highest pressure or speed, a run
+    ends with an error. `MappedLosses.from_efficiencies(...)` takes the efficiencies of a data sheet. Differentiable
+    with respect to all samples.
     """
 
     speeds: Param[Vector, "rad/s"]  # increasing
     pressures: Param[Vector, "Pa"]  # increasing
-    slips: Param[Vector, "m3/s", nonnegative]  # a row for each speed, a column for each pressure
-    drags: Param[Vector, "N.m", nonnegative]  # alike
-    p_t: Param[Scalar, "Pa", positive] = 1e5  # width of the sign of dp
-    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the sign of w
+    slips: Param[Vector, "m3/s", nonnegative]  # slip flows, one row for each speed, one column for each pressure
+    drags: Param[Vector, "N.m", nonnegative]  # loss torques, arranged likewise
+    p_t: Param[Scalar, "Pa", positive] = 1e5  # width of the transition at zero dp
+    w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the transition at zero w
 
     @classmethod
     def from_efficiencies(
         cls, *, displacement: Any, speeds: Any, pressures: Any, volumetric: Any, mechanical: Any
     ) -> Self:
-        """From efficiencies as a pump: slip D w (1 - eta_v) and drag D dp (1/eta_m - 1), a row for each speed."""
+        """Losses from pump efficiencies, one row for each speed: slip D w (1 - eta_v), drag D dp (1/eta_m - 1)."""
         w, dp = jnp.asarray(speeds, float), jnp.asarray(pressures, float)
         slips = displacement * w[:, None] * (1.0 - jnp.asarray(volumetric))
         drags = displacement * dp * (1.0 / jnp.asarray(mechanical) - 1.0)
@@ -53,7 +53,7 @@ class MappedLosses(PumpLosses):
     def events(self, dp: Scalar, w: Scalar) -> Events:
         is_beyond = (jnp.abs(dp) > self.pressures[-1]) | (jnp.abs(w) > self.speeds[-1])
         return dict(
-            beyond=refuse(is_beyond, "pressure or speed is beyond the map of losses: extend the map"),
+            beyond=refuse(is_beyond, "pressure or speed is beyond the loss map: extend the map"),
         )
 
     def _at(self, samples: Vector, dp: Scalar, w: Scalar) -> Scalar:

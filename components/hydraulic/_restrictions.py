@@ -1,4 +1,4 @@
-"""Restrictions whose flow turns from laminar to turbulent at a Reynolds number, by the viscosity of the liquid."""
+"""Restrictions with a transition from laminar to turbulent flow that depends on the viscosity of the liquid."""
 
 from typing import Self
 
@@ -16,9 +16,9 @@ from ._valves import Resistance, turbulent_flow
 def transition(
     liquid: AnyLiquid, p: Scalar, T: Scalar | None, area: Scalar, discharge: Scalar, reynolds: Scalar
 ) -> Scalar:
-    """The pressure drop in Pa around which flow through a hole becomes turbulent, (rho/2) (Re_t nu/(C_d d))^2.
+    """Transition pressure drop in Pa from laminar to turbulent flow through a hole, (rho/2) (Re_t nu/(C_d d))^2.
 
-    With the hydraulic diameter d = sqrt(4 area/pi), and nu at the temperature T; Borutzky, Barnard, Thoma 2002.
+    d = sqrt(4 area/pi) is the hydraulic diameter, nu is taken at the temperature T; Borutzky, Barnard, Thoma 2002.
     """
     diameter = jnp.sqrt(4.0 * area / jnp.pi)
     speed = reynolds * liquid.kinematic_viscosity(p, T) / (discharge * diameter)
@@ -26,10 +26,10 @@ def transition(
 
 
 class LiquidOrifice(Resistance):
-    """A hole of a given area, q = C_d A sqrt(2 dp/rho), laminar below a Reynolds number.
+    """An orifice of given area, q = C_d A sqrt(2 dp/rho), laminar below a Reynolds number.
 
-    q = C_d A sqrt(2/rho) dp/(dp^2 + p_t^2)^(1/4), with p_t by `transition`: `Orifice` with the width of its root from
-    the liquid. The density is that at atmospheric pressure.
+    q = C_d A sqrt(2/rho) dp/(dp^2 + p_t^2)^(1/4) as in `Orifice`, with p_t = (rho/2) (Re_t nu/(C_d d))^2 from the
+    liquid. The density is that at atmospheric pressure.
     """
 
     area: Param[Scalar, "m2", positive]  # A
@@ -46,12 +46,12 @@ class LiquidOrifice(Resistance):
 
 
 class VariableOrifice(Resistance):
-    """A `LiquidOrifice` whose area is leak + (area - leak) u, with the signal u limited to 0 .. 1.
+    """A `LiquidOrifice` with the area leak + (area - leak) u, with the signal u limited to 0 .. 1.
 
-    The transition is that of the whole area.
+    The transition to turbulent flow is that of the full area.
     """
 
-    area: Param[Scalar, "m2", positive]  # fully open
+    area: Param[Scalar, "m2", positive]  # fully open area
     liquid: AnyLiquid
     leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
@@ -74,10 +74,10 @@ class AnnularGap(Resistance):
     """Laminar leakage along a piston or a spool, q = pi d c^3 (1 + 1.5 e^2)/(12 nu rho L) dp (Merritt, ch. 3)."""
 
     diameter: Param[Scalar, "m", positive]  # d
-    clearance: Param[Scalar, "m", nonnegative]  # c, radial
+    clearance: Param[Scalar, "m", nonnegative]  # c, radial clearance
     length: Param[Scalar, "m", positive]  # L
     liquid: AnyLiquid
-    eccentricity: Param[Scalar, "1", nonnegative] = 0.0  # e over c: 0 centred, 1 touching
+    eccentricity: Param[Scalar, "1", nonnegative] = 0.0  # e, relative to c: 0 centred, 1 touching
 
     def requirements(self) -> Requirements:
         return (require(self.eccentricity <= 1.0, "eccentricity must be at most 1"),)
@@ -94,26 +94,26 @@ class AnnularGap(Resistance):
 class LocalLoss(Resistance):
     """A fitting, dp = zeta (rho/2) v |v| with v = q/area, laminar below a Reynolds number.
 
-    zeta is that of the direction of the flow; from one to the other it changes within the laminar transition. The
-    pressures are total ones: the flow's kinetic energy is not counted. `bend`, `widening`, `drilled_corner` and
+    zeta depends on the direction of flow and changes from one value to the other within the laminar transition. The
+    pressures are total pressures: the kinetic energy of the flow is neglected. `bend`, `widening`, `drilled_corner` and
     `entry` give coefficients from the geometry (Idelchik, `Handbook of Hydraulic Resistance`; Crane TP-410).
     """
 
-    area: Param[Scalar, "m2", positive]  # to which v refers
+    area: Param[Scalar, "m2", positive]  # area to which v refers
     liquid: AnyLiquid
     zeta_ab: Param[Scalar, "1", positive]  # loss coefficient from a to b
-    zeta_ba: Param[Scalar, "1", positive]  # and from b to a
+    zeta_ba: Param[Scalar, "1", positive]  # loss coefficient from b to a
     transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
 
     @classmethod
     def bend(cls, *, diameter: Scalar, liquid: AnyLiquid, radius: Scalar) -> "LocalLoss":
-        """A smooth bend by 90 degrees of mean radius r: 0.21 sqrt(d/r) for r > d (Idelchik)."""
+        """A smooth 90-degree bend of mean radius r: 0.21 sqrt(d/r) for r > d (Idelchik)."""
         zeta = 0.21 * jnp.sqrt(diameter / radius)
         return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=zeta, zeta_ba=zeta)
 
     @classmethod
     def widening(cls, *, diameter_a: Scalar, diameter_b: Scalar, liquid: AnyLiquid) -> "LocalLoss":
-        """A step from a narrow pipe at a to a wide one at b: (1 - s)^2 by Borda and Carnot, backward (1 - s)/2.
+        """A step from a narrow pipe at a to a wide pipe at b: (1 - s)^2 by Borda and Carnot, backward (1 - s)/2.
 
         s is the ratio of the areas; v is the speed in the narrow pipe.
         """
@@ -132,7 +132,7 @@ class LocalLoss(Resistance):
 
     @classmethod
     def entry(cls, *, diameter: Scalar, liquid: AnyLiquid) -> "LocalLoss":
-        """From a large vessel at a into a pipe with a sharp edge, 0.5, and out of it, 1."""
+        """A sharp-edged pipe entry from a large vessel at a: 0.5 into the pipe, 1 out of it."""
         return cls(area=0.25 * jnp.pi * diameter**2, liquid=liquid, zeta_ab=0.5, zeta_ba=1.0)
 
     def equations(self, d: Self) -> Equations:
@@ -148,19 +148,19 @@ class LocalLoss(Resistance):
 class DrilledPassage(Resistance):
     """A drilled hole with sharp corners, dp = 128 mu L q/(pi d^4) + n zeta rho/2 v |v|, with v = q/A.
 
-    Laminar and fully developed (Hagen, Poiseuille): see that `reynolds` stays below 2300. A corner of 90 degrees has
+    Laminar and fully developed (Hagen, Poiseuille): check that `reynolds` stays below 2300. A 90-degree corner has
     zeta = 1.2 (Idelchik, `Handbook of Hydraulic Resistance`). Density and viscosity are those at atmospheric pressure.
     """
 
     diameter: Param[Scalar, "m", positive]  # d
-    length: Param[Scalar, "m", positive]  # L, of all its sections
-    corners: Param[Scalar, "1", nonnegative]  # n, their number
+    length: Param[Scalar, "m", positive]  # L, total length of all sections
+    corners: Param[Scalar, "1", nonnegative]  # n, number of corners
     liquid: AnyLiquid
     zeta: Param[Scalar, "1", nonnegative] = 1.2  # loss coefficient of a corner
 
     @property
     def reynolds(self) -> Scalar:
-        """Reynolds number, v d/nu, with the sign of the flow."""
+        """Reynolds number v d/nu, with the sign of the flow."""
         return 4.0 * self.q / (jnp.pi * self.diameter * self._kinematic_viscosity())
 
     def equations(self, d: Self) -> Equations:

@@ -1,4 +1,4 @@
-"""Valves that the higher one of two pressures moves."""
+"""Shuttle and purge valves, moved by the higher of two pressures."""
 
 from typing import Self
 
@@ -12,16 +12,16 @@ from ._valves import turbulent_flow
 
 
 class ShuttleValve(Component):
-    """Connects c with the higher one of a and b: the share of a's edge is 1/2 + (p_a - p_b)/(2 band), within 0 .. 1.
+    """Connects c to the higher-pressure port of a and b; the opening to a is 1/2 + (p_a - p_b)/(2 band), in 0 .. 1.
 
-    Each edge passes K sqrt(dp) with K = rated_flow/sqrt(rated_drop), rounded at zero as in `Orifice`. The ball is
-    without mass.
+    The opening to b is the complement. Each edge passes opening K sqrt(dp) with K = rated_flow/sqrt(rated_drop),
+    smoothed at zero as in `Orifice`. The ball is massless.
     """
 
-    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    band: Param[Scalar, "Pa", positive] = 1e4  # difference of a and b that moves the ball over
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    rated_flow: Param[Scalar, "m3/s", positive]  # flow through one fully open edge
+    rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
+    band: Param[Scalar, "Pa", positive] = 1e4  # pressure difference that moves the ball to its end
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
     c: FluidPort = FluidPort()
@@ -45,18 +45,19 @@ class ShuttleValve(Component):
 
 
 class PurgeValve(Component):
-    """Lets liquid out of the lower one of two lines at c, to cool and clean a closed circuit: a flushing shuttle.
+    """A flushing shuttle: purges liquid from the low-pressure line at c, to cool and clean a closed circuit.
 
-    Centred by springs, it joins a with c by the share (p_b - p_a - threshold)/band, within 0 .. 1, and b alike. Each
-    edge passes K sqrt(dp) with K = rated_flow/sqrt(rated_drop), rounded at zero as in `Orifice`. What is let out, the
-    charge pump has to replace; a `ReliefValve` behind c keeps the low pressure. The spool is without mass.
+    Centred by springs, it connects a to c with the opening (p_b - p_a - threshold)/band, limited to 0 .. 1, and b
+    likewise. Each edge passes opening K sqrt(dp) with K = rated_flow/sqrt(rated_drop), smoothed at zero as in
+    `Orifice`. The charge pump must replace the purged flow; a `ReliefValve` behind c keeps the low pressure. The spool
+    is massless.
     """
 
-    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    threshold: Param[Scalar, "Pa", nonnegative]  # difference of a and b at which it begins to open
-    band: Param[Scalar, "Pa", positive]  # from closed to fully open
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    rated_flow: Param[Scalar, "m3/s", positive]  # flow through one fully open edge
+    rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
+    threshold: Param[Scalar, "Pa", nonnegative]  # pressure difference at which it begins to open
+    band: Param[Scalar, "Pa", positive]  # pressure difference between closed and fully open
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
     c: FluidPort = FluidPort()

@@ -1,4 +1,4 @@
-"""A valve opened by a coil, as a mechanism: coil, armature with spring and stops, opening."""
+"""Valve opened by a coil, modelled as a mechanism: coil, armature with spring and stops, orifice."""
 
 from typing import Self
 
@@ -27,12 +27,12 @@ from ._valves import Resistance, turbulent_flow
 
 
 class LiftValve(Resistance):
-    """An orifice whose area is proportional to a lift: q = C_d area s / stroke sqrt(2 dp / rho), 0 <= s <= stroke.
+    """An orifice with an area proportional to the lift: q = C_d area s / stroke sqrt(2 dp / rho), 0 <= s <= stroke.
 
-    Square root as in `Orifice`. Flow forces are not modelled: it takes no force to hold the rod.
+    Square root as in `Orifice`. Flow forces are not modelled: the orifice exerts no force on the rod.
     """
 
-    area: Param[Scalar, "m2", nonnegative]  # at full lift
+    area: Param[Scalar, "m2", nonnegative]  # area at full lift
     stroke: Param[Scalar, "m", positive]  # full lift
     density: Param[Scalar, "kg/m3", positive]  # rho
     discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
@@ -49,12 +49,12 @@ class LiftValve(Resistance):
 
 
 class SolenoidValve(Component):
-    """A normally closed on/off valve: a coil lifts a sprung armature from one rigid stop to the other.
+    """A normally closed on/off valve: a coil lifts a spring-loaded armature from one rigid stop to the other.
 
-    `SolenoidValve(R=..., L0=..., g0=..., m=..., spring=..., preload=..., stroke=..., area=..., density=...)`; the gap
-    of its coil at full lift is `residual_gap`. The parts are `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop`, whose
-    impacts are events, and `LiftValve`; the coil's current and the armature's motion give the dead times of opening and
-    closing. Not modelled: flow forces, pressure forces on the armature, saturation.
+    `SolenoidValve(R=..., L0=..., g0=..., m=..., spring=..., preload=..., stroke=..., area=..., density=...)`. The coil
+    gap at full lift is `residual_gap`. It consists of `Solenoid`, `Mass`, `Spring`, `Damper`, `HardStop`, whose impacts
+    are events, and `LiftValve`. Coil current and armature motion determine the delays of opening and closing. Not
+    modelled: flow forces, pressure forces on the armature, saturation.
     """
 
     coil: Solenoid
@@ -73,18 +73,18 @@ class SolenoidValve(Component):
         self,
         *,
         R: Param[Scalar, "ohm"],  # resistance of the coil
-        L0: Param[Scalar, "H"],  # its inductance without a gap
-        g0: Param[Scalar, "m"],  # gap at which the inductance has halved
+        L0: Param[Scalar, "H"],  # inductance of the coil at zero gap
+        g0: Param[Scalar, "m"],  # gap at which the inductance is halved
         m: Param[Scalar, "kg"],  # mass of the armature
         spring: Param[Scalar, "N/m"],  # stiffness of the spring
-        preload: Param[Scalar, "N"],  # force of the spring on the closed valve
+        preload: Param[Scalar, "N"],  # spring force with the valve closed
         stroke: Param[Scalar, "m"],  # lift between the stops
-        area: Param[Scalar, "m2"],  # of the open valve
-        density: Param[Scalar, "kg/m3"],  # of the liquid
-        damping: Param[Scalar, "N.s/m"] = 0.0,  # of the armature
+        area: Param[Scalar, "m2"],  # area of the open valve
+        density: Param[Scalar, "kg/m3"],  # density of the liquid
+        damping: Param[Scalar, "N.s/m"] = 0.0,  # damping of the armature
         residual_gap: Param[Scalar, "m"] = 0.0,  # gap of the coil at full lift
-        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
-        discharge_coefficient: Param[Scalar, "1"] = 0.61,  # of the valve
+        restitution: Param[Scalar, "1"] = 0.0,  # ratio of the speeds after and before an impact, at most 1
+        discharge_coefficient: Param[Scalar, "1"] = 0.61,  # discharge coefficient of the valve
     ) -> None:
         self.coil = Solenoid(R=R, L0=L0, g0=g0, closed=stroke + residual_gap)
         self.armature = Mass(m=m)

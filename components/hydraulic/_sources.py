@@ -18,23 +18,23 @@ class Source(Component, partial=True):
 
 
 class Tank(Source):
-    """A reservoir open to the atmosphere, p = 0; gives and takes any flow. There may be several in a circuit."""
+    """A reservoir open to the atmosphere, p = 0, for any flow. A circuit can have several."""
 
     def equations(self, d: Self) -> Equations:
         return dict(atmosphere=eq(self.port.p))
 
 
 class ConstantPressure(Source):
-    """Keeps the pressure, whatever the flow."""
+    """Keeps a constant pressure at any flow."""
 
-    pressure: Param[Scalar, "Pa"]  # above the atmosphere
+    pressure: Param[Scalar, "Pa"]  # pressure above the atmosphere
 
     def equations(self, d: Self) -> Equations:
         return dict(pressure=eq(self.port.p, self.pressure))
 
 
 class SignalPressure(Source):
-    """Keeps the pressure u in Pa, whatever the flow."""
+    """Keeps the pressure u in Pa at any flow."""
 
     u: Input = Input()
 
@@ -43,7 +43,7 @@ class SignalPressure(Source):
 
 
 class ConstantFlow(Source):
-    """Delivers a constant flow, whatever the pressure: q_port = -flow."""
+    """Delivers a constant flow at any pressure: q_port = -flow."""
 
     flow: Param[Scalar, "m3/s"]  # flow delivered
 
@@ -52,7 +52,7 @@ class ConstantFlow(Source):
 
 
 class SignalFlow(Source):
-    """Delivers the flow u in m3/s, whatever the pressure: q_port = -u."""
+    """Delivers the flow u in m3/s at any pressure: q_port = -u."""
 
     u: Input = Input()
 

@@ -1,4 +1,4 @@
-"""Directional valves: spools that open metering edges."""
+"""Directional spool valves with metering edges."""
 
 import abc
 from typing import Any, Self
@@ -28,25 +28,25 @@ from ._valves import turbulent_flow
 
 
 class Spool(Component, partial=True):
-    """A spool at u, from -1 to 1, with metering edges q = (K y + K_leak) sqrt(dp), rounded at zero as in `Orifice`.
+    """A spool at u, from -1 to 1, with metering edges q = (K y + K_leak) sqrt(dp), smoothed at zero as in `Orifice`.
 
-    An edge opens with y = (+-u - lap)/(1 - lap), limited to 0 .. 1: a positive lap closes it in the middle, a negative
-    one leaves it open there. K = rated_flow/sqrt(rated_drop), for one edge at full stroke, as data sheets state it.
-    With `heat=HeatPort()` the losses of the edges leave as heat.
+    The opening of an edge is y = (+-u - lap)/(1 - lap), limited to 0 .. 1: closed in the middle position with a
+    positive lap, open with a negative lap. K = rated_flow/sqrt(rated_drop) for one edge at full stroke, as stated in
+    data sheets. With `heat=HeatPort()` the losses of the edges leave as heat.
     """
 
-    rated_flow: Param[Scalar, "m3/s", positive]  # through one edge, fully open
-    rated_drop: Param[Scalar, "Pa", positive]  # at this pressure drop
-    lap: Param[Scalar, "1"] = 0.0  # of the edges to the supply, over the stroke; below 1
-    lap_return: Param[Scalar, "1"] = 0.0  # of those to the tank
+    rated_flow: Param[Scalar, "m3/s", positive]  # flow through one fully open edge
+    rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
+    lap: Param[Scalar, "1"] = 0.0  # lap of the edges to the supply, relative to the stroke; below 1
+    lap_return: Param[Scalar, "1"] = 0.0  # lap of the edges to the tank
     leakage: Param[Scalar, "1", nonnegative] = 0.0  # K_leak/K
-    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the root at zero
+    transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     u: Input = Input()
     heat: HeatPort | None = None
 
     @abc.abstractmethod
     def _loss(self) -> Scalar:
-        """What the edges turn into heat, in W."""
+        """Power dissipated at the edges in W."""
 
     def equations(self, d: Any) -> Equations:
         del d
@@ -73,10 +73,10 @@ class Spool(Component, partial=True):
 
 
 class ThreeWayValve(Spool):
-    """3/2 or proportional 3/3 valve: u > 0 joins p to a, u < 0 joins a to t."""
+    """3/2 or proportional 3/3 valve: u > 0 connects p to a, u < 0 connects a to t."""
 
     q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
-    q_at: Var[Scalar, "m3/s"] = 0.0  # and from a to t
+    q_at: Var[Scalar, "m3/s"] = 0.0  # flow from a to t
     p: FluidPort = FluidPort()
     t: FluidPort = FluidPort()
     a: FluidPort = FluidPort()
@@ -96,9 +96,9 @@ class ThreeWayValve(Spool):
 
 
 class FourEdges(Spool, partial=True):
-    """u > 0 joins p to a and b to t, u < 0 p to b and a to t."""
+    """Four edges: u > 0 connects p to a and b to t, u < 0 p to b and a to t."""
 
-    q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
+    q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a, and so on
     q_pb: Var[Scalar, "m3/s"] = 0.0
     q_at: Var[Scalar, "m3/s"] = 0.0
     q_bt: Var[Scalar, "m3/s"] = 0.0
@@ -108,7 +108,7 @@ class FourEdges(Spool, partial=True):
     b: FluidPort = FluidPort()
 
     def _edges(self) -> dict[str, tuple[Any, Any, Any]]:
-        """The flow, the pressure drop and the opening of each edge."""
+        """Flow, pressure drop and opening of each edge."""
         p, t, a, b = self.p.p, self.t.p, self.a.p, self.b.p
         to_a, to_b = self._opening(1.0, self.lap), self._opening(-1.0, self.lap)
         from_a, from_b = self._opening(-1.0, self.lap_return), self._opening(1.0, self.lap_return)
@@ -137,8 +137,8 @@ class FourEdges(Spool, partial=True):
 
 
 class FourWayValve(FourEdges):
-    """4/3 or proportional valve: u > 0 joins p to a and b to t, u < 0 p to b and a to t.
+    """4/3 or proportional valve: u > 0 connects p to a and b to t, u < 0 p to b and a to t.
 
-    A 4/2 valve is one whose signal is either -1 or 1. The dynamics of the spool are a block in front of u, such as
-    `blocks.SecondOrder`; see `ProportionalValve`. `FourWaySpool` has flow forces, which its actuator has to overcome.
+    With a signal of either -1 or 1 it is a 4/2 valve. For spool dynamics, put a block such as `blocks.SecondOrder` in
+    front of u; see `ProportionalValve`. `FourWaySpool` includes the flow forces on the spool.
     """

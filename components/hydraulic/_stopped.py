@@ -1,4 +1,4 @@
-"""Cylinder and pump with what limits and holds them: rigid end stops, dry friction."""
+"""Cylinder with rigid end stops, and pump with dry friction."""
 
 from acausal import Component, Connections, Param, Requirements, Scalar, connect, require
 
@@ -13,8 +13,8 @@ from ._pump import Pump
 class StoppedCylinder(Component):
     """A `SlaveCylinder` whose piston moves between rigid ends, 0 <= s <= stroke: see `translational.HardStop`.
 
-    `StoppedCylinder(bore=..., stroke=..., restitution=...)`. A mass has to be connected to the rod. At an end the flow
-    stops at once, so that the line on its port has to be compressible.
+    `StoppedCylinder(bore=..., stroke=..., restitution=...)`. Connect a mass to the rod. The flow stops instantly at an
+    end, so the line at its port must be compressible.
     """
 
     cylinder: SlaveCylinder
@@ -26,8 +26,8 @@ class StoppedCylinder(Component):
         self,
         *,
         bore: Param[Scalar, "m"],  # diameter of the piston
-        stroke: Param[Scalar, "m"],  # way between the ends
-        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
+        stroke: Param[Scalar, "m"],  # travel between the ends
+        restitution: Param[Scalar, "1"] = 0.0,  # ratio of the speeds after and before an impact, at most 1
     ) -> None:
         self.cylinder = SlaveCylinder(bore=bore)
         self.stop = HardStop(s_min=0.0, s_max=stroke, restitution=restitution)
@@ -44,10 +44,10 @@ class StoppedCylinder(Component):
 
 
 class StickingPump(Component):
-    """A `Pump` with dry friction: it turns only where the torque exceeds Ts, and slides with Tc (`StribeckFriction`).
+    """A `Pump` with dry friction: it starts to turn above the torque Ts and slides at Tc (`StribeckFriction`).
 
-    `StickingPump(displacement=..., J=..., Tc=..., Ts=..., ws=..., friction=..., leakage=...)`. With laminar leakage the
-    delivery falls to zero at a low speed, leakage dp / displacement.
+    `StickingPump(displacement=..., J=..., Tc=..., Ts=..., ws=..., friction=..., leakage=...)`. With laminar leakage,
+    the delivery falls to zero at the low speed leakage dp / displacement.
     """
 
     pump: Pump
@@ -63,7 +63,7 @@ class StickingPump(Component):
         J: Param[Scalar, "kg.m2"],  # moment of inertia
         Tc: Param[Scalar, "N.m"],  # Coulomb (sliding) torque
         Ts: Param[Scalar, "N.m"],  # break-away torque, at least Tc
-        ws: Param[Scalar, "rad/s"],  # Stribeck speed, at which the excess has dropped to 1/e
+        ws: Param[Scalar, "rad/s"],  # Stribeck speed, at which the excess over Tc has dropped to 1/e
         friction: Param[Scalar, "N.m.s/rad"] = 0.0,  # viscous friction coefficient
         leakage: Param[Scalar, "m3/(s.Pa)"] = 0.0,  # leakage flow per pressure difference
     ) -> None:

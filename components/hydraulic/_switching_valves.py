@@ -1,4 +1,4 @@
-"""Valves that open and close by events: exact corners and hysteresis where `_valves.py` is smooth."""
+"""Valves that open and close by events, with exact corners and hysteresis, unlike the smooth valves."""
 
 from typing import Self
 
@@ -21,21 +21,21 @@ from acausal import (
 
 from ._valves import Resistance
 
-ROUNDING = 1e-12  # of pressures, relative
+ROUNDING = 1e-12  # relative rounding error of pressures
 
 
 class IdealCheckValve(Resistance):
-    """A non-return valve with two lines as its characteristic, open from a to b.
+    """A check valve with a piecewise linear characteristic, open from a to b.
 
-    Open, q = conductance (dp - cracking_pressure) + leakage cracking_pressure; closed, q = leakage dp: they meet at
-    dp = cracking_pressure, which the valve passes by an event. `CheckValve` is its smooth counterpart.
+    Open: q = conductance (dp - cracking_pressure) + leakage cracking_pressure. Closed: q = leakage dp. The lines meet
+    at dp = cracking_pressure, where the valve switches by an event. `CheckValve` is its smooth counterpart.
     """
 
-    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure beyond cracking
+    conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure above the cracking pressure
     cracking_pressure: Param[Scalar, "Pa", nonnegative] = 2e4  # dp at which the valve opens
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
     beyond: Var[Scalar, "Pa"] = 0.0  # dp - cracking_pressure
-    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while it is open
+    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while open
 
     def equations(self, d: Self) -> Equations:
         slope = jnp.where(self.is_open > 0.5, self.conductance, self.leakage)
@@ -46,7 +46,7 @@ class IdealCheckValve(Resistance):
 
     def events(self) -> Events:
         is_open = self.is_open > 0.5
-        # The lines meet, so that a little late is as good; within their rounding, pressures may go to and fro.
+        # The lines meet, so switching slightly late does no harm, and rounding of the pressures causes no chatter.
         rounding = ROUNDING * (jnp.abs(self.a.p) + jnp.abs(self.b.p))
         return dict(
             open=when(~is_open & (self.beyond > rounding), is_open=1.0),
@@ -55,17 +55,17 @@ class IdealCheckValve(Resistance):
 
 
 class SnapReliefValve(Resistance):
-    """A relief valve that snaps: fully open from `cracking_pressure` on, closed again from the lower `reseat_pressure`.
+    """A relief valve with snap action: opens fully at `cracking_pressure` and closes at the lower `reseat_pressure`.
 
-    Open, q = conductance dp; closed, q = leakage dp. The flow jumps. Where the flow to be relieved is below
-    conductance reseat_pressure, it opens and closes again and again. `ReliefValve` is smooth and has no hysteresis.
+    Open: q = conductance dp. Closed: q = leakage dp. The flow jumps. If the relief flow is below
+    conductance reseat_pressure, the valve cycles. `ReliefValve` is smooth and has no hysteresis.
     """
 
     conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure when open
     cracking_pressure: Param[Scalar, "Pa", positive]  # dp at which the valve opens
-    reseat_pressure: Param[Scalar, "Pa", positive]  # dp at which it closes
+    reseat_pressure: Param[Scalar, "Pa", positive]  # dp at which the valve closes
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
-    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while it is open
+    is_open: Discrete[Scalar, "1"] = 0.0  # 1 while open
 
     def requirements(self) -> Requirements:
         return (

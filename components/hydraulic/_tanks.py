@@ -1,4 +1,4 @@
-"""Tanks with a level."""
+"""Tank with a liquid level, and pressurised tank."""
 
 from typing import Self
 
@@ -8,17 +8,17 @@ from ._interfaces import FluidPort
 
 
 class LevelTank(Component):
-    """A tank with a level h: area dh/dt = q, and p = pressure + density g h at its port in the bottom.
+    """A tank with a level h: area dh/dt = q, and p = pressure + density g h at the port in its bottom.
 
-    Open to the atmosphere, or under a constant gas pressure on top. A run ends with an error when the tank is sucked
-    dry, h < -height/1000, or runs over, h > height. `Tank` is the ideal one. Not modelled: swirl, foam, the speed of
-    the surface.
+    Open to the atmosphere, or under a constant gas pressure. A run ends with an error if the tank runs dry,
+    h < -height/1000, or overflows, h > height. `Tank` is the ideal counterpart. Not modelled: swirl, foam, the speed
+    of the surface.
     """
 
-    area: Param[Scalar, "m2", positive]  # of the surface
+    area: Param[Scalar, "m2", positive]  # area of the surface
     density: Param[Scalar, "kg/m3", positive]
-    height: Param[Scalar, "m", positive]  # of the walls
-    pressure: Param[Scalar, "Pa", nonnegative] = 0.0  # of the gas on top, above the atmosphere
+    height: Param[Scalar, "m", positive]  # height of the walls
+    pressure: Param[Scalar, "Pa", nonnegative] = 0.0  # gas pressure above the liquid, relative to the atmosphere
     g: Param[Scalar, "m/s2", nonnegative] = 9.80665  # acceleration of gravity
     h: Var[Scalar, "m", prefer] = 0.0  # level above the port
     port: FluidPort = FluidPort()
@@ -31,8 +31,8 @@ class LevelTank(Component):
 
     def events(self) -> Events:
         return dict(
-            dry=refuse(self.h < -1e-3 * self.height, "the tank is empty: its pump sucks air"),
-            over=refuse(self.h > self.height, "the tank runs over"),
+            dry=refuse(self.h < -1e-3 * self.height, "the tank is empty: the pump draws air"),
+            over=refuse(self.h > self.height, "the tank overflows"),
         )
 
     def energy(self) -> Energy:
@@ -41,21 +41,21 @@ class LevelTank(Component):
 
 
 class BootstrapTank(Component):
-    """A tank that the circuit itself keeps under pressure, by a small piston on the rod of the one on its liquid.
+    """A tank pressurised by the circuit: a small pilot piston and the large piston on the liquid share a rod.
 
     With the travel s: area ds/dt = q, pilot_area ds/dt = -q_pilot, and
-    p area = p_pilot pilot_area + preload + rate s + damping ds/dt. A run ends with an error when the tank is empty,
-    s < -stroke/1000, or full, s > stroke. Not modelled: the mass of the piston, leakage.
+    p area = p_pilot pilot_area + preload + rate s + damping ds/dt. A run ends with an error if the tank is empty,
+    s < -stroke/1000, or full, s > stroke. Not modelled: the mass of the pistons, leakage.
     """
 
-    area: Param[Scalar, "m2", positive]  # of the large piston, on the liquid kept
-    pilot_area: Param[Scalar, "m2", nonnegative]  # of the small one, under the pressure of the circuit
-    stroke: Param[Scalar, "m", positive]  # from empty to full
-    preload: Param[Scalar, "N", nonnegative] = 0.0  # of a spring, when empty
-    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # of the spring
-    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # of the pistons' seals
-    s: Var[Scalar, "m", prefer] = 0.0  # travel of the pistons; area s is the liquid kept
-    v: Var[Scalar, "m/s"] = 0.0  # their speed
+    area: Param[Scalar, "m2", positive]  # area of the large piston, on the stored liquid
+    pilot_area: Param[Scalar, "m2", nonnegative]  # area of the pilot piston, under the circuit pressure
+    stroke: Param[Scalar, "m", positive]  # travel from empty to full
+    preload: Param[Scalar, "N", nonnegative] = 0.0  # spring force when empty
+    rate: Param[Scalar, "N/m", nonnegative] = 0.0  # stiffness of the spring
+    damping: Param[Scalar, "N.s/m", nonnegative] = 0.0  # damping of the piston seals
+    s: Var[Scalar, "m", prefer] = 0.0  # travel of the pistons; area s is the stored volume
+    v: Var[Scalar, "m/s"] = 0.0  # speed of the pistons
     port: FluidPort = FluidPort()
     pilot: FluidPort = FluidPort()
 
@@ -70,8 +70,8 @@ class BootstrapTank(Component):
 
     def events(self) -> Events:
         return dict(
-            dry=refuse(self.s < -1e-3 * self.stroke, "the tank is empty: its pump sucks air"),
-            over=refuse(self.s > self.stroke, "the tank is full: give it a relief valve, or a longer stroke"),
+            dry=refuse(self.s < -1e-3 * self.stroke, "the tank is empty: the pump draws air"),
+            over=refuse(self.s > self.stroke, "the tank is full: add a relief valve, or increase the stroke"),
         )
 
     def energy(self) -> Energy:

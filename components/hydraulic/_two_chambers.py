@@ -1,4 +1,4 @@
-"""What cylinders and rotary actuators share: two chambers of a liquid on both sides of a piston or a vane."""
+"""Base class of cylinders and rotary actuators: two liquid chambers on both sides of a piston or vane."""
 
 import abc
 from typing import Any, ClassVar
@@ -11,7 +11,7 @@ from ._liquids import AnyLiquid
 
 
 class TwoChambers(Component, partial=True):
-    """d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with Q = leakage (p_a - p_b).
+    """Two liquid chambers: d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with Q = leakage (p_a - p_b).
 
     r is the density of the liquid over that at atmospheric pressure, to which all flows refer.
     """
@@ -21,19 +21,19 @@ class TwoChambers(Component, partial=True):
     liquid: AnyLiquid
     dead_a: Param[Scalar, "m3", positive]  # volume of chamber a at its end, lines included
     dead_b: Param[Scalar, "m3", positive]  # volume of chamber b at the other end
-    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # from a to b
-    p_a: Var[Scalar, "Pa", prefer] = 0.0  # pressures of the chambers
-    p_b: Var[Scalar, "Pa", prefer] = 0.0
+    leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # leakage flow from a to b per pressure difference
+    p_a: Var[Scalar, "Pa", prefer] = 0.0  # pressure in chamber a
+    p_b: Var[Scalar, "Pa", prefer] = 0.0  # pressure in chamber b
     a: FluidPort = FluidPort()
     b: FluidPort = FluidPort()
 
     @abc.abstractmethod
     def _swept(self) -> tuple[Scalar, Scalar]:
-        """What the chambers have beyond their dead volumes, in m3."""
+        """Swept volumes of the chambers, beyond their dead volumes, in m3."""
 
     @abc.abstractmethod
     def _growth(self) -> tuple[Scalar, Scalar]:
-        """Rates of the volumes in m3/s."""
+        """Growth rates of the volumes in m3/s."""
 
     def equations(self, d: Any) -> Equations:
         (volume_a, volume_b), (into_a, into_b) = self._volumes(), self._inflows()
@@ -57,7 +57,7 @@ class TwoChambers(Component, partial=True):
         )
 
     def _lost(self) -> Scalar:
-        """Whether a chamber has lost half of its dead volume."""
+        """Whether half of the dead volume of a chamber is used up."""
         volume_a, volume_b = self._volumes()
         return (volume_a < 0.5 * self.dead_a) | (volume_b < 0.5 * self.dead_b)
 

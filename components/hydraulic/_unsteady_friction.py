@@ -1,4 +1,4 @@
-"""Laminar friction that depends on the frequency, as it decides how water hammer decays."""
+"""Frequency-dependent laminar friction, which determines the decay of water hammer."""
 
 from typing import Any, Self
 
@@ -15,10 +15,10 @@ _KAGAWA_RATES = (26.3744, 72.8033, 187.424, 536.626, 1570.6, 4618.13, 13601.1, 4
 
 
 class FrictionMemory(Record):
-    """Zielke's weighting function by exponentials, W(tau) = sum of weights exp(-rates tau), tau = 4 nu t/d^2.
+    """Zielke's weighting function as a sum of exponentials, W(tau) = sum of weights exp(-rates tau), tau = 4 nu t/d^2.
 
-    `FrictionMemory.kagawa(10)` is within 0.3 % of Zielke's series for tau above 1e-5, `kagawa(7)` above 1e-4, and
-    `trikha()`, with three terms, within 40 % above 3e-5 (all compared with the sum over 4000 zeros of J2).
+    `FrictionMemory.kagawa(10)` is within 0.3 % of Zielke's series for tau above 1e-5, `kagawa(7)` above 1e-4;
+    `trikha()`, with three terms, is within 40 % above 3e-5 (all compared with the sum over 4000 zeros of J2).
     """
 
     weights: Param[Vector, "1", positive]
@@ -26,13 +26,13 @@ class FrictionMemory(Record):
 
     def requirements(self) -> Requirements:
         is_alike = jnp.ndim(self.weights) == 1 and jnp.shape(self.weights) == jnp.shape(self.rates)
-        return (require(is_alike, "weights must be a row of numbers, one for each of rates"),)
+        return (require(is_alike, "weights must be one-dimensional, with one number for each of rates"),)
 
     @classmethod
     def kagawa(cls, terms: int = 7) -> "FrictionMemory":
         """The slowest of ten terms (Kagawa, Lee, Kitagawa, Takenaka, Trans. JSME 49 (1983), 2638).
 
-        Terms whose rates 4 nu/d^2 are above the n c/length that segments can follow add stiffness and little else.
+        Terms with rates 4 nu/d^2 above n c/length, which n segments cannot resolve, only add stiffness.
         """
         return cls(weights=jnp.array(_KAGAWA_WEIGHTS[:terms]), rates=jnp.array(_KAGAWA_RATES[:terms]))
 
@@ -43,19 +43,19 @@ class FrictionMemory(Record):
 
 
 class UnsteadyFrictionPipe(Segments):
-    """A `Pipe` with the friction of fast changes (Zielke 1968, by exponentials as Trikha 1975 and Kagawa 1983).
+    """A `Pipe` with frequency-dependent friction (Zielke 1968, by exponentials as Trikha 1975 and Kagawa 1983).
 
-    To the steady friction come 16 nu rho l/(A d^2) times the sum of y_k, with a = 4 nu/d^2 and
-    dy_k/dt = weights_k dq/dt - rates_k a y_k: each term is an annulus of liquid that is dragged along. They are zero
-    in steady flow, where a run starts. What terms beyond those would drag along at once is counted with the inertia, so
-    that slow oscillations meet 4/3 of it as in Zielke's law: its terms have weights/rates of 1/12 together. Derived for
+    The steady friction is increased by 16 nu rho l/(A d^2) times the sum of y_k, with a = 4 nu/d^2 and
+    dy_k/dt = weights_k dq/dt - rates_k a y_k: each term represents an annulus of liquid that is dragged along. All y_k
+    are zero in steady flow and at the start of a run. The omitted faster terms act as added inertia, so that slow
+    oscillations have 4/3 of the inertance as in Zielke's law, in which the sum of weights/rates is 1/12. Derived for
     laminar flow; in turbulent flow the memory is shorter. Arguments as for `Pipe`; `memory` is
-    `FrictionMemory.kagawa()` unless another one is given.
+    `FrictionMemory.kagawa()` by default.
     """
 
-    k: int  # terms of the memory
+    k: int  # number of terms of the memory
     memory: FrictionMemory
-    y: Var[Vector, "m3/s", shape("n", "k")]  # flow against the annuli, times weights
+    y: Var[Vector, "m3/s", shape("n", "k")]  # flow relative to the annuli, times weights
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class UnsteadyFrictionPipe(Segments):
         memory: FrictionMemory | None = None,
         friction: PipeFriction | None = None,
         wall: Scalar = 0.0,
-        p: Param[Any, "Pa"] | None = None,  # pressure in the nodes at the start
+        p: Param[Any, "Pa"] | None = None,  # initial pressure at the nodes
         q: Any = None,
     ) -> None:
         self._build(n, length, diameter, liquid, friction, wall, p, q)
@@ -83,7 +83,7 @@ class UnsteadyFrictionPipe(Segments):
     def energy(self) -> Energy:
         account, weights = super().energy(), self.memory.weights
         drag = 0.5 * self._laminar()[:, None] / weights
-        slower = weights * self.q[:, None] - self.y  # the speed of the annuli as a flow, times weights
+        slower = weights * self.q[:, None] - self.y  # speed of the annuli as a flow, times weights
         dissipated = jnp.sum(super()._resistance() * self.q) + jnp.sum(drag * self.y**2)
         return account._replace(
             stored=account.stored + jnp.sum(0.5 * drag / self._decay() * slower**2), dissipated=dissipated
@@ -97,5 +97,5 @@ class UnsteadyFrictionPipe(Segments):
         return super()._resistance() + 0.5 * self._laminar() * jnp.sum(self.y, axis=1)
 
     def _decay(self) -> Vector:
-        """Rates of the annuli of all segments in 1/s."""
+        """Decay rates of the annuli of all segments in 1/s."""
         return self.memory.rates * (4.0 * self._viscosity() / self.diameter**2)[:, None]

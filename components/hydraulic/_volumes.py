@@ -8,7 +8,7 @@ from ._interfaces import FluidPort
 
 
 class Volume(Component):
-    """A rigid chamber full of liquid, dp/dt = bulk_modulus / volume q."""
+    """A rigid liquid-filled chamber, dp/dt = bulk_modulus / volume q."""
 
     volume: Param[Scalar, "m3", positive]  # V
     bulk_modulus: Param[Scalar, "Pa", positive]  # beta, of liquid and walls together
@@ -26,15 +26,15 @@ class Volume(Component):
 
 
 class Line(Component):
-    """A short line whose liquid is a spring with damping (Kelvin-Voigt): p = stiffness V + damping dV/dt.
+    """A short line whose liquid acts as a spring with damping (Kelvin-Voigt): p = stiffness V + damping dV/dt.
 
-    V is the volume by which the liquid is compressed, dV/dt = q_a + q_b, and the pressure is the same all along. The
-    damping stands for the losses of compression. Not modelled: pressure drop of the through-flow, waves, inertia.
+    V is the volume by which the liquid is compressed, dV/dt = q_a + q_b, and the pressure is uniform. The damping
+    represents the losses of compression. Not modelled: pressure drop along the line, waves, inertia.
     """
 
     stiffness: Param[Scalar, "Pa/m3", positive]  # bulk modulus over volume of the line
     damping: Param[Scalar, "Pa.s/m3", nonnegative] = 0.0  # pressure per rate of compression
-    # A liquid is compressed by a small part of what the line holds, hence the nominal size.
+    # The liquid is compressed by a small fraction of the line volume, hence the nominal value.
     V: Var[Scalar, "m3", prefer, Nominal(1e-8)] = 0.0  # compressed volume
     q: Var[Scalar, "m3/s"] = 0.0  # rate of compression, net flow into the line
     p: Var[Scalar, "Pa"] = 0.0  # pressure
@@ -43,7 +43,7 @@ class Line(Component):
 
     @classmethod
     def from_bulk_modulus(cls, *, bulk_modulus: Scalar, volume: Scalar, damping: Scalar = 0.0) -> "Line":
-        """A line that holds `volume` m3 of a liquid of the given bulk modulus in Pa."""
+        """A line with the given volume in m3 of a liquid with the given bulk modulus in Pa."""
         return cls(stiffness=bulk_modulus / volume, damping=damping)
 
     def equations(self, d: Self) -> Equations:

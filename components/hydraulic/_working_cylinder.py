@@ -1,4 +1,4 @@
-"""Double-acting cylinders with compressible chambers, leakage, friction, ends."""
+"""Double-acting cylinders with compressible chambers, leakage, friction and end stops."""
 
 from typing import Self
 
@@ -29,22 +29,22 @@ from ._two_chambers import TwoChambers
 
 
 class DoubleActingCylinder(TwoChambers):
-    """Two chambers of a liquid at a piston: liquid into a pushes the rod out, s grows; into b, back.
+    """Two liquid chambers separated by a piston: liquid into a pushes the rod out (s increases), into b pulls it in.
 
-    With A_a = pi/4 (bore^2 - rod_a^2), A_b alike, V_a = dead_a + A_a s and V_b = dead_b + A_b (stroke - s), and
-    Q = leakage (p_a - p_b) past the piston (Merritt, `Hydraulic Control Systems`, ch. 6):
+    With A_a = pi/4 (bore^2 - rod_a^2), A_b likewise, V_a = dead_a + A_a s and V_b = dead_b + A_b (stroke - s), and
+    the leakage Q = leakage (p_a - p_b) past the piston (Merritt, `Hydraulic Control Systems`, ch. 6):
 
     - d(V_a r(p_a))/dt = q_a - Q and d(V_b r(p_b))/dt = q_b + Q, with r as in `Chamber`;
-    - the rod pushes with p_a A_a - p_b A_b; the stiffness depends on the stroke.
+    - the rod pushes with p_a A_a - p_b A_b; the stiffness depends on the position.
 
-    Differential with one rod, synchronous with two. No mass, friction or ends: see `HydraulicCylinder`; a run ends
-    with an error where a chamber has lost half of its dead volume.
+    A differential cylinder with one rod, a synchronous cylinder with two. No mass, friction or stops: see
+    `HydraulicCylinder`. A run ends with an error when half of the dead volume of a chamber is used up.
     """
 
     bore: Param[Scalar, "m", positive]  # diameter of the piston
     stroke: Param[Scalar, "m", positive]
-    rod: Param[Scalar, "m", nonnegative] = 0.0  # diameter of the rod, in chamber b
-    rod_a: Param[Scalar, "m", nonnegative] = 0.0  # of one that goes on through chamber a
+    rod: Param[Scalar, "m", nonnegative] = 0.0  # diameter of the rod in chamber b
+    rod_a: Param[Scalar, "m", nonnegative] = 0.0  # diameter of the rod in chamber a, if it passes through
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed of the rod
     flange: Flange = Flange()
 
@@ -71,7 +71,7 @@ class DoubleActingCylinder(TwoChambers):
         )
 
     def events(self) -> Events:
-        remedy = "start with 0 <= s <= stroke, and give the rod stops, as a HydraulicCylinder has"
+        remedy = "start with 0 <= s <= stroke, and add stops to the rod, as in HydraulicCylinder"
         return dict(lost=refuse(self._lost(), f"the piston is beyond its ends: {remedy}"))
 
     def _swept(self) -> tuple[Scalar, Scalar]:
@@ -82,10 +82,10 @@ class DoubleActingCylinder(TwoChambers):
 
 
 class HydraulicCylinder(Component):
-    """A `DoubleActingCylinder` with the mass of its piston, sticking seals and rigid ends, 0 <= s <= stroke.
+    """A `DoubleActingCylinder` with piston mass, sticking seals and rigid stops, 0 <= s <= stroke.
 
-    `HydraulicCylinder(chambers=DoubleActingCylinder(...), m=..., Fc=..., Fs=..., vs=...)`; the friction is that of
-    `translational.StribeckFriction`, the ends are those of `translational.HardStop`.
+    `HydraulicCylinder(chambers=DoubleActingCylinder(...), m=..., Fc=..., Fs=..., vs=...)`, with the friction of
+    `translational.StribeckFriction` and the stops of `translational.HardStop`.
     """
 
     chambers: DoubleActingCylinder
@@ -103,9 +103,9 @@ class HydraulicCylinder(Component):
         m: Param[Scalar, "kg"],  # mass of piston and rod
         Fc: Param[Scalar, "N"],  # Coulomb (sliding) force of the seals
         Fs: Param[Scalar, "N"],  # break-away force, at least Fc
-        vs: Param[Scalar, "m/s"],  # Stribeck speed, at which the excess has dropped to 1/e
+        vs: Param[Scalar, "m/s"],  # Stribeck speed, at which the excess over Fc has dropped to 1/e
         C: Param[Scalar, "N.s/m"] = 0.0,  # viscous friction coefficient
-        restitution: Param[Scalar, "1"] = 0.0,  # speed after over speed before an impact, at most 1
+        restitution: Param[Scalar, "1"] = 0.0,  # ratio of the speeds after and before an impact, at most 1
     ) -> None:
         self.chambers = chambers
         self.piston = Mass(m=m)

@@ -144,7 +144,7 @@ class Pumped(Component):
         return (connect(self.flow.port, self.tank.port),)
 
 
-@pytest.mark.parametrize(("flow", "text"), [(-1e-3, "the tank is empty: its pump sucks air"), (1e-3, "runs over")])
+@pytest.mark.parametrize(("flow", "text"), [(-1e-3, "the tank is empty: the pump draws air"), (1e-3, "overflows")])
 def test_tanks_have_a_bottom_and_a_rim(flow: float, text: str) -> None:
     rig = Pumped(flow=ConstantFlow(flow=flow), tank=LevelTank(area=0.05, density=860.0, height=1.0, h=0.5))
     with pytest.raises(SimulationError, match=rf"tank.*{text}"):

@@ -160,7 +160,7 @@ def _driven(drive: Part, pump: Part, tank: Part, high: Part, signal: Part) -> Co
 
 def test_a_map_that_does_not_cover_the_run() -> None:
     parts = (ConstantSpeed(speed=150.0), mapped(), Tank(), SignalPressure(), Sine(amplitude=2.5e7, frequency=1.0))
-    with pytest.raises(SimulationError, match=r"parts\[1\].*beyond the map of losses: extend the map"):
+    with pytest.raises(SimulationError, match=r"parts\[1\].*beyond the loss map: extend the map"):
         simulate(Rig(parts=parts, wiring=_driven), 0.3)
     with pytest.raises(ParameterError, match=r"^MappedLosses\.slips must have shape \(3, 2\)"):
         MappedLosses(speeds=SPEEDS, pressures=PRESSURES[:2], slips=np.ones((3, 3)), drags=np.ones((3, 2)))

@@ -62,8 +62,8 @@ def test_tandem_cylinder_adds_forces_and_stiffness() -> None:
 @pytest.mark.parametrize(
     ("front", "text"),
     [
-        (dict(rod_a=0.02, stroke=0.1), r"front\.rod_a must be rear\.rod"),
-        (dict(rod_a=0.025, stroke=0.2), r"front\.stroke must be rear\.stroke"),
+        (dict(rod_a=0.02, stroke=0.1), r"front\.rod_a must equal rear\.rod"),
+        (dict(rod_a=0.025, stroke=0.2), r"front\.stroke must equal rear\.stroke"),
     ],
 )
 def test_tandem_cylinders_that_do_not_fit(front: dict[str, Any], text: str) -> None:

@@ -229,7 +229,7 @@ BAD = (
     ({"temperature": 40.0}, r"temperature must be one, in K, at which .* a liquid, got 40.0 K"),
     ({"temperature": 100.0}, r"temperature must be one, in K"),
     ({"T_2": 313.15}, r"T_1 must differ from T_2"),
-    ({"expansion": -0.1}, r"temperature must be one at which expansion and curvature leave a volume"),
+    ({"expansion": -0.1}, r"temperature must give a positive volume with expansion and curvature"),
 )
 
 

@@ -274,5 +274,5 @@ def test_bad_arguments(change: dict, text: str) -> None:
 
 
 def test_memory_of_another_length_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"^FrictionMemory\.weights must be a row of numbers"):
+    with pytest.raises(ParameterError, match=r"^FrictionMemory\.weights must be one-dimensional"):
         FrictionMemory(weights=jnp.ones(2), rates=jnp.ones(3))
