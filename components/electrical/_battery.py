@@ -30,20 +30,20 @@ from ._interfaces import Pin, TwoPin
 class Battery(TwoPin):
     """Open-circuit voltage, resistance and RC pairs in series: v = ocv(soc) + R0 i + sum of v_rc.
 
-    Q d(soc)/dt = i and, for each pair, C dv_rc/dt = i - v_rc/R; i charges, so a battery that delivers has i < 0.
-    Thevenin model (Plett, `Battery Management Systems`, vol. 1, ch. 2). The open-circuit voltage is a monotone cubic
-    through samples over the state of charge (Fritsch, Butland 1984; a line through two of them), and a line beyond
-    them: it is for the user to end a run where a cell is empty or full. With `heat=HeatPort()` the losses leave as
-    heat. Not modelled: hysteresis, ageing, data that depend on charge, current or temperature.
+    Q d(soc)/dt = i and, for each pair, C dv_rc/dt = i - v_rc/R. A positive i charges the battery. Thevenin model
+    (Plett, `Battery Management Systems`, vol. 1, ch. 2). The open-circuit voltage is a monotone cubic through samples
+    over the state of charge (Fritsch, Butland 1984; linear for two samples), extrapolated linearly: an empty or full
+    battery does not stop a run. With `heat=HeatPort()` the losses leave as heat. Not modelled: hysteresis, ageing,
+    parameters that depend on charge, current or temperature.
     """
 
     pairs: int  # number of RC pairs
     Q: Param[Scalar, "C", positive]  # capacity; 1 A.h is 3600 C
     charges: Param[Vector, "1"]  # states of charge of the samples, increasing
-    voltages: Param[Vector, "V"]  # open-circuit voltage at these
-    R0: Param[Scalar, "ohm", nonnegative]  # resistance that acts at once
-    R: Param[Vector, "ohm", positive]  # of the RC pairs
-    C: Param[Vector, "F", positive]  # of the RC pairs
+    voltages: Param[Vector, "V"]  # open-circuit voltages at these states of charge
+    R0: Param[Scalar, "ohm", nonnegative]  # series resistance
+    R: Param[Vector, "ohm", positive]  # resistances of the RC pairs
+    C: Param[Vector, "F", positive]  # capacitances of the RC pairs
     soc: Var[Scalar, "1", prefer] = 1.0  # state of charge
     v_rc: Var[Vector, "V", prefer, shape("pairs")]  # voltages of the RC pairs
     heat: HeatPort | None = None
@@ -70,7 +70,7 @@ class Battery(TwoPin):
 
     def requirements(self) -> Requirements:
         if jnp.shape(self.C) != jnp.shape(self.R) or jnp.ndim(self.R) != 1:
-            return (require(False, "C must have a number for each of R"),)
+            return (require(False, "C must have one number for each of R"),)
         return sampled(self, "voltages", "charges")
 
     def _loss(self) -> Scalar:
@@ -96,31 +96,31 @@ class Battery(TwoPin):
 
 
 class Cable(TwoPin):
-    """A conductor and its return, lumped in one of the two: v = R i + L di/dt, R = 2 rho length/area.
+    """A conductor and its return, lumped into one conductor: v = R i + L di/dt, R = 2 rho length/area.
 
     rho = resistivity (1 + alpha (temperature - T_ref)), L = inductance per length of the pair times length. The
-    defaults are copper at 20 C (IEC 60228) and a pair whose distance is about that of its conductors' diameters. Not
-    modelled: warming, capacitance, skin effect.
+    defaults are copper at 20 C (IEC 60228) and a spacing of the pair of about the conductor diameter. Not modelled:
+    heating, capacitance, skin effect.
     """
 
-    length: Param[Scalar, "m", positive]  # from end to end, once
-    area: Param[Scalar, "m2", positive]  # of the section of one conductor
-    resistivity: Param[Scalar, "ohm.m", positive] = 1.7241e-8  # at T_ref
+    length: Param[Scalar, "m", positive]  # length from end to end, one way
+    area: Param[Scalar, "m2", positive]  # cross section of one conductor
+    resistivity: Param[Scalar, "ohm.m", positive] = 1.7241e-8  # resistivity at T_ref
     alpha: Param[Scalar, "1/K"] = 3.93e-3  # temperature coefficient at T_ref
     temperature: Param[Scalar, "K", positive] = 293.15
-    T_ref: Param[Scalar, "K", positive] = 293.15  # at which resistivity and alpha hold
-    inductance: Param[Scalar, "H/m", positive] = 0.7e-6  # of the pair, per length
+    T_ref: Param[Scalar, "K", positive] = 293.15  # reference temperature of resistivity and alpha
+    inductance: Param[Scalar, "H/m", positive] = 0.7e-6  # inductance of the pair per length
     i: Var[Scalar, "A", prefer] = 0.0  # current from p to n
 
     def requirements(self) -> Requirements:
-        return (require(self._warm() >= 0.0, "alpha must leave a resistance above 0 at the temperature"),)
+        return (require(self._warm() >= 0.0, "alpha must give a nonnegative resistance at the temperature"),)
 
     def _warm(self) -> Scalar:
         return 1.0 + self.alpha * (self.temperature - self.T_ref)
 
     @property
     def R(self) -> Scalar:
-        """Resistance there and back in ohm."""
+        """Resistance of both conductors in ohm."""
         return 2.0 * self.resistivity * self._warm() * self.length / self.area
 
     def equations(self, d: Self) -> Equations:

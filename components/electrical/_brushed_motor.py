@@ -1,4 +1,4 @@
-"""Brushed motor with what temperature does to it."""
+"""Brushed motor with thermal model."""
 
 import itertools
 from typing import Self
@@ -32,13 +32,13 @@ _COPPER, _T20 = 3.93e-3, 293.15  # temperature coefficient in 1/K at that temper
 
 
 class BrushDrop(TwoPin):
-    """Contact voltage of a pair of brushes, v = V tanh(i/i_0), nearly constant beyond the current i_0.
+    """Contact voltage of a pair of brushes, v = V tanh(i/i_0), nearly constant above the current i_0.
 
     About 2 V for graphite, 0.5 V for metal graphite, much less for precious metal (Schroeder, `Elektrische Antriebe`).
     With `heat=HeatPort()` the loss leaves as heat.
     """
 
-    V: Param[Scalar, "V", nonnegative]  # both brushes together
+    V: Param[Scalar, "V", nonnegative]  # contact voltage of both brushes together
     i_0: Param[Scalar, "A", positive] = 0.1  # width of the transition through zero
     heat: HeatPort | None = None
 
@@ -51,11 +51,11 @@ class BrushDrop(TwoPin):
 
 
 class MagnetEMF(Component):
-    """Lossless conversion by magnets that weaken with the temperature: v = k w, tau = -k i.
+    """Lossless conversion with magnets that depend on temperature: v = k w, tau = -k i.
 
-    k = k_ref (1 + alpha (T - T_ref)), where T is the temperature of the heat port, which takes no heat. The stator is
-    the ground. Valid below the temperature at which the magnets lose their strength for good; alpha is about -2e-3 1/K
-    for ferrite, -1.1e-3 1/K for NdFeB and -0.4e-3 1/K for SmCo (IEC 60404-8-1).
+    k = k_ref (1 + alpha (T - T_ref)) with the temperature T of the heat port, which takes no heat. The stator is the
+    ground. Valid below the temperature of irreversible demagnetisation; alpha is about -2e-3 1/K for ferrite,
+    -1.1e-3 1/K for NdFeB and -0.4e-3 1/K for SmCo (IEC 60404-8-1).
     """
 
     k_ref: Param[Scalar, "N.m/A"]  # torque constant at T_ref
@@ -80,17 +80,17 @@ class MagnetEMF(Component):
 
 
 class BrushedMotor(Component):
-    """Direct-current motor that warms: v = R i + L di/dt + brush tanh(i/i_0) + k w, J dw/dt = k i - drag + tau.
+    """Direct-current motor with heating: v = R i + L di/dt + brush tanh(i/i_0) + k w, J dw/dt = k i - drag + tau.
 
-    For the voltage at the brushes see `BrushDrop`, for the drag of the core `IronLoss`.
+    For the brush voltage see `BrushDrop`, for the drag of the core see `rotational.IronLoss`.
 
-    R is linear in the temperature T_w of the winding, k in T_h of the housing, in which the magnets are: two nodes,
+    R is linear in the temperature T_w of the winding, k in the temperature T_h of the housing, which holds the magnets:
     C_w dT_w/dt = R i^2 - G_wh (T_w - T_h) and C_h dT_h/dt = G_wh (T_w - T_h) + losses of brushes and core - G_ha (T_h -
-    T_ambient). `ambient` has to be connected, if only to a `FixedTemperature`. A data sheet states thermal resistances,
+    T_ambient). `ambient` must be connected, for example to a `FixedTemperature`. Data sheets state thermal resistances,
     1/G, and time constants, C/G. `BrushedMotor(R=..., k=..., J=..., winding=..., housing=..., G_wh=..., G_ha=...)`. At
-    a constant current, the winding runs away above sqrt(G/(R alpha)), with 1/G = 1/G_wh + 1/G_ha. Without alpha, the
-    winding is of copper: 3.93e-3 1/K at 20 C, and 3.85e-3 1/K at the 25 C of data sheets. Not modelled: commutation,
-    armature reaction, saturation, cooling that depends on the speed.
+    a constant current above sqrt(G/(R alpha)), with 1/G = 1/G_wh + 1/G_ha, the winding runs away thermally. The default
+    of alpha is that of copper: 3.93e-3 1/K at 20 C, and 3.85e-3 1/K at the 25 C of data sheets. Not modelled:
+    commutation, armature reaction, saturation, cooling that depends on the speed.
     """
 
     resistor: HeatingResistor
@@ -103,7 +103,7 @@ class BrushedMotor(Component):
     housing: HeatCapacitor
     inside: ThermalConductor
     outside: ThermalConductor
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
     shaft: Flange = Flange()
@@ -118,15 +118,15 @@ class BrushedMotor(Component):
         winding: Param[Scalar, "J/K"],  # heat capacity C_w of the winding
         housing: Param[Scalar, "J/K"],  # heat capacity C_h of the housing with the magnets
         G_wh: Param[Scalar, "W/K"],  # thermal conductance from winding to housing
-        G_ha: Param[Scalar, "W/K"],  # and from housing to ambient
-        L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
-        alpha: Param[Scalar, "1/K"] | None = None,  # temperature coefficient of R at T_ref; without, copper
+        G_ha: Param[Scalar, "W/K"],  # thermal conductance from housing to ambient
+        L: Param[Scalar, "H"] | None = None,  # inductance; none by default
+        alpha: Param[Scalar, "1/K"] | None = None,  # temperature coefficient of R at T_ref; copper by default
         magnets: Param[Scalar, "1/K"] = 0.0,  # temperature coefficient of the magnets; see `MagnetEMF`
         brush: Param[Scalar, "V"] | None = None,  # contact voltage of the brushes
         T_h: Param[Scalar, "N.m"] = 0.0,  # constant part of friction and iron losses
-        k_e: Param[Scalar, "N.m.s/rad"] = 0.0,  # and the part that grows with the speed
+        k_e: Param[Scalar, "N.m.s/rad"] = 0.0,  # part of friction and iron losses per speed
         T_ref: Param[Scalar, "K"] = 298.15,  # reference temperature of the data
-        T: Param[Scalar, "K"] = 298.15,  # of winding and housing at the start
+        T: Param[Scalar, "K"] = 298.15,  # initial temperature of winding and housing
         data_sheet: DataSheet | None = None,
     ) -> None:
         self.emf = MagnetEMF(k_ref=k, alpha=magnets, T_ref=T_ref)

@@ -1,4 +1,4 @@
-"""A bridge whose control makes the current of its load follow a signal."""
+"""Bridge with current control."""
 
 from typing import Self
 
@@ -10,25 +10,25 @@ from ._interfaces import TwoPort
 
 
 class CurrentControlledBridge(TwoPort):
-    """An averaged full bridge under PI control of its load's current i = -i2, within its voltage, without windup.
+    """An averaged full bridge with PI control of the load current i = -i2, with limited duty and anti-windup.
 
-    With the wanted current u limited to +-i_max and e = u - i: the duty m = (k e + x)/V within +-m_max, where the
-    integral Ti dx/dt = k e + V (m - m_unlimited)/Ni takes back what the limit cut off (Astrom, Hagglund, `PID
-    Controllers`, ch. 3). v2 = m v1 + 2 Ron i2 and i1 = -m i2, as in `AveragedBridge`. V is the voltage that the control
-    counts on; the loop's gain goes with v1/V. `for_load` tunes it so that pole and zero of the load cancel (modulus
-    optimum; Schroeder, `Elektrische Antriebe - Regelung`). Left out: sampling, dead time, ripple, losses of switching.
+    With the current setpoint u limited to +-i_max and e = u - i: the duty is m = (k e + x)/V limited to +-m_max. The
+    integral Ti dx/dt = k e + V (m - m_unlimited)/Ni has back-calculation as anti-windup (Astrom, Hagglund, `PID
+    Controllers`, ch. 3). v2 = m v1 + 2 Ron i2 and i1 = -m i2, as in `AveragedBridge`. V is the supply voltage assumed
+    by the controller; the loop gain is proportional to v1/V. `for_load` cancels the pole of the load (modulus optimum;
+    Schroeder, `Elektrische Antriebe - Regelung`). Not modelled: sampling, dead time, ripple, switching losses.
     """
 
-    k: Param[Scalar, "ohm", positive]  # gain, voltage per error of the current
+    k: Param[Scalar, "ohm", positive]  # gain, voltage per current error
     Ti: Param[Scalar, "s", positive]  # integral time
-    V: Param[Scalar, "V", positive]  # nominal voltage of the supply
-    i_max: Param[Scalar, "A", positive]  # limit of the wanted current
-    m_max: Param[Scalar, "1", positive] = 1.0  # largest duty
+    V: Param[Scalar, "V", positive]  # nominal supply voltage
+    i_max: Param[Scalar, "A", positive]  # limit of the current setpoint
+    m_max: Param[Scalar, "1", positive] = 1.0  # maximum duty
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
     Ron: Param[Scalar, "ohm", nonnegative] = 0.0  # resistance of a closed switch
     x: Var[Scalar, "V", prefer] = 0.0  # integral part
-    error: Var[Scalar, "A"] = 0.0  # e
-    unlimited: Var[Scalar, "1"] = 0.0  # what the duty would be without its limits
+    error: Var[Scalar, "A"] = 0.0  # e, current error
+    unlimited: Var[Scalar, "1"] = 0.0  # duty before its limits
     m: Var[Scalar, "1"] = 0.0  # duty
     u: Input = Input()
 
@@ -36,9 +36,9 @@ class CurrentControlledBridge(TwoPort):
     def for_load(
         cls, *, R: Scalar, L: Scalar, bandwidth: Scalar, V: Scalar, i_max: Scalar, Ron: Scalar = 0.0
     ) -> "CurrentControlledBridge":
-        """For a load of R in ohm and L in H: k = w L, Ti = L/(R + 2 Ron); di/dt = w (u - i), w = bandwidth in rad/s.
+        """A controller for a load of R in ohm and L in H: k = w L, Ti = L/(R + 2 Ron), so that di/dt = w (u - i).
 
-        Take w well below the switching frequency, a tenth or less.
+        Choose the bandwidth w in rad/s well below the switching frequency, a tenth or less.
         """
         return cls(k=bandwidth * L, Ti=L / (R + 2.0 * Ron), V=V, i_max=i_max, Ron=Ron)
 

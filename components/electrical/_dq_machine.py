@@ -1,4 +1,4 @@
-"""Data of a synchronous machine with permanent magnets, and its best currents within the limits of an inverter."""
+"""Parameters of a permanent-magnet synchronous machine, and its optimal currents within the limits of an inverter."""
 
 import dataclasses
 from collections.abc import Callable
@@ -10,36 +10,36 @@ from jax import Array
 
 from acausal import Param, Record, Scalar, ifelse, nonnegative, positive
 
-_ANGLES = 48  # of the voltage, among which the largest torque is looked for
-_HALVINGS = 40
-_ROUNDING = 1e-9  # excess of the square of the current, as a share, that is none
-_NEWTON = 6  # steps, of which one would do for values, and one more for each order of derivatives
+_ANGLES = 48  # voltage angles in the coarse search of the maximum torque
+_HALVINGS = 40  # bisection steps
+_ROUNDING = 1e-9  # tolerance of the squared current, relative to its limit
+_NEWTON = 6  # steps; one suffices for the value, and one more for each order of derivatives
 
 
 class DqCurrents(NamedTuple):
-    """Peak values of the currents in rotor coordinates in A."""
+    """Peak values of the currents in A, in rotor coordinates."""
 
     d: Scalar
     q: Scalar
 
 
 class _Ellipse(NamedTuple):
-    """The currents at one size of the voltage, by its angle: i = centre + cos(angle) cosine + sin(angle) sine."""
+    """Currents at a constant voltage amplitude over its angle: i = centre + cos(angle) cosine + sin(angle) sine."""
 
     centre: DqCurrents
     cosine: DqCurrents
     sine: DqCurrents
 
     def at(self, angle: Scalar | Array) -> tuple[DqCurrents, DqCurrents]:
-        """The currents, and their derivatives with respect to the angle."""
+        """Currents and their derivatives with respect to the angle."""
         c, s = jnp.cos(angle), jnp.sin(angle)
         i = DqCurrents(*(m + c * a + s * b for m, a, b in zip(*self, strict=True)))
         return i, DqCurrents(*(c * b - s * a for _, a, b in zip(*self, strict=True)))
 
 
 class _Look(NamedTuple):
-    """At an angle of the voltage: by how much the torque is beyond its bound, as a share of the largest one, with two
-    derivatives, and the square of the current beyond its own, as a share of that, with its derivative.
+    """Excess of torque and squared current over their bounds at a voltage angle, each relative to its maximum: torque
+    with two derivatives, squared current with one.
     """
 
     torque: Scalar
@@ -50,39 +50,39 @@ class _Look(NamedTuple):
 
 
 class DqMachine(Record):
-    """A synchronous machine in rotor coordinates, sinusoidal and without saturation; d is the axis of the magnets.
+    """A sinusoidal synchronous machine without saturation, in rotor coordinates; d is the magnet axis.
 
     In steady state, with the electrical speed w: v_d = Rs i_d - w Lq i_q, v_q = Rs i_q + w (Ld i_d + psi), and the
-    torque is 3/2 p (psi i_q + (Ld - Lq) i_d i_q). Voltages and currents are peak values of a phase (the transformation
-    keeps amplitudes), so the power is 3/2 (v_d i_d + v_q i_q) (Schroeder, `Elektrische Antriebe - Regelung`).
+    torque is 3/2 p (psi i_q + (Ld - Lq) i_d i_q). Voltages and currents are phase peak values (amplitude-invariant
+    transformation), so the power is 3/2 (v_d i_d + v_q i_q) (Schroeder, `Elektrische Antriebe - Regelung`).
     """
 
-    p: Param[Scalar, "1", positive]  # pairs of poles
-    psi: Param[Scalar, "Wb", positive]  # flux linkage of the magnets: voltage at no load per electrical speed
-    Ld: Param[Scalar, "H", positive]  # inductance along the magnets
-    Lq: Param[Scalar, "H", positive]  # and across them, the larger one where these are buried
-    Rs: Param[Scalar, "ohm", nonnegative] = 0.0  # resistance of a phase
+    p: Param[Scalar, "1", positive]  # number of pole pairs
+    psi: Param[Scalar, "Wb", positive]  # flux linkage of the magnets: no-load voltage per electrical speed
+    Ld: Param[Scalar, "H", positive]  # d-axis inductance
+    Lq: Param[Scalar, "H", positive]  # q-axis inductance, larger than Ld for buried magnets
+    Rs: Param[Scalar, "ohm", nonnegative] = 0.0  # phase resistance
 
     def torque(self, i: DqCurrents) -> Scalar:
         """Torque in N.m."""
         return 1.5 * self.p * (self.psi + (self.Ld - self.Lq) * i.d) * i.q
 
     def voltages(self, i: DqCurrents, w: Scalar) -> tuple[Scalar, Scalar]:
-        """v_d and v_q in V in steady state, at the electrical speed w in rad/s."""
+        """Steady-state v_d and v_q in V at the electrical speed w in rad/s."""
         return self.Rs * i.d - w * self.Lq * i.q, self.Rs * i.q + w * (self.Ld * i.d + self.psi)
 
     def voltage(self, i: DqCurrents, w: Scalar) -> Scalar:
-        """Size of the voltage in V."""
+        """Voltage amplitude in V."""
         return jnp.hypot(*self.voltages(i, w))
 
     def most_per_ampere(self, size: Scalar) -> DqCurrents:
-        """The currents of the largest torque for a size of the current in A (maximum torque per ampere, MTPA)."""
+        """Currents of maximum torque for a given current amplitude in A (maximum torque per ampere, MTPA)."""
         s = self.Ld - self.Lq
         i_d = 2.0 * s * size**2 / (self.psi + jnp.sqrt(self.psi**2 + 8.0 * (s * size) ** 2))
         return DqCurrents(i_d, jnp.sqrt(size**2 - i_d**2))
 
     def least_for(self, torque: Scalar) -> DqCurrents:
-        """The smallest currents for a torque >= 0 in N.m, whatever the voltage: those of MTPA."""
+        """Smallest currents for a torque >= 0 in N.m without a voltage limit: those of MTPA."""
         s, k = self.Ld - self.Lq, 0.75 * self.p
 
         def root(i_q: Scalar) -> Scalar:
@@ -92,8 +92,8 @@ class DqMachine(Record):
             r = root(i_q)
             return k * i_q * (self.psi + r) - torque, k * (self.psi + r + (2.0 * s * i_q) ** 2 / r)
 
-        # The torque over i_q is convex, so that Newton's steps come down to the root from above; they start from what
-        # the magnets alone would need, or the reluctance alone, whichever is less.
+        # The torque over i_q is convex, so that Newton's method converges from above. It starts from the current for
+        # the magnet torque alone or the reluctance torque alone, whichever is less.
         by_magnets, salient = torque / (2.0 * k * self.psi), s != 0.0
         square = torque / (2.0 * k * jnp.abs(jnp.where(salient, s, 1.0)))
         start = jnp.where(salient & (square < by_magnets**2), jnp.sqrt(square), by_magnets)
@@ -101,16 +101,15 @@ class DqMachine(Record):
         return DqCurrents(2.0 * s * i_q**2 / (self.psi + root(i_q)), i_q)
 
     def currents(self, torque: Scalar, w: Scalar, v_max: Scalar, i_max: Scalar) -> DqCurrents:
-        """The smallest currents for a torque in N.m, or the largest one of its sign, within the limits of an inverter.
+        """Smallest currents for a torque in N.m, or for the largest torque possible, within the inverter limits.
 
-        Up to the corner speed they are those of MTPA; above it the field is weakened, at the limit of the voltage, and
-        the torque bounded by that of the current or by the largest one that the voltage allows (MTPV; Morimoto et al.,
-        `Expansion of operating limits for permanent magnet motor`, IEEE Trans. Ind. Appl. 26, 1990). At a speed at
-        which both limits exclude each other, that of the voltage is kept, since an inverter has no more, by the
-        smallest currents that do so, whatever the torque: they are above i_max, and the machine brakes. A drive must
-        not be turned so fast. w is the electrical speed in rad/s.
+        Up to the corner speed they are those of MTPA. Above it the field is weakened at the voltage limit, and the
+        torque is limited by the current or by the voltage (MTPV; Morimoto et al., `Expansion of operating limits for
+        permanent magnet motor`, IEEE Trans. Ind. Appl. 26, 1990). If the two limits exclude each other at high speed,
+        the voltage limit holds, which an inverter cannot exceed, with the smallest currents for any torque: they are
+        above i_max, and the machine brakes. A drive must not run at such speeds. w is the electrical speed in rad/s.
         """
-        sign = ifelse(torque < 0.0, -1.0, 1.0)  # a motor that turns the other way has the same currents, but -i_q
+        sign = ifelse(torque < 0.0, -1.0, 1.0)  # reversing torque and speed reverses only i_q
         most = self.most_per_ampere(i_max)
         asked, possible = sign * torque, self.torque(most)
         wanted = ifelse(asked < possible, asked, possible)
@@ -120,7 +119,7 @@ class DqMachine(Record):
         return DqCurrents(ifelse(fits, easy.d, weakened.d), sign * ifelse(fits, easy.q, weakened.q))
 
     def _of_voltage(self, w: Scalar, v: Scalar) -> _Ellipse:
-        """The currents at v_d = -v sin(angle), v_q = v cos(angle)."""
+        """Currents at v_d = -v sin(angle), v_q = v cos(angle)."""
         square = self.Rs**2 + w**2 * self.Ld * self.Lq
         det = jnp.where(square > 0.0, square, 1.0)
         r, x, drive = self.Rs / det, w / det, w * self.psi
@@ -131,7 +130,7 @@ class DqMachine(Record):
         )
 
     def _idle_angle(self, w: Scalar, v: Scalar) -> tuple[Scalar, Scalar]:
-        """The angle of the voltage without i_q, with the larger one of two i_d, and whether there is one."""
+        """Voltage angle for zero i_q with the larger of two i_d, and whether it exists."""
         square, half = self.Rs**2 + (w * self.Ld) ** 2, w**2 * self.Ld * self.psi
         a = jnp.where(square > 0.0, square, 1.0)
         root = half**2 - a * ((w * self.psi) ** 2 - v**2)
@@ -140,12 +139,12 @@ class DqMachine(Record):
         return jnp.arctan2(-self.Rs * i_d, w * (self.Ld * i_d + self.psi)), exists
 
     def _at_voltage(self, torque: Scalar, w: Scalar, v: Scalar, i_max: Scalar) -> DqCurrents:
-        """Currents for a torque >= 0 at a size v of the voltage; the largest one within i_max if they do not reach it.
+        """Currents at the voltage amplitude v for a torque >= 0, or for the largest torque within i_max.
 
-        From the angle of no torque on, the torque grows up to that of MTPV. The last angle at which both it and the
-        current are below their bounds is bracketed, without derivatives, and corrected by Newton's method, traced. A
-        machine that is braked at a voltage near that of a short circuit has no angle without torque: then from the
-        least torque on. Currents above i_max are shortened along the ellipse, to the smallest ones at most.
+        From the angle of zero torque, the torque increases up to that of MTPV. Bisection without derivatives brackets
+        the last angle at which torque and current are below their bounds, and traced Newton steps correct it. A machine
+        braked at a voltage near a short circuit has no angle of zero torque; the search then starts at minimum torque.
+        Currents above i_max are reduced along the ellipse, at most to the smallest.
         """
         held, scale = jax.lax.stop_gradient, self.torque(self.most_per_ampere(i_max))
         at = _AtVoltage(self, self._of_voltage(w, v), torque, scale, i_max)
@@ -157,7 +156,7 @@ class DqMachine(Record):
         angles = least + jnp.linspace(0.0, jnp.pi, _ANGLES)
         at_least, at_angles = at.look(least), at.look(angles)
         best = _root(at.turning, held(angles[jnp.argmax(at_angles.torque)]))
-        # At a low speed much current may be needed for no torque at that voltage, and less of it for some torque.
+        # At low speed, zero torque at this voltage can need a larger current than a positive torque.
         sizes = jnp.where(angles <= best, at_angles.current, jnp.inf)
         low = held(jnp.where(at_least.current < 0.0, least, angles[jnp.argmin(sizes)]))
         bound = at.bound(low, best)
@@ -169,12 +168,12 @@ class DqMachine(Record):
 
 @dataclasses.dataclass(frozen=True)
 class _AtVoltage:
-    """The currents of a machine at one size of the voltage, by its angle, beside a torque and a current asked for."""
+    """Currents of a machine at a constant voltage amplitude, compared with a required torque and a current limit."""
 
     machine: DqMachine
     ellipse: _Ellipse
     torque: Scalar
-    scale: Scalar  # the largest torque at i_max
+    scale: Scalar  # maximum torque at i_max
     i_max: Scalar
 
     def look(self, angle: Scalar | Array) -> _Look:
@@ -191,18 +190,18 @@ class _AtVoltage:
         )
 
     def turning(self, angle: Scalar) -> tuple[Scalar, Scalar]:
-        """The derivative of the torque by the angle, zero where the torque is largest or least, and its derivative."""
+        """Derivative of the torque with respect to the angle, zero at an extremum, and its derivative."""
         here = self.look(angle)
         return here.rise, here.bend
 
     def lengthening(self, angle: Scalar) -> tuple[Scalar, Scalar]:
-        """The derivative of half the square of the current by the angle, and its derivative."""
+        """Derivative of half the squared current with respect to the angle, and its derivative."""
         i, rate = self.ellipse.at(angle)
         bend_d, bend_q = (centre - one for centre, one in zip(self.ellipse.centre, i, strict=True))
         return i.d * rate.d + i.q * rate.q, rate.d**2 + rate.q**2 + i.d * bend_d + i.q * bend_q
 
     def shortened(self, angle: Scalar, shortest: Scalar) -> Scalar:
-        """The angle nearest to one of too much current, on the way to `shortest`, at which the current is bounded."""
+        """First angle between `angle`, where the current is too large, and `shortest` with the current at its limit."""
         held = jax.lax.stop_gradient
         way = held(jnp.mod(angle - shortest + jnp.pi, 2.0 * jnp.pi) - jnp.pi)
 
@@ -223,14 +222,14 @@ class _AtVoltage:
         return jnp.where(is_possible, _root(excess, held(shortest) + share * way), shortest)
 
     def bound(self, low: Scalar, best: Scalar) -> Scalar:
-        """The angle from `low` on at which torque or current reach their bounds, or `best` if none of them does."""
+        """First angle above `low` at which torque or current reaches its bound, or `best` if neither does."""
         held = jax.lax.stop_gradient
         high = held(jax.lax.fori_loop(0, _HALVINGS, self._halved, (low, held(best)))[1])
         at_high = self.look(high)
         is_enough, is_much = at_high.torque >= 0.0, at_high.current >= 0.0
 
         def excess(angle: Scalar) -> tuple[Scalar, Scalar]:
-            """By how much the bound that counts is exceeded."""
+            """Excess over the bound reached first, and its derivative."""
             here = self.look(angle)
             value = jnp.where(is_enough, here.torque, here.current)
             return value, jnp.where(is_enough, here.rise, here.growth)
@@ -246,9 +245,7 @@ class _AtVoltage:
 
 
 def _root(function: Callable[[Scalar], tuple[Scalar, Scalar]], x: Scalar) -> Scalar:
-    """The root near x of a function that gives its slope, too, by Newton's steps, which are traced; x where the slope
-    is zero.
-    """
+    """Root near x by traced Newton steps of a function that returns value and slope; x if the slope is zero."""
 
     def step(_: int, x: Scalar) -> Scalar:
         value, slope = function(x)

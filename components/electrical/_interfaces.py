@@ -1,4 +1,4 @@
-"""The electrical port and what all elements with two pins share."""
+"""Electrical port and the base classes of elements with two or four pins."""
 
 from typing import Any, ClassVar, Self
 

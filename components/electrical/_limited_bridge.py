@@ -1,4 +1,4 @@
-"""A bridge that keeps the current of its load below a limit."""
+"""Bridge with current limit."""
 
 from typing import Self
 
@@ -10,19 +10,19 @@ from ._interfaces import TwoPort
 
 
 class CurrentLimitedBridge(TwoPort):
-    """An averaged full bridge with current limit: v2 = m v1 - 2 Ron i and i1 = m i, with the load's current i = -i2.
+    """An averaged full bridge with current limit: v2 = m v1 - 2 Ron i and i1 = m i, with the load current i = -i2.
 
-    Port 1 is the direct-current supply, port 2 the load. The duty m is the wanted one within -1 .. 1 and, beyond that,
-    within (-i_max - i)/band .. (i_max - i)/band: from i_max - band on it is taken back, at i_max the load is
-    short-circuited, and above it is braked. So a driven load draws between i_max - band and i_max at the limit. A
-    chopper with hysteresis limits so on average, with the band as its width. Ron is that of each of two closed
-    switches. Left out: ripple, dead time, losses of switching. Without a limit: `AveragedBridge`; switched: `HBridge`.
+    Port 1 is the direct-current supply, port 2 the load. The duty m is the input, limited to -1 .. 1 and then to
+    (-i_max - i)/band .. (i_max - i)/band: above i_max - band it is reduced, at i_max the load is short-circuited, and
+    above i_max it is braked. At the limit, a driven load thus draws between i_max - band and i_max, as on average with
+    a hysteresis chopper of this band. Ron is the resistance of each of two closed switches. Not modelled: ripple, dead
+    time, switching losses. Without a limit, see `AveragedBridge`; for switching, see `HBridge`.
     """
 
-    i_max: Param[Scalar, "A", positive]  # limit of the load's current
-    band: Param[Scalar, "A", positive]  # width over which the duty is taken back, some per cent of i_max
+    i_max: Param[Scalar, "A", positive]  # limit of the load current
+    band: Param[Scalar, "A", positive]  # current range over which the duty is reduced, a few per cent of i_max
     Ron: Param[Scalar, "ohm", nonnegative] = 0.0  # resistance of a closed switch
-    m: Var[Scalar, "1"] = 0.0  # duty within the limits
+    m: Var[Scalar, "1"] = 0.0  # limited duty
     duty: Input = Input()
 
     def equations(self, d: Self) -> Equations:

@@ -15,8 +15,8 @@ from ._passive import Inductor, Resistor
 class EMF(Component):
     """Ideal electromechanical conversion, v = k w and tau = -k i; lossless (MSL `RotationalEMF`).
 
-    The stator is the ground, unless `support=Flange()` makes it a flange of its own: w is then relative to it, and it
-    takes the reaction torque.
+    The stator is the ground. With `support=Flange()` it is a flange: w is then relative to it, and it takes the
+    reaction torque.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"flange": "shaft"}
@@ -42,7 +42,7 @@ class EMF(Component):
 
 
 class TranslationalEMF(Component):
-    """Ideal electromechanical conversion, v_p - v_n = k v and f = -k i; lossless, such as a voice coil or linear motor.
+    """Ideal lossless electromechanical conversion, v_p - v_n = k v and f = -k i: a voice coil or linear motor.
 
     As MSL `TranslationalEMF`. The stator is the ground: its reaction force is not modelled.
     """
@@ -65,8 +65,8 @@ class TranslationalEMF(Component):
 class DCMotor(Component):
     """Permanent-magnet direct-current motor: v = R i + L di/dt + k w and J dw/dt = k i - C w + tau.
 
-    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`, C being the friction. Not modelled: iron losses, brush voltage
-    drop, commutation, saturation, warming of the winding.
+    `DCMotor(R=..., k=..., J=..., L=..., friction=...)`, where C is the friction. Not modelled: iron losses, brush
+    voltage drop, commutation, saturation, heating of the winding.
     """
 
     resistor: Resistor
@@ -74,7 +74,7 @@ class DCMotor(Component):
     emf: EMF
     rotor: Inertia
     bearing: ViscousFriction | None
-    data_sheet: DataSheet | None = None  # that it was made from; see `catalogues`
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
     p: Pin = Pin()
     n: Pin = Pin()
     shaft: Flange = Flange()
@@ -85,7 +85,7 @@ class DCMotor(Component):
         R: Param[Scalar, "ohm"],  # winding resistance
         k: Param[Scalar, "N.m/A"],  # torque constant
         J: Param[Scalar, "kg.m2"],  # moment of inertia of the rotor
-        L: Param[Scalar, "H"] | None = None,  # inductance; without, the current follows the voltage at once
+        L: Param[Scalar, "H"] | None = None,  # inductance; none by default
         friction: Param[Scalar, "N.m.s/rad"] | None = None,  # viscous friction coefficient C
         data_sheet: DataSheet | None = None,
     ) -> None:

@@ -1,4 +1,4 @@
-"""Elements with a curved characteristic: diode, saturating inductor, ideal amplifier."""
+"""Nonlinear elements: diode, saturating inductor, ideal operational amplifier."""
 
 from typing import Self
 
@@ -24,7 +24,7 @@ from ._interfaces import Pin, TwoPin
 class Diode(TwoPin):
     """Shockley's law with a parallel resistance, i = Ids (exp(v / Vt) - 1) + v / R, forward from p to n.
 
-    Above v = max_exponent Vt the exponential goes on as a line, with continuous slope (MSL `Diode`). Not modelled:
+    Above v = max_exponent Vt the exponential continues linearly with continuous slope (MSL `Diode`). Not modelled:
     series resistance, breakdown, capacitance, temperature.
     """
 
@@ -44,10 +44,10 @@ class Diode(TwoPin):
 
 
 def _knee(share: Scalar) -> Scalar:
-    """The x > 0 with x arctan(1/x) = share, for 0 < share < 1.
+    """Solution x > 0 of x arctan(1/x) = share, for 0 < share < 1.
 
-    By Newton's method for z = 1/x. As arctan(z) - share z is concave with one positive zero, iterates that start above
-    it come down to it; the start is above by at most 29 %. The steps are traced, and so differentiable.
+    Newton's method for z = 1/x. Because arctan(z) - share z is concave with one positive zero, iterates that start
+    above it converge from above; the start is too large by at most 29 %. The traced steps are differentiable.
     """
     z = 0.5 * jnp.pi * jnp.sqrt(1.0 / share**2 - 1.0)
     for _ in range(6):
@@ -56,7 +56,7 @@ def _knee(share: Scalar) -> Scalar:
 
 
 class SaturatingInductor(TwoPin):
-    """A coil whose inductance falls from Lzer to Linf with the current, v = dPsi/dt (MSL `SaturatingInductor`).
+    """A coil whose inductance falls from Lzer to Linf as the current grows, v = dPsi/dt (MSL `SaturatingInductor`).
 
     Psi = Linf i + (Lzer - Linf) Ipar arctan(i / Ipar), where Ipar is such that Psi / i = Lnom at i = Inom:
     (Lnom - Linf) / (Lzer - Linf) = Ipar / Inom arctan(Inom / Ipar). Not modelled: hysteresis, losses.
@@ -76,12 +76,12 @@ class SaturatingInductor(TwoPin):
         )
 
     def knee(self) -> Scalar:
-        """The current Ipar in A about which the coil saturates."""
+        """Current Ipar in A, around which the coil saturates."""
         return self.Inom * _knee((self.Lnom - self.Linf) / (self.Lzer - self.Linf))
 
     def equations(self, d: Self) -> Equations:
         knee, saturating = self.knee(), self.Lzer - self.Linf
-        # Not d.Psi, which would make the flux the state and the current the root of an equation at each step.
+        # Not d.Psi: the flux would be the state, and the current the root of a nonlinear equation.
         inductance = self.Linf + saturating / (1.0 + (self.i / knee) ** 2)
         return super().equations(d) | dict(
             flux=eq(self.Psi, self.Linf * self.i + saturating * knee * jnp.arctan(self.i / knee)),
@@ -89,7 +89,7 @@ class SaturatingInductor(TwoPin):
         )
 
     def energy(self) -> Energy:
-        """Stored: the integral of i dPsi."""
+        """The stored energy is the integral of i dPsi."""
         knee = self.knee()
         saturating = (self.Lzer - self.Linf) * knee**2 * jnp.log1p((self.i / knee) ** 2)
         return Energy(stored=0.5 * self.Linf * self.i**2 + 0.5 * saturating)
@@ -98,8 +98,8 @@ class SaturatingInductor(TwoPin):
 class IdealOpAmp(Component):
     """Operational amplifier of infinite gain: no voltage between its inputs, and no current into them.
 
-    It needs a feedback from `out` to `n`; which input is the inverting one makes no difference to these equations, so
-    they cannot show instability. Its supply is not modelled (MSL `IdealOpAmp3Pin`).
+    It needs feedback from `out` to `n`. The equations do not distinguish the inverting input, so they cannot show
+    instability. The supply is not modelled (MSL `IdealOpAmp3Pin`).
     """
 
     p: Pin = Pin()  # non-inverting input

@@ -9,7 +9,7 @@ from ._interfaces import Pin, TwoPin
 
 
 class Ground(Component):
-    """The reference of the potentials, v = 0. Each electrical circuit needs one."""
+    """Reference potential, v = 0. Each electrical circuit needs one."""
 
     p: Pin = Pin()
 
@@ -36,12 +36,12 @@ class Resistor(TwoPin):
 
 
 class NegativeResistor(TwoPin):
-    """v = -R i: an active element that gives the power R i^2, as a converter that undoes the damping of a circuit does.
+    """v = -R i: an active element that supplies the power R i^2, such as a converter that cancels damping.
 
-    MSL `Resistor` with R < 0. Not modelled: the limits within which a real one does so.
+    MSL `Resistor` with R < 0. Not modelled: the operating limits of a real converter.
     """
 
-    R: Param[Scalar, "ohm", nonnegative]  # size of the resistance
+    R: Param[Scalar, "ohm", nonnegative]  # absolute value of the resistance
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(ohm=eq(self.v, -self.R * self.i))
@@ -51,7 +51,7 @@ class NegativeResistor(TwoPin):
 
 
 class Conductor(TwoPin):
-    """Ohm's law, i = G v, which may be open: G = 0. Not modelled: temperature dependence."""
+    """Ohm's law, i = G v; with G = 0, an open circuit. Not modelled: temperature dependence."""
 
     G: Param[Scalar, "S", nonnegative.otherwise("use NegativeResistor")]  # conductance
 

@@ -1,4 +1,4 @@
-"""Synchronous machine with permanent magnets in rotor coordinates, its inverter and sensor, and a controlled drive."""
+"""Permanent-magnet synchronous machine in rotor coordinates, inverter, current sensor, and controlled drive."""
 
 from typing import Self
 
@@ -28,10 +28,10 @@ from ._interfaces import Pin, TwoPin
 class DqPort(Port):
     """Three phases in rotor coordinates, as peak values; the power into the component is 3/2 (v_d i_d + v_q i_q)."""
 
-    v_d: Var[Scalar, "V"] = 0.0  # voltage along the magnets
-    v_q: Var[Scalar, "V"] = 0.0  # and across them
-    i_d: Flow[Scalar, "A"] = 0.0
-    i_q: Flow[Scalar, "A"] = 0.0
+    v_d: Var[Scalar, "V"] = 0.0  # d-axis voltage
+    v_q: Var[Scalar, "V"] = 0.0  # q-axis voltage
+    i_d: Flow[Scalar, "A"] = 0.0  # d-axis current
+    i_q: Flow[Scalar, "A"] = 0.0  # q-axis current
 
     def power(self, d: Self) -> Scalar:
         del d
@@ -39,17 +39,17 @@ class DqPort(Port):
 
 
 class PMSM(Component):
-    """Permanent-magnet synchronous machine in rotor coordinates, with its rotor: J dw/dt = tau + torque.
+    """Permanent-magnet synchronous machine in rotor coordinates, with rotor inertia: J dw/dt = tau + torque.
 
     v_d = Rs i_d + Ld di_d/dt - w_el Lq i_q and v_q = Rs i_q + Lq di_q/dt + w_el (Ld i_d + psi), with w_el = p w, and
     torque = 3/2 p (psi i_q + (Ld - Lq) i_d i_q). For conventions and source see `DqMachine`. The stator is the ground.
-    Not modelled: saturation, harmonics and cogging, iron loss (put a `rotational.IronLoss` on the shaft), warming.
+    Not modelled: saturation, harmonics and cogging, iron loss (put a `rotational.IronLoss` on the shaft), heating.
     """
 
     machine: DqMachine
     J: Param[Scalar, "kg.m2", positive]  # moment of inertia of the rotor
-    i_d: Var[Scalar, "A", prefer] = 0.0  # current along the magnets
-    i_q: Var[Scalar, "A", prefer] = 0.0  # current across the magnets, which makes the torque
+    i_d: Var[Scalar, "A", prefer] = 0.0  # d-axis current
+    i_q: Var[Scalar, "A", prefer] = 0.0  # q-axis current, which produces the torque
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the shaft
     torque: Var[Scalar, "N.m"] = 0.0  # electromagnetic torque
     terminals: DqPort = DqPort()
@@ -78,7 +78,7 @@ class PMSM(Component):
 
 
 class DqCurrentSensor(Component):
-    """y_d and y_q = the currents from p to n in A, in rotor coordinates; no voltage drop."""
+    """y_d and y_q = currents from p to n in A, in rotor coordinates; no voltage drop."""
 
     p: DqPort = DqPort()
     n: DqPort = DqPort()
@@ -99,18 +99,18 @@ class DqCurrentSensor(Component):
 class Inverter(Component):
     """A lossless three-phase bridge, averaged over its switching: v = m v_dc, with |m| limited to m_max.
 
-    The modulation m = (m_d, m_q) is shortened to m_max = 1/sqrt(3) by space vectors, 1/2 by sines without a third
-    harmonic, 2/pi in six steps. The power is the same on both sides: i_dc = 3/2 (m_d i_d + m_q i_q). Left out: ripple,
-    dead time, losses, and what its diodes rectify where the machine turns too fast.
+    The modulation m = (m_d, m_q) is limited in amplitude: m_max is 1/sqrt(3) for space vectors, 1/2 for sines without a
+    third harmonic, 2/pi for six-step operation. The power is equal on both sides: i_dc = 3/2 (m_d i_d + m_q i_q). Not
+    modelled: ripple, dead time, losses, rectification by the diodes at excessive speed.
     """
 
-    m_max: Param[Scalar, "1", positive] = 3**-0.5  # peak phase voltage over direct voltage, at most
-    m_d: Var[Scalar, "1"] = 0.0  # modulation within the limit
-    m_q: Var[Scalar, "1"] = 0.0
+    m_max: Param[Scalar, "1", positive] = 3**-0.5  # maximum of the peak phase voltage over the direct voltage
+    m_d: Var[Scalar, "1"] = 0.0  # limited modulation, d axis
+    m_q: Var[Scalar, "1"] = 0.0  # limited modulation, q axis
     p: Pin = Pin()
     n: Pin = Pin()
     machine: DqPort = DqPort()
-    u_d: Input = Input()  # wanted modulation
+    u_d: Input = Input()  # modulation setpoint
     u_q: Input = Input()
 
     def _square(self) -> Scalar:
@@ -132,28 +132,28 @@ class Inverter(Component):
 
 
 class PMSMDrive(TwoPin):
-    """A PMSM with inverter and control: it gives the torque u, as far as the limits of the inverter let it.
+    """A PMSM with inverter and control, which delivers the torque u within the limits of the inverter.
 
-    The currents are at each moment the smallest ones for the torque within |i| <= i_max and |v| <= m_max v_dc, with the
-    field weakened above the corner speed (`DqMachine.currents`); they follow `u` in N.m with the lag tau dT/dt = u - T
-    of the wanted torque T. With w the speed, J dw/dt = tau_shaft + torque, and C dv_dc/dt = i - (torque w + 3/2 Rs
-    |i_dq|^2)/v_dc at the capacitor of the direct-voltage link, which has to be charged at the start: `v=...`. Not
-    modelled: transients of the currents beyond that lag (see `PMSM`, `Inverter`), losses of the inverter, saturation,
-    iron loss, the rectifier that the inverter is to a machine that turns too fast.
+    The torque setpoint T follows `u` in N.m with the lag tau dT/dt = u - T. The currents are always the smallest for T
+    within |i| <= i_max and |v| <= m_max v_dc, with field weakening above the corner speed (`DqMachine.currents`). With
+    the speed w, J dw/dt = tau_shaft + torque, and C dv_dc/dt = i - (torque w + 3/2 Rs |i_dq|^2)/v_dc at the capacitor
+    of the direct-voltage link, which must be charged at the start: `v=...`. Not modelled: transients of the currents
+    beyond this lag (see `PMSM`, `Inverter`), inverter losses, saturation, iron loss, rectification by the diodes of the
+    inverter at excessive speed.
     """
 
     machine: DqMachine
     J: Param[Scalar, "kg.m2", positive]  # moment of inertia of the rotor
-    i_max: Param[Scalar, "A", positive]  # limit of the current, peak value of a phase
+    i_max: Param[Scalar, "A", positive]  # current limit, phase peak value
     C: Param[Scalar, "F", positive]  # capacitance of the direct-voltage link
-    tau: Param[Scalar, "s", positive] = 1e-3  # lag of the current control
-    m_max: Param[Scalar, "1", positive] = 3**-0.5  # peak phase voltage over direct voltage, at most; see `Inverter`
+    tau: Param[Scalar, "s", positive] = 1e-3  # time constant of the current control
+    m_max: Param[Scalar, "1", positive] = 3**-0.5  # maximum of phase peak over direct voltage; see `Inverter`
     v: Var[Scalar, "V", positive, prefer] = 1.0  # direct voltage
-    wanted: Var[Scalar, "N.m", prefer] = 0.0  # torque that the control tries to give
+    wanted: Var[Scalar, "N.m", prefer] = 0.0  # torque setpoint after the lag
     torque: Var[Scalar, "N.m"] = 0.0  # electromagnetic torque
     w: Var[Scalar, "rad/s", prefer] = 0.0  # speed of the shaft
-    i_d: Var[Scalar, "A"] = 0.0  # current along the magnets
-    i_q: Var[Scalar, "A"] = 0.0  # current across the magnets
+    i_d: Var[Scalar, "A"] = 0.0  # d-axis current
+    i_q: Var[Scalar, "A"] = 0.0  # q-axis current
     shaft: Flange = Flange()
     u: Input = Input()
 

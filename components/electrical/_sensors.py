@@ -1,4 +1,4 @@
-"""Ideal sensors: they load the circuit with nothing."""
+"""Ideal sensors, which do not load the circuit."""
 
 from typing import Self
 
@@ -39,7 +39,7 @@ class CurrentSensor(Component):
 
 
 class PowerSensor(Component):
-    """y = (v_p - v_reference) i in W, where i flows from p to n without voltage drop; no current in `reference`."""
+    """y = (v_p - v_reference) i in W with the current i from p to n; no voltage drop, no current in `reference`."""
 
     p: Pin = Pin()
     n: Pin = Pin()

@@ -1,4 +1,4 @@
-"""Coils that pull an armature."""
+"""Coils with a movable armature."""
 
 from typing import Self
 
@@ -27,15 +27,15 @@ from ._interfaces import Pin
 class Solenoid(Component):
     """A coil with resistance whose inductance falls with the air gap g = closed - s: L = L0 / (1 + g / g0).
 
-    v = R i + dPsi/dt with Psi = L i, and the force on the rod is i^2/2 dL/ds = i^2/2 L0 / g0 / (1 + g / g0)^2 towards
-    larger s, where L0 is the inductance of the closed gap, and g0 the gap that halves it (Kallenbach et al.,
-    `Elektromagnete`, linear iron). The rod may not pass beyond the closed gap: see `translational.HardStop`. Not
-    modelled: saturation, eddy currents, stray flux.
+    v = R i + dPsi/dt with Psi = L i. The force on the rod is i^2/2 dL/ds = i^2/2 L0 / g0 / (1 + g / g0)^2 towards
+    larger s, with the inductance L0 at zero gap and the gap g0 that halves it (Kallenbach et al., `Elektromagnete`,
+    linear iron). The rod must not move past the closed gap: see `translational.HardStop`. Not modelled: saturation,
+    eddy currents, stray flux.
     """
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance of the coil
-    L0: Param[Scalar, "H", positive]  # inductance with the gap closed
-    g0: Param[Scalar, "m", positive]  # gap at which the inductance is half of it
+    L0: Param[Scalar, "H", positive]  # inductance at zero gap
+    g0: Param[Scalar, "m", positive]  # gap at which the inductance is halved
     closed: Param[Scalar, "m"]  # position of the rod at which the gap is closed
     Psi: Var[Scalar, "Wb", prefer] = 0.0  # flux linkage
     i: Var[Scalar, "A"] = 0.0  # current from p to n
@@ -60,20 +60,20 @@ class Solenoid(Component):
 
 
 class DataSheetSolenoid(Component):
-    """A coil as its data sheet states it: resistance, force over the position at one current, one inductance.
+    """A coil from its data sheet: resistance, force over position at one current, inductance at one position.
 
-    For linear iron the force is i^2/2 dL/ds; so the curve F(s) at the current `rated` gives the inductance L(s) = L_0 +
-    2/rated^2 times the integral of F from the first position on, and with it v = R i + dPsi/dt, Psi = L(s) i, and the
-    force (i/rated)^2 F(s) towards larger s: the energy is that of one magnetic field (Kallenbach et al.,
-    `Elektromagnete`). F is a monotone cubic through its samples, and a line beyond them. Not modelled: saturation, with
-    which the force grows less than with the square of the current, eddy currents, hysteresis, warming of the coil.
+    For linear iron the force is i^2/2 dL/ds. The curve F(s) at the current `rated` therefore gives the inductance L(s)
+    = L_0 + 2/rated^2 times the integral of F from the first position. With it, v = R i + dPsi/dt, Psi = L(s) i, and the
+    force is (i/rated)^2 F(s) towards larger s, consistent with one magnetic energy (Kallenbach et al.,
+    `Elektromagnete`). F is a monotone cubic through its samples, extrapolated linearly. Not modelled: saturation, which
+    makes the force grow less than with the square of the current, eddy currents, hysteresis, heating of the coil.
     """
 
-    R: Param[Scalar, "ohm", nonnegative]  # resistance of the coil, warm or cold as is to be simulated
+    R: Param[Scalar, "ohm", nonnegative]  # resistance of the coil at its operating temperature
     L_0: Param[Scalar, "H", positive]  # inductance at the first position
-    rated: Param[Scalar, "A", positive]  # current at which the forces hold
-    positions: Param[Vector, "m"]  # of the rod, increasing
-    forces: Param[Vector, "N"]  # magnetic force at these, towards larger positions
+    rated: Param[Scalar, "A", positive]  # current of the force curve
+    positions: Param[Vector, "m"]  # positions of the rod, increasing
+    forces: Param[Vector, "N"]  # magnetic forces at these positions, towards larger positions
     Psi: Var[Scalar, "Wb", prefer] = 0.0  # flux linkage
     i: Var[Scalar, "A"] = 0.0  # current from p to n
     L: Var[Scalar, "H", positive] = 1e-3  # inductance

@@ -1,4 +1,4 @@
-"""Ideal voltage and current sources, without inner resistance or limits."""
+"""Ideal voltage and current sources, without internal resistance or limits."""
 
 from typing import Self
 
@@ -9,7 +9,7 @@ from ._interfaces import TwoPin
 
 
 class ConstantVoltage(TwoPin):
-    """v = V, whatever the current; p is the positive pole."""
+    """v = V at any current; p is the positive pole."""
 
     V: Param[Scalar, "V"]  # voltage from p to n
 
@@ -33,7 +33,7 @@ class SignalVoltage(TwoPin):
 
 
 class ConstantCurrent(TwoPin):
-    """i = I through the source from p to n, so that it leaves at n, whatever the voltage."""
+    """i = I through the source from p to n at any voltage; the current leaves at n."""
 
     I: Param[Scalar, "A"]  # noqa: E741  # current from p to n
 

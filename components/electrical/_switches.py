@@ -1,4 +1,4 @@
-"""Ideal diode and switches (as in MSL `Modelica.Electrical.Analog.Ideal`), whose changes are events."""
+"""Ideal diode and switches (as in MSL `Modelica.Electrical.Analog.Ideal`), which switch by events."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
@@ -13,26 +13,26 @@ from ._interfaces import Pin, TwoPin
 
 
 class IdealDiode(TwoPin):
-    """A diode with two lines as its characteristic, forward from p to n (MSL `IdealDiode`).
+    """A diode with a piecewise linear characteristic, forward from p to n (MSL `IdealDiode`).
 
-    Conducting, v = Vknee + Ron (i - Goff Vknee); blocking, i = Goff v; they meet at v = Vknee. It changes over by an
-    event where the path parameter s passes zero, which is i - Goff Vknee while it conducts and v - Vknee while it
-    blocks. It does so beyond `i_near` and `v_near`, which have to be above errors of rounding, and well below the
-    currents and voltages of the circuit: a reverse current that is smaller is not blocked.
+    Conducting: v = Vknee + Ron (i - Goff Vknee). Blocking: i = Goff v. The lines meet at v = Vknee. The path parameter
+    s is i - Goff Vknee while conducting and v - Vknee while blocking; its zero crossing is the switching event, with
+    `i_near` and `v_near` as hysteresis. These must be above rounding and well below the currents and voltages of the
+    circuit: a reverse current smaller than `i_near` is not blocked.
 
-    Small positive Ron and Goff keep circuits determinate in which diodes are in series or parallel; a diode in parallel
-    with a capacitor needs a positive Ron, and one in series with a coil a positive Goff. The voltage of the latter
-    while it blocks, and so when it conducts, is that of what leaks: it is accurate where this is well above the
-    tolerance of the coil's current, to which `nominal={"coil.i": ...}` gives a small size.
+    Small positive Ron and Goff keep circuits with diodes in series or in parallel determinate. A diode in parallel with
+    a capacitor needs a positive Ron; in series with a coil, a positive Goff. The leakage current determines the voltage
+    of the latter while it blocks, and so the time at which it conducts. This is accurate if the leakage is well above
+    the tolerance of the coil current, to which `nominal={"coil.i": ...}` gives a small nominal value.
     """
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while blocking
     Vknee: Param[Scalar, "V", nonnegative] = 0.0  # forward threshold voltage
-    i_near: Param[Scalar, "A", nonnegative] = 1e-10  # reverse current beyond which it surely blocks
-    v_near: Param[Scalar, "V", nonnegative] = 1e-10  # forward voltage beyond which it surely conducts
+    i_near: Param[Scalar, "A", nonnegative] = 1e-10  # reverse current at which it blocks
+    v_near: Param[Scalar, "V", nonnegative] = 1e-10  # forward voltage above Vknee at which it conducts
     s: Var[Scalar, ""] = 0.0  # path parameter, in A or V
-    on: Discrete[Scalar, "1"] = 0.0  # 1 while it conducts
+    on: Discrete[Scalar, "1"] = 0.0  # 1 while conducting
 
     def equations(self, d: Self) -> Equations:
         on, leak = self.on > 0.5, self.Goff * self.Vknee
@@ -53,22 +53,22 @@ class IdealDiode(TwoPin):
 
 
 class ControlledSwitch(TwoPin, partial=True):
-    """A contact that opens and closes at once, by an event where the signal u passes `threshold`.
+    """A contact that switches instantly, by an event when the signal u crosses `threshold`.
 
-    Closed, v = Ron i; open, i = Goff v. To interrupt the current of an inductor takes a path for it, such as a diode.
+    Closed: v = Ron i. Open: i = Goff v. To interrupt the current of an inductor, add a path for it, such as a diode.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"control": "u"}
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while closed
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while open
-    threshold: Param[Scalar, ""] = 0.5  # value of u at which it changes over
+    threshold: Param[Scalar, ""] = 0.5  # value of u at which it switches
     s: Var[Scalar, ""] = 0.0  # path parameter: i while closed, v while open
     high: Discrete[Scalar, "1"] = 0.0  # 1 while u is above the threshold
     u: Input = Input()
 
     def closed(self) -> Array | bool:
-        """Whether it is closed."""
+        """Whether the contact is closed."""
         raise NotImplementedError
 
     def equations(self, d: Any) -> Equations:
@@ -87,27 +87,27 @@ class ControlledSwitch(TwoPin, partial=True):
 
 
 class IdealClosingSwitch(ControlledSwitch):
-    """A contact that is closed while the signal u is above `threshold` (MSL `IdealClosingSwitch`)."""
+    """A contact that is closed while the signal u exceeds `threshold` (MSL `IdealClosingSwitch`)."""
 
     def closed(self) -> Array | bool:
         return self.high > 0.5
 
 
 class IdealOpeningSwitch(ControlledSwitch):
-    """A contact that is open while the signal u is above `threshold` (MSL `IdealOpeningSwitch`)."""
+    """A contact that is open while the signal u exceeds `threshold` (MSL `IdealOpeningSwitch`)."""
 
     def closed(self) -> Array | bool:
         return self.high < 0.5
 
 
 class IdealCommutingSwitch(Component):
-    """Joins p to n2 while the signal u is above `threshold`, else to n1 (MSL `IdealCommutingSwitch`)."""
+    """Connects p to n2 while the signal u exceeds `threshold`, otherwise to n1 (MSL `IdealCommutingSwitch`)."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"control": "u"}
 
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance of the closed contact
-    Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance of the open one
-    threshold: Param[Scalar, ""] = 0.5  # value of u at which it changes over
+    Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance of the open contact
+    threshold: Param[Scalar, ""] = 0.5  # value of u at which it switches
     s1: Var[Scalar, ""] = 0.0  # path parameter of n1: current while closed, voltage while open
     s2: Var[Scalar, ""] = 0.0  # path parameter of n2
     high: Discrete[Scalar, "1"] = 0.0  # 1 while u is above the threshold

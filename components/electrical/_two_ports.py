@@ -1,4 +1,4 @@
-"""Ideal and coupled two-ports, controlled sources, and the averaged converter."""
+"""Transformers, gyrator, bridges and controlled sources."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -27,8 +27,8 @@ from ._interfaces import Pin, TwoPort
 class Transformer(TwoPort):
     """Two coupled coils: v1 = L1 di1/dt + M di2/dt and v2 = M di1/dt + L2 di2/dt (MSL `Transformer`).
 
-    Each of the two circuits needs a ground. Not modelled: saturation, losses; a coupling without leakage, M^2 = L1 L2,
-    is refused, as it would leave one state: take an `IdealTransformer` with an `Inductor`.
+    Each of the two circuits needs a ground. Not modelled: saturation, losses. A coupling without leakage, M^2 = L1 L2,
+    is refused because only one state would remain: use an `IdealTransformer` with an `Inductor`.
     """
 
     L1: Param[Scalar, "H", positive]  # inductance of the first coil
@@ -38,7 +38,7 @@ class Transformer(TwoPort):
     i2: Var[Scalar, "A", prefer] = 0.0  # current from p2 to n2
 
     def requirements(self) -> Requirements:
-        return (require(self.M**2 < self.L1 * self.L2, "M must be smaller in size than sqrt(L1 L2)"),)
+        return (require(self.M**2 < self.L1 * self.L2, "M must be smaller in absolute value than sqrt(L1 L2)"),)
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(
@@ -52,7 +52,7 @@ class Transformer(TwoPort):
 
 
 class IdealTransformer(TwoPort):
-    """v1 = n v2 and n i1 + i2 = 0, lossless, at any frequency: also for direct current (MSL `IdealTransformer`)."""
+    """v1 = n v2 and n i1 + i2 = 0, lossless at any frequency, including direct current (MSL `IdealTransformer`)."""
 
     n: Param[Scalar, "1", nonzero]  # turns of the first coil for one turn of the second
 
@@ -77,8 +77,8 @@ class AveragedBridge(TwoPort):
     """A lossless switched converter, averaged over its switching period: v2 = duty v1 and i1 = -duty i2.
 
     Port 1 is the direct-current supply, port 2 the load: a half bridge or buck converter for 0 <= duty <= 1, a full
-    bridge for -1 <= duty <= 1. Power passes in both directions. Left out: the ripple, dead time, losses. The duty is
-    not limited here: see `blocks.Limiter`.
+    bridge for -1 <= duty <= 1. Power can flow in both directions. Not modelled: ripple, dead time, losses. The duty is
+    not limited: see `blocks.Limiter`.
     """
 
     duty: Input = Input()
@@ -91,12 +91,12 @@ class AveragedBridge(TwoPort):
 
 
 class HBridge(TwoPort):
-    """A full bridge of ideal switches, switched by pulse-width modulation: v2 = g v1 - 2 Ron i2' and i1 = -g i2.
+    """A full bridge of ideal switches with pulse-width modulation: v2 = g v1 - 2 Ron i2' and i1 = -g i2.
 
-    Here g is the sign of the duty for the first share |duty| of each period, and 0, where the load is short-circuited,
-    for the rest; i2' = -i2 flows into the load through two switches. `HBridge(frequency=..., Ron=...)`. The duty is
-    read when a period begins; see `blocks.PWM`. Left out: dead time, losses of switching. The average over a period is
-    an `AveragedBridge`.
+    g is the sign of the duty for the first fraction |duty| of each period, and 0 for the rest, when the load is
+    short-circuited; i2' = -i2 flows into the load through two switches. `HBridge(frequency=..., Ron=...)`. The duty is
+    sampled at the beginning of each period; see `blocks.PWM`. Not modelled: dead time, switching losses. The average
+    over a period is an `AveragedBridge`.
     """
 
     Ron: Param[Scalar, "ohm", nonnegative]  # resistance of a closed switch
@@ -127,7 +127,7 @@ class HBridge(TwoPort):
 
 
 class Controlled(TwoPort, partial=True):
-    """A source at port 2, controlled at port 1 without power."""
+    """A source at port 2, controlled without power at port 1."""
 
     def energy(self) -> Energy:
         return Energy(supplied=-self.v2 * self.i2)

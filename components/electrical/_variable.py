@@ -1,4 +1,4 @@
-"""Passive elements whose value is a signal, or follows from the temperature."""
+"""Passive elements with a value given by a signal or by the temperature."""
 
 from typing import Self
 
@@ -24,7 +24,7 @@ from ._interfaces import Pin, TwoPin
 
 
 class VariableResistor(TwoPin):
-    """v = u i, with the resistance u in ohm; a negative one supplies energy."""
+    """v = u i, with the resistance u in ohm; a negative resistance supplies energy."""
 
     u: Input = Input()
 
@@ -79,9 +79,9 @@ class VariableInductor(TwoPin):
 
 
 class Potentiometer(Component):
-    """A resistor R between p and n with a contact at the share u of it, counted from n (MSL `Potentiometer`).
+    """A resistor R between p and n with a contact at the fraction u from n (MSL `Potentiometer`).
 
-    v_p - v_contact = (1 - u) R i_p and v_n - v_contact = u R i_n. The contact stops at the ends, where u leaves 0 to 1.
+    v_p - v_contact = (1 - u) R i_p and v_n - v_contact = u R i_n, with u limited to 0 .. 1.
     """
 
     R: Param[Scalar, "ohm", nonnegative]  # resistance from p to n
@@ -107,10 +107,10 @@ class Potentiometer(Component):
 
 
 class HeatingResistor(TwoPin):
-    """v = R_ref (1 + alpha (T - T_ref)) i, where T is the temperature of its heat port, which takes the loss v i.
+    """v = R_ref (1 + alpha (T - T_ref)) i with the temperature T of the heat port, through which the loss v i leaves.
 
-    As MSL `HeatingResistor`. Its heat port has to be connected, if only to a `FixedTemperature`. No energy is lost:
-    what goes out by the heat port is on its account.
+    As MSL `HeatingResistor`. The heat port must be connected, for example to a `FixedTemperature`. The energy account
+    of the resistor therefore shows no dissipation.
     """
 
     R_ref: Param[Scalar, "ohm", positive]  # resistance at T_ref

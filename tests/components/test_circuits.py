@@ -40,7 +40,7 @@ def test_transformer() -> None:
 
 
 def test_perfectly_coupled_coils_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"Transformer.M must be smaller in size than sqrt\(L1 L2\)"):
+    with pytest.raises(ParameterError, match=r"Transformer.M must be smaller in absolute value than sqrt\(L1 L2\)"):
         electrical.Transformer(L1=4.0, L2=1.0, M=-2.0)
 
 

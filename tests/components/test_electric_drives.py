@@ -363,10 +363,10 @@ def test_an_encoder_counts() -> None:
 def test_a_cable_has_the_resistance_of_both_conductors() -> None:
     """IEC 60228: 1 mm2 of annealed copper at 20 C has 17.24 mohm/m."""
     np.testing.assert_allclose(electrical.Cable(length=5.0, area=1e-6).R, 0.17241, rtol=1e-4)
-    with pytest.raises(ParameterError, match="alpha must leave a resistance above 0"):
+    with pytest.raises(ParameterError, match="alpha must give a nonnegative resistance"):
         electrical.Cable(length=5.0, area=1e-6, temperature=20.0)
 
 
 def test_a_battery_refuses_pairs_that_do_not_match() -> None:
-    with pytest.raises(ParameterError, match="C must have a number for each of R"):
+    with pytest.raises(ParameterError, match="C must have one number for each of R"):
         electrical.Battery(Q=1.0, charges=[0.0, 1.0], voltages=[3.0, 4.0], R0=0.1, R=[0.1, 0.2], C=[1.0])
