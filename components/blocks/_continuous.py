@@ -1,7 +1,7 @@
 """Linear dynamics of first and second order (as in MSL `Modelica.Blocks.Continuous`).
 
-Each is a state whose start value is an argument, as in `Integrator(x=2.0)`. A jump of the input makes the derivative of
-the state jump, not the state; the integrator meets it as an error estimate that is suddenly large.
+The start value of the state is an argument, as in `Integrator(x=2.0)`. If the input jumps, the derivative of the state
+jumps and the state does not; the error estimate of the integrator increases there.
 """
 
 from collections.abc import Mapping
@@ -13,26 +13,26 @@ from ._interfaces import SISO
 
 
 class Integrator(SISO):
-    """dy/dt = k u, from y = x at the start."""
+    """dy/dt = k u, with y = x at the start."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x"}
 
     k: Param[Scalar, ""] = 1.0  # gain
-    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    x: Var[Scalar, "", prefer] = 0.0  # state, equal to y
 
     def equations(self, d: Self) -> Equations:
         return dict(integral=eq(d.x, self.k * self.u.value), output=eq(self.y.value, self.x))
 
 
 class Derivative(SISO):
-    """The derivative of u behind a low-pass filter: y = k s / (1 + T s) u, in states T dx/dt = u - x = T y / k.
+    """The filtered derivative of u: y = k s / (1 + T s) u, in state form T dx/dt = u - x = T y / k.
 
-    A smaller T follows closer and makes the equations stiffer. Where u jumps, so does y, by k / T times the jump.
+    A smaller T makes the derivative more accurate and the equations stiffer. If u jumps, y jumps by k / T times that.
     """
 
     T: Param[Scalar, "s", positive]  # time constant of the filter
     k: Param[Scalar, ""] = 1.0  # gain
-    x: Var[Scalar, "", prefer] = 0.0  # u behind the filter
+    x: Var[Scalar, "", prefer] = 0.0  # filtered u
 
     def equations(self, d: Self) -> Equations:
         lead = self.u.value - self.x
@@ -40,27 +40,27 @@ class Derivative(SISO):
 
 
 class FirstOrder(SISO):
-    """T dy/dt + y = k u, from y = x at the start."""
+    """T dy/dt + y = k u, with y = x at the start."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x"}
 
     T: Param[Scalar, "s", positive]  # time constant
     k: Param[Scalar, ""] = 1.0  # gain
-    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    x: Var[Scalar, "", prefer] = 0.0  # state, equal to y
 
     def equations(self, d: Self) -> Equations:
         return dict(lag=eq(self.T * d.x, self.k * self.u.value - self.x), output=eq(self.y.value, self.x))
 
 
 class SecondOrder(SISO):
-    """d2y/dt2 + 2 D w dy/dt + w^2 y = k w^2 u, from y = x and dy/dt = v at the start."""
+    """d2y/dt2 + 2 D w dy/dt + w^2 y = k w^2 u, with y = x and dy/dt = v at the start."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"y_start": "x", "yd_start": "v"}
 
     w: Param[Scalar, "rad/s", positive]  # natural angular frequency
     D: Param[Scalar, "1", nonnegative]  # damping ratio
     k: Param[Scalar, ""] = 1.0  # gain
-    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    x: Var[Scalar, "", prefer] = 0.0  # state, equal to y
     v: Var[Scalar, "", prefer] = 0.0  # dy/dt
 
     def equations(self, d: Self) -> Equations:

@@ -24,7 +24,7 @@ from ._interfaces import SISO, Input, Output
 
 
 class PI(SISO):
-    """y = k (u + x) with the integral T dx/dt = u. It has no limits: see `LimPI`."""
+    """y = k (u + x) with the integral T dx/dt = u. For a limited output see `LimPI`."""
 
     k: Param[Scalar, ""]  # gain
     T: Param[Scalar, "s", positive]  # integral time
@@ -38,16 +38,16 @@ class PI(SISO):
 
 
 class PID(SISO):
-    """y = k (1 + 1 / (Ti s) + Td s / (1 + Td s / Nd)) u. It has no limits: see `LimPID`."""
+    """y = k (1 + 1 / (Ti s) + Td s / (1 + Td s / Nd)) u. For a limited output see `LimPID`."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"xi_start": "x", "xd_start": "x_d"}
 
     k: Param[Scalar, ""]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
     Td: Param[Scalar, "s", positive]  # derivative time
-    Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
+    Nd: Param[Scalar, "1", positive] = 10.0  # filter factor of the derivative part, whose time constant is Td / Nd
     x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
-    x_d: Var[Scalar, "", prefer] = 0.0  # u behind the filter of the derivative part
+    x_d: Var[Scalar, "", prefer] = 0.0  # filtered u of the derivative part
 
     def equations(self, d: Self) -> Equations:
         u, lead = self.u.value, self.u.value - self.x_d
@@ -59,22 +59,22 @@ class PID(SISO):
 
 
 class LimitedController(Component, partial=True):
-    """Control by u_s - u_m, within y_min <= y <= y_max, whose integral part does not wind up.
+    """Control of the error u_s - u_m with a limited output, y_min <= y <= y_max, and anti-windup.
 
-    Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`): what the limits cut off is fed back
-    into the integral, Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are hard: y is continuous, and
-    that it reaches or leaves them is an event.
+    Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`) feeds the excess over the limits back
+    into the integral: Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are exact, y is continuous, and
+    reaching or leaving a limit is an event.
     """
 
     k: Param[Scalar, "", nonzero]  # gain
     Ti: Param[Scalar, "s", positive]  # integral time
     y_max: Param[Scalar, "", unbounded]  # upper limit of y
     y_min: Param[Scalar, "", unbounded]  # lower limit of y
-    wp: Param[Scalar, "1", nonnegative] = 1.0  # weight of the set point in the proportional part
+    wp: Param[Scalar, "1", nonnegative] = 1.0  # setpoint weight of the proportional part
     Ni: Param[Scalar, "1", positive] = 0.9  # Ni Ti is the time constant of the back-calculation
     x: Var[Scalar, "", prefer] = 0.0  # integral part, before the gain
-    y_unlimited: Var[Scalar, ""] = 0.0  # what y would be without limits
-    u_s: Input = Input()  # set point
+    y_unlimited: Var[Scalar, ""] = 0.0  # y before its limits
+    u_s: Input = Input()  # setpoint
     u_m: Input = Input()  # measured value
     y: Output = Output()
 
@@ -93,17 +93,17 @@ class LimitedController(Component, partial=True):
 
 
 class LimPI(LimitedController):
-    """PI control within limits: y = k (wp u_s - u_m + x), limited, with anti-windup. See `LimitedController`."""
+    """PI control with limited output and anti-windup: y = k (wp u_s - u_m + x), limited. See `LimitedController`."""
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(law=eq(self.y_unlimited, self.k * self._proportional_integral()))
 
 
 class LimPID(LimitedController):
-    """PID control within limits, with anti-windup: see `LimitedController`.
+    """PID control with limited output and anti-windup: see `LimitedController`.
 
-    y = k [wp u_s - u_m + x + Td s / (1 + Td s / Nd) (wd u_s - u_m)], limited. With wd = 0, the default, a jump of the
-    set point gives no peak.
+    y = k [wp u_s - u_m + x + Td s / (1 + Td s / Nd) (wd u_s - u_m)], limited. With wd = 0, the default, a step of the
+    setpoint causes no derivative kick.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {
@@ -113,9 +113,9 @@ class LimPID(LimitedController):
     }
 
     Td: Param[Scalar, "s", positive]  # derivative time
-    wd: Param[Scalar, "1", nonnegative] = 0.0  # weight of the set point in the derivative part
-    Nd: Param[Scalar, "1", positive] = 10.0  # the higher, the closer the derivative part is to the derivative
-    x_d: Var[Scalar, "", prefer] = 0.0  # input of the derivative part behind its filter
+    wd: Param[Scalar, "1", nonnegative] = 0.0  # setpoint weight of the derivative part
+    Nd: Param[Scalar, "1", positive] = 10.0  # filter factor of the derivative part, whose time constant is Td / Nd
+    x_d: Var[Scalar, "", prefer] = 0.0  # filtered input of the derivative part
 
     def equations(self, d: Self) -> Equations:
         lead = self.wd * self.u_s.value - self.u_m.value - self.x_d

@@ -6,16 +6,16 @@ from acausal import Component, Port, Scalar, Time, Var
 
 
 class Signal(Port, partial=True):
-    """A value passed between blocks. It has no flow, so reading it loads nothing.
+    """A value passed between blocks. It has no flow, so reading it has no effect on the source.
 
-    The unit is that of the quantity it carries, given in the docstring of the component that owns the port.
+    The docstring of the component that owns the port states the unit.
     """
 
     value: Var[Scalar, ""] = 0.0
 
 
 class Input(Signal):
-    """A signal that a component reads: leaving it open is an error."""
+    """A signal that a component reads. Leaving it unconnected is an error."""
 
     needs_connection: ClassVar[bool] = True
 

@@ -1,12 +1,12 @@
-"""Moments at equal intervals."""
+"""Periodic instants."""
 
 import jax.numpy as jnp
 
 from acausal import Scalar
 
-NEAR = 1e-6  # share of an interval: a moment this short before the next one is that one
+NEAR = 1e-6  # fraction of a period: a time this close before the next instant counts as that instant
 
 
 def began(t: Scalar, start: Scalar, period: Scalar) -> Scalar:
-    """The beginning of the present one of the intervals that begin at start, start + period, ..."""
+    """Start of the current period; the periods start at start, start + period, ..."""
     return start + period * jnp.floor((t - start) / period + NEAR)

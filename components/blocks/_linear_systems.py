@@ -29,18 +29,18 @@ def _start(x: Vector | None) -> Any:
 class TransferFunction(SISO):
     """y = (b[0] s^m + ... + b[m]) / (a[0] s^n + ... + a[n]) u with m <= n, in controllable canonical form.
 
-    With b filled up with zeros in front, and its direct part D = b[0] / a[0]:
+    With leading zeros added to b, and the feedthrough D = b[0] / a[0]:
 
     - a[0] dx[0]/dt = a_end u - a[1] x[0] - ... - a[n] x[n-1] and dx[i]/dt = x[i-1];
     - a_end y = (b - D a)[1:] x + a_end D u.
 
-    The scale a_end = a[n] makes x[n-1] follow u; it is 1 for a transfer function that integrates, a[n] = 0. All states
-    start at zero unless x is given.
+    The scale a_end = a[n] makes x[n-1] equal to u in steady state; for an integrating transfer function, a[n] = 0,
+    a_end is 1. All states start at zero by default.
     """
 
-    order: int  # n, found from the length of a
-    a: Param[Vector, ""]  # coefficients of the denominator, that of the highest power first
-    b: Param[Vector, ""]  # those of the numerator
+    order: int  # n, from the length of a
+    a: Param[Vector, ""]  # coefficients of the denominator, highest power first
+    b: Param[Vector, ""]  # coefficients of the numerator, highest power first
     x: Var[Vector, "", shape("order")]  # state
 
     def __init__(self, *, b: Vector | list[float], a: Vector | list[float], x: Vector | None = None) -> None:
@@ -50,8 +50,8 @@ class TransferFunction(SISO):
         self.u, self.y = Input(), Output()
         if not 1 <= len(self.b) <= len(self.a) or self.order < 1:
             raise ParameterError(
-                f"TransferFunction needs a denominator of order 1 or more and a numerator of at most its order, got "
-                f"{len(self.b)} coefficients in b and {len(self.a)} in a. For a plain factor use Gain."
+                f"TransferFunction needs a denominator of order 1 or more and a numerator of at most this order, got "
+                f"{len(self.b)} coefficients in b and {len(self.a)} in a. For a constant factor use Gain."
             )
         if x is not None:
             check_shape(self, "x", (self.order,))
@@ -61,7 +61,7 @@ class TransferFunction(SISO):
         return (
             require(jnp.shape(self.a) == (n,), f"a must have shape {(n,)}"),
             require(jnp.ndim(self.b) == 1 and 1 <= len(self.b) <= n, f"b must have 1 to {n} coefficients"),
-            require(self.a[0] != 0.0, "a must be led by a coefficient that is not zero"),
+            require(self.a[0] != 0.0, "a must start with a nonzero coefficient"),
         )
 
     def equations(self, d: Self) -> Equations:
@@ -77,12 +77,12 @@ class TransferFunction(SISO):
 
 
 class StateSpace(Component):
-    """dx/dt = A x + B u and y = C x + D u, with as many inputs u[j] and outputs y[i] as the matrices say.
+    """dx/dt = A x + B u and y = C x + D u; the matrices determine the number of inputs u[j] and outputs y[i].
 
-    D is zero unless given. The states start at x, which is zero unless given.
+    D is zero by default. The states start at x, zero by default.
     """
 
-    order: int  # length of x, found from A
+    order: int  # length of x, from A
     A: Param[Vector, ""]  # order x order
     B: Param[Vector, ""]  # order x inputs
     C: Param[Vector, ""]  # outputs x order
@@ -94,7 +94,7 @@ class StateSpace(Component):
     def __init__(self, *, A: Vector, B: Vector, C: Vector, D: Vector | None = None, x: Vector | None = None) -> None:
         self.A, self.B, self.C = numbers(self, "A", A), numbers(self, "B", B), numbers(self, "C", C)
         if not all(matrix.ndim == 2 for matrix in (self.A, self.B, self.C)):
-            raise ParameterError("StateSpace needs matrices, arrays with two axes: reshape B to (order, inputs).")
+            raise ParameterError("StateSpace needs arrays with two axes: reshape B to (order, inputs).")
         self.order, inputs, outputs = len(self.A), self.B.shape[1], len(self.C)
         self.D = jnp.zeros((outputs, inputs)) if D is None else numbers(self, "D", D)
         self.x = _start(x)

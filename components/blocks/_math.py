@@ -21,7 +21,7 @@ class Gain(SISO):
 
 
 class Sum(SI2SO):
-    """y = k1 u1 + k2 u2; with k2 = -1 the difference."""
+    """y = k1 u1 + k2 u2; the difference for k2 = -1."""
 
     k1: Param[Scalar, ""] = 1.0  # weight of u1
     k2: Param[Scalar, ""] = 1.0  # weight of u2
@@ -60,21 +60,21 @@ class Product(SI2SO):
 
 
 class Division(SI2SO):
-    """y = u1 / u2. Where u2 passes through zero, y is infinite and the run fails."""
+    """y = u1 / u2. If u2 crosses zero, y is infinite and the run fails."""
 
     def equations(self, d: Self) -> Equations:
         return dict(quotient=eq(self.y.value, self.u1.value / self.u2.value))
 
 
 class Minimum(SI2SO):
-    """y = min(u1, u2) (MSL `Min`); that they cross is an event."""
+    """y = min(u1, u2) (MSL `Min`); a crossing of the inputs is an event."""
 
     def equations(self, d: Self) -> Equations:
         return dict(minimum=eq(self.y.value, ifelse(self.u1.value > self.u2.value, self.u2.value, self.u1.value)))
 
 
 class Maximum(SI2SO):
-    """y = max(u1, u2) (MSL `Max`); that they cross is an event."""
+    """y = max(u1, u2) (MSL `Max`); a crossing of the inputs is an event."""
 
     def equations(self, d: Self) -> Equations:
         return dict(maximum=eq(self.y.value, ifelse(self.u1.value > self.u2.value, self.u1.value, self.u2.value)))
@@ -83,10 +83,10 @@ class Maximum(SI2SO):
 class Function(SISO):
     """y = function(u), for a function written with `jax.numpy`: `Function(function=jnp.abs)`.
 
-    The function is part of the model's structure, so a new function object means a new compilation: define it once, at
-    module level. What is to be varied or differentiated belongs into a component of its own with parameters. Kinks and
-    jumps of the function are no events: they cost steps, and derivatives lose accuracy there, unlike with `Limiter`,
-    `Maximum` or `Table1D`. An infinite slope, as of a square root at zero, can end the run.
+    The function is part of the model structure, so a new function object triggers a new compilation: define it once, at
+    module level. To vary or differentiate its parameters, write a component instead. Kinks and jumps of the function
+    are not events: they cost steps and accuracy of derivatives, unlike those of `Limiter`, `Maximum` or `Table1D`. An
+    infinite slope, such as that of a square root at zero, can make the run fail.
     """
 
     function: Callable[[Scalar], Scalar]

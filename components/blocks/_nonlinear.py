@@ -1,4 +1,4 @@
-"""Limits and switches (as in MSL `Modelica.Blocks.Nonlinear` and `Logical`); where one bends or jumps is an event."""
+"""Limits and switches (as in MSL `Modelica.Blocks.Nonlinear` and `Logical`); their kinks and jumps are events."""
 
 from typing import Self
 
@@ -28,7 +28,7 @@ from ._interfaces import SISO, Input, Output
 
 
 class Range(SISO, partial=True):
-    """A block with two bounds of its input."""
+    """A block with two bounds on its input."""
 
     u_max: Param[Scalar, "", unbounded]  # upper bound
     u_min: Param[Scalar, "", unbounded]  # lower bound
@@ -37,35 +37,35 @@ class Range(SISO, partial=True):
         return (require(self.u_min < self.u_max, "u_min must be smaller than u_max"),)
 
     def within(self) -> Scalar:
-        """The input, or the bound that it is beyond."""
+        """The input, limited to the bounds."""
         return limited(self.u.value, self.u_min, self.u_max)
 
 
 class Limiter(Range):
-    """y = u within u_min and u_max, and the bound beyond them."""
+    """y = u, limited to u_min .. u_max."""
 
     def equations(self, d: Self) -> Equations:
         return dict(limit=eq(self.y.value, self.within()))
 
 
 class DeadZone(Range):
-    """y = 0 between u_min and u_max, and the distance to the bound beyond them."""
+    """y = 0 between u_min and u_max, and the distance from the nearer bound outside."""
 
     def equations(self, d: Self) -> Equations:
         return dict(zone=eq(self.y.value, self.u.value - self.within()))
 
 
 class SlewRateLimiter(SISO):
-    """y follows u, but changes by no more than `rising` and `falling` a second.
+    """y follows u with the rate limited to -`falling` .. `rising` per second.
 
-    dy/dt = (u - y) / Td within these bounds: below them, y is u behind a lag of Td. A smaller Td follows closer and
-    makes the equations stiffer. y starts at x.
+    dy/dt = (u - y) / Td within these limits: a first-order lag with the time constant Td. A smaller Td follows more
+    closely and makes the equations stiffer. y starts at x.
     """
 
-    rising: Param[Scalar, "", positive, unbounded]  # steepest rise
-    falling: Param[Scalar, "", positive, unbounded]  # steepest fall, a positive number
+    rising: Param[Scalar, "", positive, unbounded]  # maximum rate of rise
+    falling: Param[Scalar, "", positive, unbounded]  # maximum rate of fall, a positive number
     Td: Param[Scalar, "s", positive] = 1e-3  # time constant
-    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    x: Var[Scalar, "", prefer] = 0.0  # state, equal to y
 
     def _rate(self) -> Scalar:
         return (self.u.value - self.x) / self.Td
@@ -78,14 +78,14 @@ class SlewRateLimiter(SISO):
 
 
 class Play(SISO):
-    """Hysteresis: y stays until u is `width`/2 away from it, and then follows at that distance.
+    """Hysteresis: y is constant until u is `width`/2 away from it, and then follows at that distance.
 
-    T dy/dt = u - y -+ width/2 beyond that distance, with a lag T that is short against what u does. y starts at x.
+    T dy/dt = u - y -+ width/2 beyond that distance; choose T short compared with the changes of u. y starts at x.
     """
 
-    width: Param[Scalar, "", nonnegative]  # of the loop, in u
-    T: Param[Scalar, "s", positive] = 1e-4  # lag
-    x: Var[Scalar, "", prefer] = 0.0  # y; its start value
+    width: Param[Scalar, "", nonnegative]  # width of the hysteresis loop, in u
+    T: Param[Scalar, "s", positive] = 1e-4  # time constant
+    x: Var[Scalar, "", prefer] = 0.0  # state, equal to y
 
     def equations(self, d: Self) -> Equations:
         lead = self.u.value - self.x
@@ -96,15 +96,15 @@ class Play(SISO):
 
 
 class Switch(Component):
-    """y = u1 while control >= threshold, else u2 (MSL `Switch`); both changes are events.
+    """y = u1 while control >= threshold, otherwise u2 (MSL `Switch`); both changes are events.
 
-    With a `band`, it changes over to u1 at threshold + band / 2, and back at threshold - band / 2. It needs one where
-    what it passes drives the control back over the threshold; else the run ends with an error.
+    With a `band`, it switches to u1 at threshold + band / 2 and back at threshold - band / 2. If its output drives the
+    control back across the threshold, it needs a band; otherwise the run ends with an error.
     """
 
-    threshold: Param[Scalar, ""] = 0.5  # value of control from which on u1 is passed
-    band: Param[Scalar, "", nonnegative] = 0.0  # of control, between changing over and back
-    high: Discrete[Scalar, "1"] = 0.0  # 1 while u1 is passed
+    threshold: Param[Scalar, ""] = 0.5  # value of control at which y switches to u1
+    band: Param[Scalar, "", nonnegative] = 0.0  # hysteresis of control
+    high: Discrete[Scalar, "1"] = 0.0  # 1 while y = u1
     control: Input = Input()
     u1: Input = Input()
     u2: Input = Input()
@@ -124,10 +124,10 @@ class Switch(Component):
 class SmoothSwitch(Component):
     """y = u2 + (u1 - u2) / (1 + exp(-(control - threshold) / width)).
 
-    A switch that turns over continuously: from 2 % to 98 % of u1 within eight widths.
+    A smooth switch: from 2 % to 98 % of u1 within eight widths.
     """
 
-    width: Param[Scalar, "", positive]  # of the transition, in units of control
+    width: Param[Scalar, "", positive]  # width of the transition, in units of control
     threshold: Param[Scalar, ""] = 0.5  # value of control at which y is half-way
     control: Input = Input()
     u1: Input = Input()

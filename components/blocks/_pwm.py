@@ -1,4 +1,4 @@
-"""Pulse-width modulation, averaged."""
+"""Averaged pulse-width modulation."""
 
 from typing import Self
 
@@ -9,15 +9,15 @@ from ._interfaces import Input, Output
 
 
 class PWMAverage(Component):
-    """The mean of a pulse-width modulated voltage: y = supply duty in V, with the duty limited to duty_min .. 1.
+    """Mean of a pulse-width modulated voltage: y = supply duty in V, with the duty limited to duty_min .. 1.
 
-    Averaged over one switching period: `supply` is on for the share `duty` of it and zero for the rest; with
-    duty_min = -1, a full bridge that applies it in either direction. The average is what a drive responds to whose time
-    constants are much longer than the switching period. Left out: the ripple of current and torque, dead time, losses
-    of switching and conduction. That the duty reaches its limits is an event.
+    `supply` is on for the fraction `duty` of a switching period and zero for the rest; with duty_min = -1, a full
+    bridge applies it in either direction. A drive with time constants much longer than the switching period responds to
+    this mean. Not modelled: ripple of current and torque, dead time, switching and conduction losses. Reaching a limit
+    of the duty is an event.
 
-    A signal carries no power: use it with `SignalVoltage`, or take `electrical.AveragedBridge` where the current drawn
-    from the supply matters.
+    A signal carries no power: use it with `SignalVoltage`. If the current drawn from the supply matters, use
+    `electrical.AveragedBridge` instead.
     """
 
     duty_min: Param[Scalar, "1"] = 0.0  # 0 for one direction, -1 for both

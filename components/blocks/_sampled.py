@@ -1,4 +1,4 @@
-"""Blocks that act at equal intervals, by events: sampling, a sampled controller, pulse-width modulation."""
+"""Blocks with periodic events: sample and hold, sampled controller, pulse-width modulation."""
 
 from typing import Self
 
@@ -27,15 +27,15 @@ from ._interfaces import SISO, Input, Output
 
 
 class Sampled(Component, partial=True):
-    """A block that samples at start_time, start_time + period, ...; each is an event, at which steps end."""
+    """A block that samples at start_time, start_time + period, ...; each sample is an event, at which a step ends."""
 
-    period: Param[Scalar, "s", positive]  # from sample to sample
+    period: Param[Scalar, "s", positive]  # sample period
     start_time: Param[Scalar, "s"] = 0.0  # time of the first sample
     t: Time[Scalar, "s"] = 0.0
 
 
 class SampleHold(SISO, Sampled):
-    """y = u at the last sample; 0 before the first one (MSL `ZeroOrderHold`)."""
+    """y = u at the last sample; 0 before the first sample (MSL `ZeroOrderHold`)."""
 
     held: Discrete[Scalar, ""] = 0.0
 
@@ -47,10 +47,10 @@ class SampleHold(SISO, Sampled):
 
 
 class SampledPI(Sampled):
-    """A digital PI controller of e = u_s - u_m within limits: at each sample x grows by e period / T, y = k (e + x).
+    """A digital PI controller of e = u_s - u_m with limits: at each sample x increases by e period / T, y = k (e + x).
 
-    Backward differences; x does not grow while y is at a limit and e drives it further (clamping), so that it does not
-    wind up. Between samples, y is held; it is 0 before the first one.
+    Backward differences; clamping as anti-windup: x is constant while y is at a limit and e drives it further. y is
+    held between samples and is 0 before the first sample.
     """
 
     k: Param[Scalar, "1", nonzero]  # gain
@@ -59,7 +59,7 @@ class SampledPI(Sampled):
     y_max: Param[Scalar, "1", unbounded] = jnp.inf  # upper limit of y
     x: Discrete[Scalar, "1"] = 0.0  # integral part, before the gain
     held: Discrete[Scalar, "1"] = 0.0  # y
-    u_s: Input = Input()  # set point
+    u_s: Input = Input()  # setpoint
     u_m: Input = Input()  # measured value
     y: Output = Output()
 
@@ -80,21 +80,21 @@ class SampledPI(Sampled):
 
 
 class PWM(Sampled):
-    """Pulse-width modulation: y = 1 for the first share |u| of each period, with the sign of u, and 0 for the rest.
+    """Pulse-width modulation: y = sign(u) for the first fraction |u| of each period, and 0 for the rest.
 
-    The duty u, limited to -1 .. 1, is read at the beginning of each period (regular sampling). The averaged counterpart
-    is `PWMAverage`. As a run takes several steps for each period, take the average where the ripple does not matter.
+    The duty u, limited to -1 .. 1, is sampled at the beginning of each period (regular sampling). A run takes several
+    steps for each period; if the ripple does not matter, use the averaged counterpart `PWMAverage`.
     """
 
-    duty: Discrete[Scalar, "1"] = 0.0  # of this period
-    began: Discrete[Scalar, "s"] = -jnp.inf  # when this period did
+    duty: Discrete[Scalar, "1"] = 0.0  # duty of this period
+    began: Discrete[Scalar, "s"] = -jnp.inf  # start of this period
     on: Discrete[Scalar, "1"] = 0.0  # 1 during a pulse
     u: Input = Input()
     y: Output = Output()
 
     @classmethod
     def of_frequency(cls, frequency: Scalar) -> "PWM":
-        """Pulses with a frequency in Hz."""
+        """A modulator with the given frequency in Hz."""
         return cls(period=1.0 / frequency)
 
     def equations(self, d: Self) -> Equations:

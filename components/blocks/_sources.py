@@ -1,6 +1,6 @@
 """Signals that depend on time only (as in MSL `Modelica.Blocks.Sources`).
 
-Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
+Integration steps end at all jumps and kinks, and derivatives with respect to their times are exact.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,9 +25,9 @@ class Constant(Component):
 
 
 class Clock(SignalSource):
-    """y = offset, and from `start_time` on offset plus the time since then in s (MSL `ContinuousClock`)."""
+    """y = offset plus the time since `start_time` in s; offset before (MSL `ContinuousClock`)."""
 
-    offset: Param[Scalar, ""] = 0.0  # value before it
+    offset: Param[Scalar, ""] = 0.0  # value before `start_time`
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
@@ -35,10 +35,10 @@ class Clock(SignalSource):
 
 
 class Step(SignalSource):
-    """y = offset, and offset + height from `start_time` on."""
+    """y = offset, and offset + height from `start_time`."""
 
     height: Param[Scalar, ""]  # height of the step
-    offset: Param[Scalar, ""] = 0.0  # value before it
+    offset: Param[Scalar, ""] = 0.0  # value before the step
     start_time: Param[Scalar, "s"] = 0.0  # time of the step
 
     def equations(self, d: Self) -> Equations:
@@ -49,8 +49,8 @@ class Ramp(SignalSource):
     """y rises linearly from offset to offset + height between `start_time` and `start_time + duration`."""
 
     height: Param[Scalar, ""]  # height of the ramp
-    duration: Param[Scalar, "s", positive]  # how long it takes
-    offset: Param[Scalar, ""] = 0.0  # value before it
+    duration: Param[Scalar, "s", positive]  # duration of the ramp
+    offset: Param[Scalar, ""] = 0.0  # value before the ramp
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
@@ -62,21 +62,21 @@ class Ramp(SignalSource):
 
 
 class Sine(SignalSource):
-    """y = offset, and from `start_time` on offset + amplitude sin(2 pi frequency t' + phase), t' = t - start_time.
+    """y = offset, and from `start_time` offset + amplitude sin(2 pi frequency t' + phase), with t' = t - start_time.
 
-    With another phase than zero it has a jump at the start (MSL `Sine`).
+    With a nonzero phase, y jumps at the start (MSL `Sine`).
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f": "frequency", "freqHz": "frequency"}
 
     amplitude: Param[Scalar, ""]  # amplitude
-    frequency: Param[Scalar, "Hz"]  # cycles in a second
+    frequency: Param[Scalar, "Hz"]  # frequency
     phase: Param[Scalar, "rad"] = 0.0  # phase at the start
     offset: Param[Scalar, ""] = 0.0  # mean value
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        # Nothing turns before the start, so that no event has to be looked for there.
+        # The angle is constant before the start, so no event is searched for there.
         is_before = self.t < self.start_time
         angle = 2.0 * jnp.pi * self.frequency * jnp.where(is_before, 0.0, self.t - self.start_time) + self.phase
         on = jnp.where(is_before, 0.0, self.amplitude)
@@ -86,14 +86,14 @@ class Sine(SignalSource):
 class TimeFunction(SignalSource):
     """y = function(t), for a function written with `jax.numpy`.
 
-    Steps end where comparisons of the time in it tip over, as in `jnp.where(t < 5.0, 0.0, 1.0)`, `jnp.maximum` or
-    `jnp.floor`; a table has to be a `TimeSeries` for its knots to be known.
+    Steps end where a comparison with the time changes its result, as in `jnp.where(t < 5.0, 0.0, 1.0)`, `jnp.maximum`
+    or `jnp.floor`. For a table, use `TimeSeries`, so that its knots are known.
 
-    The function is part of the model's structure, so a new function object means a new compilation: define it once, at
-    module level. What is to be varied or differentiated belongs into a component of its own with parameters.
+    The function is part of the model structure, so a new function object triggers a new compilation: define it once, at
+    module level. To vary or differentiate its parameters, write a component instead.
     """
 
-    function: Callable[[Scalar], Scalar]  # of the time in s
+    function: Callable[[Scalar], Scalar]  # function of the time in s
 
     def equations(self, d: Self) -> Equations:
         return dict(function=eq(self.y.value, self.function(self.t), check_units=False))

@@ -1,4 +1,4 @@
-"""Characteristics given by samples (as in MSL `Modelica.Blocks.Tables`)."""
+"""Lookup tables (as in MSL `Modelica.Blocks.Tables`)."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Literal, Self
@@ -21,7 +21,7 @@ Extrapolation = Literal["hold", "linear"]
 
 
 def _argument(u: Scalar, points: Vector, extrapolation: Extrapolation) -> Scalar:
-    """u, or beyond the table its end where the outermost value is held."""
+    """u, limited to the range of the table if the outermost value is held."""
     return located(u, points)[0] if extrapolation == "hold" else u
 
 
@@ -31,11 +31,11 @@ def _known(extrapolation: str) -> Requirements:
 
 
 class Table1D(SISO):
-    """y(u) through samples, differentiable with respect to all of them (MSL `CombiTable1Ds`).
+    """Lookup table y(u), differentiable with respect to all samples (MSL `CombiTable1Ds`).
 
-    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
-    straight lines. Beyond the samples, the outermost value is held, or the curve goes on as a line. That u passes
-    a sample is an event.
+    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); otherwise
+    linear interpolation. Beyond the samples, the outermost value is held, or the curve continues linearly. Crossing a
+    sample is an event.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"table": "points and values"}
@@ -55,18 +55,18 @@ class Table1D(SISO):
 
 
 class Table2D(SI2SO):
-    """y(u1, u2) through samples on a grid, differentiable with respect to all of them (MSL `CombiTable2Ds`).
+    """Lookup table y(u1, u2) on a grid, differentiable with respect to all samples (MSL `CombiTable2Ds`).
 
-    With `smooth`, piecewise bicubic with continuous slopes: at each knot that of the parabola through the neighbours,
-    so that the surface can overshoot steep steps of the samples; else bilinear. Beyond the samples, the outermost
-    values are held, or go on linearly. That an input passes a sample is an event.
+    With `smooth`, piecewise bicubic with continuous slopes: the slope at a knot is that of the parabola through its
+    neighbours, so the surface can overshoot steep steps of the samples. Otherwise bilinear. Beyond the samples, the
+    outermost values are held, or continue linearly. Crossing a sample is an event.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"table": "points1 and points2 with values"}
 
     points1: Param[Vector, ""]  # increasing values of u1
     points2: Param[Vector, ""]  # increasing values of u2
-    values: Param[Vector, ""]  # y; a row for each point of u1, a column for each of u2
+    values: Param[Vector, ""]  # y, one row for each point of u1, one column for each point of u2
     smooth: bool = True
     extrapolation: Extrapolation = "hold"
 

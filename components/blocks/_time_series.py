@@ -20,10 +20,10 @@ from ._interfaces import SignalSource
 
 
 class TimeSeries(SignalSource):
-    """y(t) through samples, held at the first and last value outside them.
+    """y(t) interpolated between samples; outside, the first or last value is held.
 
-    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); else
-    straight lines. Steps end at the samples, so that none of them is passed over.
+    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); otherwise
+    linear interpolation. Integration steps end at the samples, so none of them is missed.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"table": "times and values"}
@@ -42,18 +42,18 @@ class TimeSeries(SignalSource):
 
 
 class Staircase(SignalSource):
-    """y = values[i] from times[i] until times[i + 1], held at the first and last value outside of the times.
+    """y = values[i] from times[i] to times[i + 1]; outside, the first or last value is held.
 
-    Steps end at the times, and derivatives with respect to these are exact.
+    Integration steps end at the times, and derivatives with respect to them are exact.
     """
 
-    times: Param[Vector, "s"]  # of the steps, increasing; one more than there are values
+    times: Param[Vector, "s"]  # times of the steps, increasing; one more than values
     values: Param[Vector, ""]  # y between these times
 
     def requirements(self) -> Requirements:
         shape, wanted = jnp.shape(self.times), (len(jnp.ravel(self.values)) + 1,)
         if jnp.ndim(self.values) != 1 or shape != wanted or shape[0] < 2:
-            return (require(False, "times must be one more than values"),)
+            return (require(False, "times must have one more element than values"),)
         return (require(increasing(self.times), "times must be increasing"),)
 
     def equations(self, d: Self) -> Equations:

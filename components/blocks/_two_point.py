@@ -1,4 +1,4 @@
-"""Control by switching on and off."""
+"""On-off control."""
 
 from typing import Self
 
@@ -10,14 +10,14 @@ from ._interfaces import Input, Output
 
 
 class TwoPointController(Component):
-    """y = 1 from when u_m falls below u_s - bandwidth / 2 until it exceeds u_s + bandwidth / 2, and 0 else.
+    """y switches to 1 if u_m falls below u_s - bandwidth / 2, and to 0 if u_m exceeds u_s + bandwidth / 2.
 
-    As MSL `Logical.OnOffController`; both changes are events. Within the band y stays what it was, at first `is_on`.
+    As MSL `Logical.OnOffController`; both changes are events. Within the band y keeps its value, initially `is_on`.
     """
 
-    bandwidth: Param[Scalar, "", positive]  # of u_m, between switching off and on again
+    bandwidth: Param[Scalar, "", positive]  # hysteresis of u_m
     is_on: Discrete[Scalar, "1"] = 0.0
-    u_s: Input = Input()  # set point
+    u_s: Input = Input()  # setpoint
     u_m: Input = Input()  # measured value
     y: Output = Output()
 

@@ -1,6 +1,6 @@
-"""Signals of time that repeat, decay or sweep (as in MSL `Modelica.Blocks.Sources`).
+"""Periodic, decaying and swept signals (as in MSL `Modelica.Blocks.Sources`).
 
-Steps of the integrator end at all jumps and corners, and the derivatives with respect to their times are exact.
+Integration steps end at all jumps and kinks, and derivatives with respect to their times are exact.
 """
 
 from collections.abc import Mapping
@@ -24,26 +24,26 @@ from ._interfaces import SignalSource
 
 
 class Periodic(SignalSource, partial=True):
-    """y = offset before `start_time`, then offset + amplitude times a shape of values 0 to 1 that repeats."""
+    """y = offset before `start_time`, then offset + amplitude times a periodic waveform between 0 and 1."""
 
-    elsewhere: ClassVar[Mapping[str, str]] = {"nperiod": "left out, for it repeats without end"}
+    elsewhere: ClassVar[Mapping[str, str]] = {"nperiod": "left out, because it repeats without end"}
 
-    amplitude: Param[Scalar, ""]  # height of the shape
-    period: Param[Scalar, "s", positive]  # time after which it repeats
-    offset: Param[Scalar, ""] = 0.0  # value before it, and its lowest value
-    start_time: Param[Scalar, "s"] = 0.0  # time of the first period
+    amplitude: Param[Scalar, ""]  # height of the waveform
+    period: Param[Scalar, "s", positive]  # duration of a period
+    offset: Param[Scalar, ""] = 0.0  # value before `start_time`, and lowest value
+    start_time: Param[Scalar, "s"] = 0.0  # start of the first period
 
 
 class Pulse(Periodic):
-    """A rectangle wave: offset + amplitude for the first part of each period, offset for the rest."""
+    """A rectangular wave: offset + amplitude for the first part of each period, offset for the rest."""
 
-    width: Param[Scalar, "1", nonnegative] = 0.5  # share of the period, at most 1
+    width: Param[Scalar, "1", nonnegative] = 0.5  # pulse width as a fraction of the period, at most 1
 
     def requirements(self) -> Requirements:
         return (require(self.width <= 1.0, "width must be at most 1"),)
 
     def equations(self, d: Self) -> Equations:
-        # Counted from rise and from fall: each edge is a step of a stair of its own, whatever the rounding.
+        # Rises and falls are counted separately, so that each edge is exact in spite of rounding.
         risen = jnp.floor((self.t - self.start_time) / self.period)
         fallen = jnp.floor((self.t - self.start_time) / self.period - self.width)
         is_on = jnp.where(self.t < self.start_time, 0.0, risen - fallen)
@@ -51,7 +51,7 @@ class Pulse(Periodic):
 
 
 class SawTooth(Periodic):
-    """Rises from offset to offset + amplitude in each period, and falls back at once."""
+    """A sawtooth: rises linearly from offset to offset + amplitude in each period, and drops back instantly."""
 
     def equations(self, d: Self) -> Equations:
         turns = (self.t - self.start_time) / self.period
@@ -60,7 +60,7 @@ class SawTooth(Periodic):
 
 
 class Trapezoid(Periodic):
-    """In each period, rises linearly to offset + amplitude, stays for `width`, falls linearly and stays at offset."""
+    """A trapezoidal wave: linear rise to offset + amplitude, plateau, linear fall, then offset in each period."""
 
     rising: Param[Scalar, "s", positive]  # duration of the rise
     width: Param[Scalar, "s", nonnegative]  # duration of the plateau
@@ -80,22 +80,22 @@ class Trapezoid(Periodic):
 
 
 class ExpSine(SignalSource):
-    """y = offset, and from `start_time` on offset + amplitude exp(-damping t') sin(2 pi frequency t' + phase).
+    """y = offset, and from `start_time` offset + amplitude exp(-damping t') sin(2 pi frequency t' + phase).
 
-    t' is t - start_time. With a phase of zero it has a kink at the start, with another a jump.
+    t' = t - start_time. With zero phase, y has a kink at the start; otherwise it jumps.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"f": "frequency", "freqHz": "frequency"}
 
     amplitude: Param[Scalar, ""]  # amplitude at the start
-    frequency: Param[Scalar, "Hz"]  # cycles in a second
+    frequency: Param[Scalar, "Hz"]  # frequency
     damping: Param[Scalar, "1/s", nonnegative]  # decay rate
     phase: Param[Scalar, "rad"] = 0.0  # phase at the start
     offset: Param[Scalar, ""] = 0.0  # mean value
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
-        # Clamped, for the exponential of a long time before the start overflows.
+        # Clamped, because the exponential overflows long before the start.
         elapsed = jnp.maximum(self.t - self.start_time, 0.0)
         wave = jnp.exp(-self.damping * elapsed) * jnp.sin(2.0 * jnp.pi * self.frequency * elapsed + self.phase)
         on = jnp.where(self.t < self.start_time, 0.0, self.amplitude)
@@ -103,10 +103,10 @@ class ExpSine(SignalSource):
 
 
 class Exponentials(SignalSource):
-    """Rises from offset towards offset + height and falls back, both exponentially, with kinks at start and turn.
+    """Exponential rise from offset towards offset + height and exponential fall, with kinks at start and turn.
 
-    From `start_time` on, y = offset + height (1 - exp(-t' / rise_tau)); after a further `rise_time`, that part decays
-    as exp(-t'' / fall_tau).
+    From `start_time`, y = offset + height (1 - exp(-t' / rise_tau)); after `rise_time`, the second term decays as
+    exp(-t'' / fall_tau).
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {
@@ -115,11 +115,11 @@ class Exponentials(SignalSource):
         "fallTimeConst": "fall_tau",
     }
 
-    height: Param[Scalar, ""]  # height that the rise tends to
+    height: Param[Scalar, ""]  # asymptotic height of the rise
     rise_time: Param[Scalar, "s", nonnegative]  # duration of the rise
     rise_tau: Param[Scalar, "s", positive]  # time constant of the rise
     fall_tau: Param[Scalar, "s", positive]  # time constant of the fall
-    offset: Param[Scalar, ""] = 0.0  # value before it
+    offset: Param[Scalar, ""] = 0.0  # value before `start_time`
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 
     def equations(self, d: Self) -> Equations:
@@ -130,16 +130,16 @@ class Exponentials(SignalSource):
 
 
 class ChirpSine(SignalSource):
-    """A sine whose frequency grows linearly: y = offset + amplitude sin(2 pi (f0 t' + (f1 - f0) t'^2 / (2 duration))).
+    """A sine with linear frequency sweep: y = offset + amplitude sin(2 pi (f0 t' + (f1 - f0) t'^2 / (2 duration))).
 
-    For frequency responses. It starts at `start_time`, t' = t - start_time, and goes on after `duration`; before it,
-    y = offset.
+    For frequency responses. Before `start_time`, y = offset; then t' = t - start_time. The sweep continues after
+    `duration`.
     """
 
     amplitude: Param[Scalar, ""]  # amplitude
     f0: Param[Scalar, "Hz"]  # frequency at the start
     f1: Param[Scalar, "Hz"]  # frequency after `duration`
-    duration: Param[Scalar, "s", positive]  # of the sweep
+    duration: Param[Scalar, "s", positive]  # duration of the sweep from f0 to f1
     offset: Param[Scalar, ""] = 0.0  # mean value
     start_time: Param[Scalar, "s"] = 0.0  # time at which it starts
 

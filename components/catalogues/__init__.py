@@ -1,8 +1,8 @@
-"""Parts that can be bought: data sheets as data, from an order name to a component, and what a run exceeded.
+"""Purchased parts: catalogues of data sheets, components from order numbers, and a check of ratings.
 
 `dc_motor("148867")`, `gearhead("203115")` make components; `catalogue("motors").search(...)` finds data sheets; `load`
-reads tables of your own; `limits(solution)` holds a run against the ratings. The figures of the library's tables are
-quoted, from where their source says; before a design rests on them, compare them with the maker's current sheet.
+reads your own tables; `limits(solution)` checks a run against the ratings. The figures in the library's tables are
+quoted from the sources named there. Before you base a design on them, compare them with the maker's current sheet.
 """
 
 from typing import TYPE_CHECKING

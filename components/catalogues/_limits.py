@@ -1,4 +1,4 @@
-"""Which ratings a run exceeded."""
+"""Check of a run against the ratings of its parts."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -37,14 +37,14 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
 class Exceeded(NamedTuple):
     """A rating that a run exceeded."""
 
-    path: str  # of the part
-    order: str  # its order name
+    path: str  # path of the part
+    order: str  # order name of the part
     rating: str
     limit: float
-    largest: float  # size, in the run
-    time: float  # of the largest one, in s
-    first: float  # when it was exceeded first, in s
-    share: float  # of the time of the run
+    largest: float  # maximum absolute value in the run
+    time: float  # time of the maximum, in s
+    first: float  # time at which the rating was first exceeded, in s
+    share: float  # fraction of the run during which it was exceeded
     unit: str
 
     def __str__(self) -> str:
@@ -56,9 +56,9 @@ class Exceeded(NamedTuple):
 
 
 class Limits(tuple[Exceeded, ...]):
-    """What a run exceeded, one line for each rating when printed.
+    """The ratings that a run exceeded, printed with one line for each.
 
-    `checked` are the ratings that the run was held against: path of the part, order name, rating.
+    `checked` lists the ratings checked: path of the part, order name, rating.
     """
 
     checked: tuple[tuple[str, str, str], ...]
@@ -79,18 +79,18 @@ class Limits(tuple[Exceeded, ...]):
         parts = dict.fromkeys(f"{path} ({order})" for path, order, _ in self.checked)
         told = {part: [name for path, order, name in self.checked if part == f"{path} ({order})"] for part in parts}
         lines = [f"{part}: {', '.join(names)}" for part, names in told.items()]
-        return "\n".join(["No rating is exceeded of those that were checked:", *lines])
+        return "\n".join(["None of the ratings checked is exceeded:", *lines])
 
 
 def limits(solution: Solution[Any]) -> Limits:
-    """The ratings of data sheets that a run exceeded: where, when, by how much, and for how long.
+    """The data-sheet ratings that a run exceeded: where, when, by how much, and for how long.
 
-    For the parts that were made from a data sheet, at the saved times: save enough of them, with `save="steps"` or
-    times. Ratings for continuous operation, of currents and torques, may be exceeded for a while; the largest one and
-    the share of the time tell how far. `limits(solution).checked` tells what the run was held against: parts without a
-    data sheet and ratings that a sheet does not state are not in it.
+    Checks the parts made from a data sheet at the saved times: save enough of them, with `save="steps"` or times.
+    Currents and torques may exceed ratings for continuous operation temporarily; the maximum and the fraction of time
+    show how far. `limits(solution).checked` lists the ratings checked; it excludes parts without a data sheet and
+    ratings that a sheet does not state.
 
-    Raises `ArgumentError` for a batch of solutions, and for a run that failed where a rated size is not a number.
+    Raises `ArgumentError` for a batch of solutions, and for a failed run in which a rated quantity is not a number.
     """
     if solution.is_batched:
         raise ArgumentError("limits takes a single solution, not a batch: use vmap's results one by one.")
@@ -103,7 +103,7 @@ def limits(solution: Solution[Any]) -> Limits:
                 continue
             size = np.abs(np.broadcast_to(np.asarray(read(part)), times.shape))
             if np.any(np.isnan(size)):
-                raise ArgumentError(f"{path}: the size that {rating} limits is not a number, since the run failed.")
+                raise ArgumentError(f"{path}: the quantity limited by {rating} is not a number: the run failed.")
             checked.append((path, sheet.order, rating))
             if np.max(size) > limit:
                 found.append(_exceeded(path, sheet, rating, limit, times, size))
@@ -112,7 +112,7 @@ def limits(solution: Solution[Any]) -> Limits:
 
 def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarray, size: np.ndarray) -> Exceeded:
     excess, worst = size - limit, int(np.argmax(size))
-    # Sizes are straight between saved times, which tells when the limit is passed between two of them.
+    # Linear interpolation between the saved times locates the crossings of the limit.
     above, apart = np.maximum(excess, 0.0), np.abs(excess[1:]) + np.abs(excess[:-1])
     spans, run = np.diff(times), max(float(times[-1] - times[0]), np.finfo(float).tiny)
     shares = (above[1:] + above[:-1]) / np.maximum(apart, np.finfo(float).tiny)
@@ -124,7 +124,7 @@ def _exceeded(path: str, sheet: Any, rating: str, limit: float, times: np.ndarra
 
 
 def _rated(node: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """The parts with a data sheet, with their paths."""
+    """The parts with a data sheet and their paths."""
     if isinstance(node, tuple | Array):
         for i, part in enumerate(node):
             yield from _rated(part, f"{path}[{i}]")

@@ -1,4 +1,4 @@
-"""From an order name to a component."""
+"""Components from order names."""
 
 import functools as ft
 import inspect
@@ -65,7 +65,7 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = {
 
 @ft.cache
 def catalogue(name: str) -> Catalogue:
-    """A catalogue of the library: "motors", "gearheads", "pumps" or "valves"; for one of your own see `load`."""
+    """A catalogue of the library: "motors", "gearheads", "pumps" or "valves". For your own, see `load`."""
     return load(Path(__file__).parent / f"{name}.csv", COLUMNS[name])
 
 
@@ -74,9 +74,9 @@ def _sheet(order: str | DataSheet, name: str) -> DataSheet:
 
 
 def dc_motor(order: str | DataSheet, **others: Any) -> DCMotor:
-    """The motor with an order name, or of a data sheet, at constant temperature.
+    """A motor from its order name or data sheet, at constant temperature.
 
-    Its friction is viscous, so that the no-load current comes out: C = k I_0/w_0; where this is not stated it has none.
+    Viscous friction accounts for the no-load current, C = k I_0/w_0; if the sheet does not state it, there is none.
     `others` replace arguments of `DCMotor`.
     """
     sheet = _sheet(order, "motors")
@@ -89,10 +89,10 @@ def dc_motor(order: str | DataSheet, **others: Any) -> DCMotor:
 
 
 def brushed_motor(order: str | DataSheet, **others: Any) -> BrushedMotor:
-    """The motor with an order name, or of a data sheet, as it warms; raises `ParameterError` without thermal figures.
+    """A motor from its order name or data sheet, with heating; raises `ParameterError` without thermal figures.
 
-    The heat capacities are time constant over thermal resistance, of winding to housing and of housing to ambient. The
-    friction is constant, that of the no-load current: T_h = k I_0. `others` replace arguments of `BrushedMotor`.
+    The heat capacities are time constant over thermal resistance, from winding to housing and from housing to ambient.
+    Constant friction accounts for the no-load current: T_h = k I_0. `others` replace arguments of `BrushedMotor`.
     """
     sheet = _sheet(order, "motors")
     inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
@@ -105,11 +105,11 @@ def brushed_motor(order: str | DataSheet, **others: Any) -> BrushedMotor:
 
 
 def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
-    """The planetary gearhead with an order name, or of a data sheet, as one stage; hold its ring.
+    """A planetary gearhead from its order name or data sheet, as one stage; connect its ring to `Fixed`.
 
-    The efficiency of the sheet is that from sun to carrier with the ring held, (1 + (N - 1) eta)/N; the loss follows
-    from it. The inertia turns with the sun. Play and stiffness are not stated. `others` replace arguments of
-    `PlanetaryGearbox`.
+    The mesh loss follows from the efficiency of the sheet, which is that from sun to carrier with the ring held,
+    (1 + (N - 1) eta)/N. The inertia turns with the sun. The sheet does not state backlash and stiffness. `others`
+    replace arguments of `PlanetaryGearbox`.
     """
     sheet = _sheet(order, "gearheads")
     loss = EqualMeshLoss(efficiency=_rolling(sheet["ratio"], sheet["efficiency"]))
@@ -118,9 +118,9 @@ def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
 
 
 def gear_train(order: str | DataSheet, **others: Any) -> PlanetaryTrain:
-    """The planetary gearhead with an order name, or of a data sheet, with its number of stages.
+    """A planetary gearhead from its order name or data sheet, with its number of stages.
 
-    The sheet states ratio and efficiency of the whole: each of n stages has their n-th root. The inertia turns with the
+    The sheet states the total ratio and efficiency: each of n stages has their n-th root. The inertia turns with the
     first sun. `others` are the other arguments of `PlanetaryTrain`.
     """
     sheet = _sheet(order, "gearheads")
@@ -133,23 +133,22 @@ def gear_train(order: str | DataSheet, **others: Any) -> PlanetaryTrain:
 
 
 def _rolling(ratio: float, efficiency: float) -> float:
-    """The efficiency of the meshes with the carrier held, from that of sun to carrier with the ring held."""
+    """Efficiency of the meshes with the carrier held, from the efficiency from sun to carrier with the ring held."""
     return (ratio * efficiency - 1.0) / (ratio - 1.0)
 
 
 def pump(order: str | DataSheet, **others: Any) -> Pump:
-    """The pump with an order name, or of a data sheet, without losses; `others` replace arguments of `Pump`."""
+    """A pump from its order name or data sheet, without losses; `others` replace arguments of `Pump`."""
     sheet = _sheet(order, "pumps")
     given: dict[str, Any] = dict(displacement=sheet["displacement"])
     return Pump(**(given | others), data_sheet=sheet)
 
 
 def holding_valve(order: str | DataSheet, **others: Any) -> HoldingValve:
-    """The normally open valve with an order name, or of a data sheet, by `HoldingValve.rated`.
+    """A normally open valve from its order name or data sheet, built by `HoldingValve.rated`.
 
-    Voltage and current of the coil, pressure, and flow at its drop, as far as the sheet states them; `others` are the
-    arguments of `HoldingValve.rated` that it does not state, or replace what it states. Raises `ParameterError` for
-    what neither gives.
+    The sheet gives voltage and current of the coil, pressure, flow and pressure drop, as far as it states them.
+    `others` add or replace arguments of `HoldingValve.rated`. Raises `ParameterError` if an argument is missing.
     """
     sheet = _sheet(order, "valves")
     stated = dict(

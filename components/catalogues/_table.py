@@ -1,4 +1,4 @@
-"""Tables of data sheets: CSV files that are checked on loading."""
+"""Tables of data sheets: CSV files, validated on loading."""
 
 import csv
 import math
@@ -16,12 +16,12 @@ _HEAD = re.compile(r"^(?P<name>\w+) \[(?P<unit>[^\]]+)\]$")
 
 
 class Column(NamedTuple):
-    """What a column of figures may hold."""
+    """Unit and range of a column of figures."""
 
-    unit: str  # in SI, which the file's unit has to fit
-    low: float  # least value in this unit
-    high: float  # largest one
-    needed: bool = False  # whether each row has to state it
+    unit: str  # SI unit, to which the unit in the file must be convertible
+    low: float  # minimum in this unit
+    high: float  # maximum in this unit
+    needed: bool = False  # whether each row must state it
 
 
 class Catalogue(tuple[DataSheet, ...]):
@@ -35,7 +35,7 @@ class Catalogue(tuple[DataSheet, ...]):
         return made
 
     def __getitem__(self, key: Any) -> Any:
-        """The sheet with an order name; raises `ArgumentError`, with all names, for one that is not there."""
+        """The sheet with an order name; raises `ArgumentError`, listing all names, if there is none."""
         if not isinstance(key, str):
             return super().__getitem__(key)
         for sheet in self:
@@ -47,9 +47,9 @@ class Catalogue(tuple[DataSheet, ...]):
     def search(self, family: str | None = None, maker: str | None = None, **wanted: Any) -> "Catalogue":
         """The sheets of a family or maker with figures in ranges: `search(stall_torque=(1.0, None))`.
 
-        A range is (least, largest), None where it is open, one number stands for itself; in SI units or as quantities.
-        A sheet that does not state a figure does not meet a range of it. Raises `ArgumentError` for other figures than
-        those of this catalogue.
+        A range is (minimum, maximum), with None for an open end, or a single value; in SI units or as quantities. A
+        sheet that does not state a figure does not match a range of it. Raises `ArgumentError` for figures that this
+        catalogue does not have.
         """
         units = dict(self[0].units) if self else {}
         if other := sorted(set(wanted) - set(units)):
@@ -79,11 +79,11 @@ def _meets(sheet: DataSheet, ranges: Mapping[str, tuple[float, float]]) -> bool:
 
 
 def load(path: str | Path, columns: Mapping[str, Column]) -> Catalogue:
-    """Read data sheets from a CSV file with a line of heads, `order`, `family`, `maker`, `source`, `date`, and figures.
+    """Reads data sheets from a CSV file with a header line: `order`, `family`, `maker`, `source`, `date`, and figures.
 
-    The head of a figure is its name and unit, `resistance [ohm]`; an empty field is not stated. Raises `ParameterError`
-    with file, row and column for a unit that does not fit, a number out of its range, a missing one and one that is
-    none, and for an order name that comes twice.
+    The header of a figure is its name and unit, `resistance [ohm]`; an empty field means not stated. Raises
+    `ParameterError` with file, row and column for an incompatible unit, a number out of range, a missing or invalid
+    number, and a duplicate order name.
     """
     path = Path(path)
     with path.open(newline="", encoding="utf-8") as file:
@@ -93,27 +93,27 @@ def load(path: str | Path, columns: Mapping[str, Column]) -> Catalogue:
         sheets = [_sheet(path, row, dict(zip(heads, line, strict=False)), units, columns) for row, line in _rows(lines)]
     orders = [sheet.order for sheet in sheets]
     if twice := [order for order in orders if orders.count(order) > 1]:
-        raise ParameterError(f"{path.name}, column order: {twice[0]!r} stands in {orders.count(twice[0])} rows.")
+        raise ParameterError(f"{path.name}, column order: {twice[0]!r} appears in {orders.count(twice[0])} rows.")
     return Catalogue(path.name, sheets)
 
 
 def _rows(lines: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
-    """Lines that are not empty, with their number in the file, of which the heads are line 1."""
+    """Nonempty lines and their line numbers in the file; the header is line 1."""
     yield from ((row, line) for row, line in enumerate(lines, start=2) if line)
 
 
 def _units(file: str, heads: list[str], columns: Mapping[str, Column]) -> dict[str, tuple[str, str]]:
-    """The name and unit that each head of a figure states."""
+    """Name and unit from the header of each figure."""
     found = {}
     for head in heads:
         if head in TEXTS:
             continue
         parts = _HEAD.match(head)
         if head in columns:
-            raise ParameterError(f"{file}, column {head!r}: states no unit. Write {head} [{columns[head].unit}].")
+            raise ParameterError(f"{file}, column {head!r}: has no unit. Write {head} [{columns[head].unit}].")
         if parts is None or parts["name"] not in columns:
             raise ParameterError(
-                f"{file}, column {head!r}: is none of {', '.join((*TEXTS, *columns))} with its [unit]."
+                f"{file}, column {head!r}: is unknown. Use one of {', '.join((*TEXTS, *columns))} with its [unit]."
             )
         _converted(f"{file}, column {parts['name']}", 1.0, parts["unit"], columns[parts["name"]].unit)
         found[head] = parts["name"], parts["unit"]
@@ -159,5 +159,5 @@ def _converted(where: str, number: float, unit: str, wanted: str) -> float:
         return float(magnitude(quantity(number, unit), wanted))
     except Exception as error:
         raise ParameterError(
-            f"{where}: has the unit {unit!r}, which does not fit {wanted}. Remedy: correct its head."
+            f"{where}: has the unit {unit!r}, which is not convertible to {wanted}. Correct the header."
         ) from error

@@ -1,4 +1,4 @@
-"""Storage, conduction and a fixed temperature."""
+"""Heat storage, conduction and fixed temperature."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -9,11 +9,11 @@ from ._interfaces import HeatPort
 
 
 class FixedTemperature(Component):
-    """Surroundings at constant temperature, which give and take any heat."""
+    """Surroundings at constant temperature, for any heat flow."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"T": "temperature"}
 
-    temperature: Param[Scalar, "K", positive]  # of the surroundings
+    temperature: Param[Scalar, "K", positive]  # temperature of the surroundings
     port: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:
@@ -40,7 +40,7 @@ class HeatCapacitor(Component):
 class ThermalConductor(Component):
     """Heat flow from a to b without storage, Q_flow = G (T_a - T_b).
 
-    No energy is lost: what dissipates elsewhere is heat already.
+    No energy is lost: the flow is heat already.
     """
 
     G: Param[Scalar, "W/K", nonnegative]  # thermal conductance

@@ -1,4 +1,4 @@
-"""The thermal port."""
+"""Thermal port."""
 
 from typing import ClassVar, Self
 
@@ -6,7 +6,7 @@ from acausal import Flow, Port, Scalar, Var, positive
 
 
 class HeatPort(Port):
-    """A surface that passes heat; Q_flow itself is the power into the component."""
+    """A surface that transfers heat; Q_flow is the power into the component."""
 
     reference: ClassVar[str] = "a FixedTemperature"
 

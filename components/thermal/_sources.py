@@ -1,4 +1,4 @@
-"""Sources of heat, and a temperature that is given."""
+"""Heat flow sources and prescribed temperature."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Self
@@ -38,7 +38,7 @@ class SignalHeatFlow(Component):
 
 
 class SignalTemperature(Component):
-    """Surroundings at the temperature u in K, which give and take any heat (MSL `PrescribedTemperature`)."""
+    """Surroundings at the temperature u in K, for any heat flow (MSL `PrescribedTemperature`)."""
 
     u: Input = Input()
     port: HeatPort = HeatPort()

@@ -13,7 +13,7 @@ STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m2.K4), CODATA 2018
 class Convection(Component):
     """Heat flow from a solid to a fluid, Q_flow = u (T_solid - T_fluid), with u in W/K (MSL `Convection`).
 
-    u is area times coefficient of heat transfer, not negative; `ThermalConductor` where it is constant.
+    u is area times heat transfer coefficient, not negative. If it is constant, use `ThermalConductor`.
     """
 
     Q_flow: Var[Scalar, "W"] = 0.0  # heat flow from solid to fluid

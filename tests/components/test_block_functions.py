@@ -146,9 +146,9 @@ def test_weighted_sum_has_as_many_inputs_as_weights() -> None:
         (lambda: blocks.Table1D(points=POINTS, values=VALUES, extrapolation="no"), "must be 'hold' or 'linear'"),  # pyright: ignore[reportArgumentType]
         (lambda: blocks.Table2D(**GRID, values=jnp.zeros((3, 4))), r"Table2D.values must have shape \(4, 3\)"),
         (lambda: blocks.TransferFunction(b=[1.0, 0.0], a=[1.0]), "TransferFunction needs a denominator of order 1"),
-        (lambda: blocks.TransferFunction(b=[1.0], a=[0.0, 1.0]), "TransferFunction.a must be led by a coefficient"),
+        (lambda: blocks.TransferFunction(b=[1.0], a=[0.0, 1.0]), "TransferFunction.a must start with a nonzero"),
         (lambda: blocks.TransferFunction(b=[1.0], a=[1.0, 1.0], x=jnp.ones(3)), "TransferFunction.x must have shape"),
-        (lambda: blocks.StateSpace(A=jnp.eye(2), B=jnp.ones(2), C=jnp.ones((1, 2))), "StateSpace needs matrices"),
+        (lambda: blocks.StateSpace(A=jnp.eye(2), B=jnp.ones(2), C=jnp.ones((1, 2))), "StateSpace needs arrays"),
         (
             lambda: blocks.StateSpace(A=jnp.eye(2), B=jnp.ones((3, 1)), C=jnp.ones((1, 2))),
             r"StateSpace.B must have shape \(2, 1\)",

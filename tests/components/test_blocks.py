@@ -88,7 +88,7 @@ def test_smooth_time_series_does_not_overshoot(values: list[float]) -> None:
 def test_staircase_has_its_values_between_its_times_and_holds_outside() -> None:
     stairs = blocks.Staircase(times=jnp.array([0.4, 1.1, 1.9]), values=jnp.array([2.0, -1.0]))
     np.testing.assert_allclose(output(stairs, TIMES), np.where(TIMES < 1.1, 2.0, -1.0), atol=1e-12)
-    with pytest.raises(ParameterError, match="one more than values"):
+    with pytest.raises(ParameterError, match="times must have one more element than values"):
         blocks.Staircase(times=jnp.array([0.0, 1.0]), values=jnp.zeros(2))
     with pytest.raises(ParameterError, match="increasing"):
         blocks.Staircase(times=jnp.array([0.0, 1.0, 1.0]), values=jnp.zeros(2))

@@ -132,12 +132,12 @@ HEADS = "order,family,maker,displacement [cm3/rev],max_pressure [bar],source,dat
         ),
         (HEADS + "A,F,M,one,200,S,2012\n", r"row 2, column displacement: must be a number, got 'one'\."),
         (HEADS + "A,F,M,nan,200,S,2012\n", r"row 2, column displacement: must be within"),
-        (HEADS.replace("cm3/rev", "bar"), r"column displacement: has the unit .bar., which does not fit m3/rad"),
-        (HEADS.replace("cm3/rev", "thing"), r"column displacement: has the unit 'thing', which does not fit m3/rad"),
-        (HEADS.replace(" [cm3/rev]", ""), r"column 'displacement': states no unit\. Write displacement \[m3/rad\]\."),
-        (HEADS.replace("max_pressure", "pressure"), r"column 'pressure \[bar\]': is none of order, family"),
+        (HEADS.replace("cm3/rev", "bar"), r"column displacement: has the unit .bar., which is not convertible to m3"),
+        (HEADS.replace("cm3/rev", "thing"), r"displacement: has the unit 'thing', which is not convertible to m3/rad"),
+        (HEADS.replace(" [cm3/rev]", ""), r"column 'displacement': has no unit\. Write displacement \[m3/rad\]\."),
+        (HEADS.replace("max_pressure", "pressure"), r"'pressure \[bar\]': is unknown\. Use one of order, family"),
         (HEADS.replace("displacement [cm3/rev],", ""), r"pumps.csv: has no column displacement\."),
-        (HEADS + "A,F,M,1,200,S,2012\n" * 2, r"pumps.csv, column order: 'A' stands in 2 rows\."),
+        (HEADS + "A,F,M,1,200,S,2012\n" * 2, r"pumps.csv, column order: 'A' appears in 2 rows\."),
     ],
 )
 def test_tables_are_checked_on_loading(tmp_path: Path, text: str, message: str) -> None:
@@ -222,7 +222,7 @@ def test_what_was_checked_is_said() -> None:
     assert [one.path for one in found] == ["motors[1]"]
     idle = catalogues.limits(simulate(replace(model, {"supply.V": 0.5}), 0.1, save="end"))
     assert str(idle).splitlines() == [
-        "No rating is exceeded of those that were checked:",
+        "None of the ratings checked is exceeded:",
         "motors[0] (148867): nominal_current",
         "motors[1] (148867): nominal_current",
     ]
