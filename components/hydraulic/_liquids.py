@@ -29,8 +29,8 @@ class AnyLiquid(Record, partial=True):
     fraction of about p/(2 K), as `supplied`: see `account`.
     """
 
-    density: Param[Scalar, "kg/m3", positive]  # at atmospheric pressure, and at T_ref if the liquid has one
-    bulk_modulus: Param[Scalar, "Pa", positive]  # tangent modulus K at atmospheric pressure, and at T_ref likewise
+    density: Param[Scalar, "kg/m3", positive]  # density at atmospheric pressure, and at T_ref if there is one
+    bulk_modulus: Param[Scalar, "Pa", positive]  # tangent modulus K, at the same pressure and temperature
 
     @property
     @abc.abstractmethod

@@ -44,7 +44,7 @@ def test_entries_read_as_they_should() -> None:
     assert "\n    ports                     p: Pin, n: Pin, shaft: Flange, support: Flange (optional)" in electric
     assert "\n    parts                     profile: CamProfile" in listing(rotational)
     assert (
-        "\n    frequency                 Hz                                      cycles in a second (MSL f, freqHz)\n"
+        "\n    frequency                 Hz                                      frequency (MSL f, freqHz)\n"
         in listing(blocks)
     )
 
