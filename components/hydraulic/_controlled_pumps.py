@@ -68,7 +68,7 @@ class PressureCompensatedPump(CompensatedPump):
 
 
 class PowerLimitedPump(CompensatedPump):
-    """A `PressureCompensatedPump` with a limit of its power: target <= power/(D w dp).
+    """A `PressureCompensatedPump` with a power limit: target <= power/(D w dp).
 
     Between the two limits it follows a hyperbola of constant power, q dp = power without losses. The swash plate lags,
     tau dx/dt = target - x, so a fast rise of the pressure exceeds the limit temporarily.

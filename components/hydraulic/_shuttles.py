@@ -12,7 +12,7 @@ from ._valves import turbulent_flow
 
 
 class ShuttleValve(Component):
-    """Connects c to the higher-pressure port of a and b; the opening to a is 1/2 + (p_a - p_b)/(2 band), in 0 .. 1.
+    """Connects c to the higher of the pressures at a and b: opening to a 1/2 + (p_a - p_b)/(2 band), within 0 .. 1.
 
     The opening to b is the complement. Each edge passes opening K sqrt(dp) with K = rated_flow/sqrt(rated_drop),
     smoothed at zero as in `Orifice`. The ball is massless.

@@ -55,7 +55,7 @@ class Clutch(Pressed, CouplingFriction):
 
 
 class OneWayClutch(Pressed, CouplingFriction):
-    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b can overrun a (w >= 0), not a overrun b.
+    """A freewheel with a friction clutch in parallel (MSL `OneWayClutch`): b can overrun a, w >= 0, but not vice versa.
 
     While stuck, it holds any negative torque, and a positive torque up to the static level, which is zero for a
     freewheel that is not pressed. It never opens. If it would have to stop a reverse motion instantly, at the start or
