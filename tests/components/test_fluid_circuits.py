@@ -349,7 +349,7 @@ def test_a_blocked_outlet_without_relief() -> None:
 def test_a_piston_beyond_its_ends() -> None:
     """A cylinder without stops is told, where a chamber loses its dead volume."""
     rig = replace(servo(), {"spool.offset": 1.0, "spool.height": 0.0, "spring.c": 0.0})
-    with pytest.raises(SimulationError, match=r"cylinder.*beyond its ends: start with 0 <= s <= stroke, and give"):
+    with pytest.raises(SimulationError, match=r"cylinder.*beyond its ends: start with 0 <= s <= stroke, and add"):
         simulate(rig, 5.0)
 
 
