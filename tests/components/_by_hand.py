@@ -1,4 +1,4 @@
-"""A mass with dry friction between stops, mode by mode with an integrator of scipy, to compare with."""
+"""Reference solution of a mass with dry friction between stops: integrated mode by mode with scipy."""
 
 import math
 from collections.abc import Callable
@@ -14,7 +14,7 @@ SOON = 1e-9  # s: zeros sooner than that are those at the start
 
 
 class Shaken(NamedTuple):
-    """The numbers of a mass that starts at 0 with the speed v and is pushed by push + amplitude sin(2 pi f t).
+    """Parameters of a mass that starts at 0 with the speed v and is pushed by push + amplitude sin(2 pi f t).
 
     It slides with level + excess exp(-fexp |v|) + viscous |v|, and breaks away at level + excess.
     """
@@ -39,7 +39,7 @@ class Shaken(NamedTuple):
         return -self.c * (s - HIGH if s > HIGH else min(s - LOW, 0.0))
 
     def contact(self, s: float, v: float) -> float:
-        """The force of compliant stops, whose damping neither pulls nor more than doubles it."""
+        """Force of compliant stops; the damping neither pulls nor more than doubles it."""
         size = abs(self.spring(s))
         return self.spring(s) - min(max(self.d * v, -size), size)
 
@@ -48,7 +48,7 @@ class Shaken(NamedTuple):
 
 
 class End(NamedTuple):
-    """The state at the end, the path slid, and what happened when: it (s)ticks, (b)reaks away, (t)urns, (r)ebounds or
+    """Final state, sliding distance, and events with their times: it (s)ticks, (b)reaks away, (t)urns, (r)ebounds or
     (l)ands at a stop.
     """
 
@@ -88,7 +88,7 @@ def followed(case: Shaken, end: float, *, is_rigid: bool) -> End:
 def _break_away(
     force: Callable[[float], float], t: float, end: float, levels: tuple[float, float], s: float
 ) -> tuple[float, float]:
-    """When and which way the force first breaks away."""
+    """Time and direction of the first break-away."""
     grid = np.linspace(t, end, 2000)
     for a, b in pairwise(grid):
         for way, level, is_open in ((1.0, levels[0], s < HIGH), (-1.0, levels[1], s > LOW)):
@@ -101,7 +101,7 @@ def _break_away(
 def _slide(
     case: Shaken, t: float, end: float, s: float, v: float, way: float, is_rigid: bool
 ) -> tuple[float, float, float, str]:
-    """Sliding one way up to a stop or to rest, restarted at each kink; and why it ends, "" at the end."""
+    """Slides in one direction to a stop or to rest, restarting at each kink; returns also the cause, "" at the end."""
 
     def rates(t: float, y: Any) -> list[float]:
         wall = 0.0 if is_rigid else case.contact(y[0], y[1])

@@ -1,4 +1,4 @@
-"""Random hydraulic circuits that have one solution, and the flows in them by hand."""
+"""Random hydraulic circuits with a unique solution, and an independent calculation of their flows."""
 
 from random import Random
 from typing import NamedTuple
@@ -54,7 +54,7 @@ class Network(Component):
 
 
 def random_layout(random: Random) -> Layout:
-    """Each node is a supply with its relief valve, or hangs by a resistance; further elements join any two nodes."""
+    """Each node has a supply with its relief valve, or a resistance to an earlier node; more elements are random."""
     n, ways = random.randint(2, 5), list[Way]()
     for node in range(1, n + 1):
         if node == n or random.random() < 0.5:

@@ -1,4 +1,4 @@
-"""Components in the pieces of their laws that belong to given values."""
+"""Evaluation of components in the mode that belongs to given inputs."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def _events(model: Component, path: str = "") -> Iterator[tuple[str, Component, 
 
 
 def _settled(model: Any, rounds: int = 4) -> Any:
-    """A model after the events that its values make happen, and what follows."""
+    """A model after the events triggered by its values, and those that follow."""
     model = jax.tree.map(jnp.asarray, model)  # as in a run: Python's own False has no negation by ~
     for _ in range(rounds):
         new: dict[str, Any] = {}

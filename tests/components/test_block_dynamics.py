@@ -67,7 +67,7 @@ def step() -> Solution:
 
 
 def test_step_responses(step: Solution) -> None:
-    """Of blocks of first and second order to a step of 2."""
+    """Blocks of first and second order, with a step of 2."""
     decay = np.exp(-TIMES / T)
     np.testing.assert_allclose(step["integrator.y.value"], 0.7 + 2.0 * K * TIMES, atol=1e-9)
     np.testing.assert_allclose(step["derivative.y.value"], 2.0 * K / T * decay, atol=1e-8)

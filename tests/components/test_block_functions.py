@@ -70,7 +70,7 @@ VALUES = jnp.array([1.0, 3.0, 2.0, 2.5])
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("extrapolation", ["hold", "linear"])
 def test_table_1d(smooth: bool, extrapolation: blocks.Extrapolation) -> None:
-    """It passes its samples, and goes on as it says; straight lines are those of numpy."""
+    """It passes through its samples and extrapolates as documented; the linear table agrees with numpy."""
     table = blocks.Table1D(points=POINTS, values=VALUES, smooth=smooth, extrapolation=extrapolation)
     np.testing.assert_allclose(output(table, POINTS), VALUES, atol=1e-14)
     beyond = [1.0, 2.5] if extrapolation == "hold" else [-1.0, 3.5]

@@ -40,7 +40,7 @@ def shaken(amplitude: Scalar, frequency: Scalar, J: Scalar, c: Scalar, Ts: Scala
 
 
 def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 40000) -> NDArray[Any]:
-    """The angle of the load at the end, where friction takes at most all of the momentum of a step."""
+    """Final angle of the load; in a step, friction takes at most the whole momentum."""
     amplitude, frequency, J, c, Ts = cases
     dt = END / steps
     rotor, w_rotor, load, w = (np.zeros(N) for _ in range(4))
@@ -94,7 +94,7 @@ def wire_held(source: Any, push: Any, mass: Any, friction: Any) -> Connections:
 
 
 def test_breaks_away_in_the_first_period() -> None:
-    """However long the steps are that the rest before has led to, and however short the force is above what holds."""
+    """For any step size after the time at rest, and any duration for which the force exceeds the break-away force."""
     n, draw = 64, np.random.default_rng(1)
     over, frequency = 10.0 ** draw.uniform(-5.0, 0.5, n), 10.0 ** draw.uniform(-1.0, 4.0, n)
     start, m = 10.0 ** draw.uniform(-2.0, 2.0, n), 10.0 ** draw.uniform(-2.0, 2.0, n)

@@ -1,4 +1,4 @@
-"""Data sheets: what the tables hold, what loading refuses, components from order names, ratings that a run exceeds."""
+"""Data sheets: contents of the tables, errors on loading, components from order names, ratings exceeded in a run."""
 
 import pickle
 from pathlib import Path
@@ -212,7 +212,7 @@ class Side(Component):
 
 
 def test_what_was_checked_is_said() -> None:
-    """Of a model without data sheets nothing; of an array of motors each."""
+    """Nothing for a model without data sheets; each motor of an array."""
     model = Side(
         motors=stack([catalogues.dc_motor("148867", R=20.0), catalogues.dc_motor("148867")]),
         supply=electrical.ConstantVoltage(V=12.0),

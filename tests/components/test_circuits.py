@@ -76,7 +76,7 @@ def wire_bridge(supply: Any, bridge: Any, motor: Any, duty: Any, ground: Any) ->
 
 
 def test_averaged_bridge_draws_the_power_it_gives() -> None:
-    """At rest at first, duty V / R flows in the motor, and duty times that out of the supply."""
+    """At rest, the motor draws duty V / R and the supply delivers duty times that."""
     motor = electrical.DCMotor(R=0.5, k=0.1, J=1e-3)
     parts = (ConstantVoltage(V=24.0), electrical.AveragedBridge(), motor, blocks.Constant(k=-0.25), Ground())
     solution = simulate(Rig(parts=parts, wiring=wire_bridge), 3.0, save=jnp.array([0.0, 3.0]), rtol=1e-9)

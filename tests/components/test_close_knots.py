@@ -1,4 +1,4 @@
-"""Passages through knots that lie close together or coincide, by starts and jumps onto them."""
+"""Passage through knots that are close together or coincide, including starts and jumps onto them."""
 
 from typing import Any, Self
 
@@ -55,7 +55,7 @@ class Broken(Component):
 
 
 def total(t1: float, **data: Any) -> Any:
-    """By a run with events, and by 2e6 samples of the path."""
+    """Result of a run with events, and of 2e6 samples of the path."""
     data = {name: jnp.asarray(value, float) for name, value in data.items()}
     found = simulate(Broken(**data), t1, save="end", rtol=1e-8).final.total
     t = (np.arange(2_000_000) + 0.5) * (t1 / 2_000_000)

@@ -1,4 +1,4 @@
-"""A vehicle's closed circuit with charge pump and purge: through no displacement into reverse, energy, gradients."""
+"""Closed circuit of a vehicle with charge pump and purge: reversal through zero displacement, energy, gradients."""
 
 from typing import Any
 
@@ -109,7 +109,7 @@ def test_transmission_through_no_displacement() -> None:
 
 @pytest.mark.slow
 def test_gradients_of_the_transmission() -> None:
-    """Of the speed while the swash plate swings, by both modes and by differences."""
+    """Gradients of the speed while the swash plate swings, in both modes and by differences."""
     rig = transmission()
     base = {"pump.pump.displacement": 28.0 * PER_REVOLUTION, "load.J": 2.0, "charge.displacement": 6.0 * PER_REVOLUTION}
 

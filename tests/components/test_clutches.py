@@ -72,7 +72,7 @@ def speeds(numbers: Any) -> Any:
 
 
 def rounded(numbers: np.ndarray) -> np.ndarray:
-    """The speeds at the end with friction that changes its sign continuously."""
+    """Final speeds with smoothed friction."""
 
     def signal(i: int, t: float) -> float:
         a, f, o, p = numbers[4 * i : 4 * i + 4]
@@ -98,7 +98,7 @@ def test_speeds_are_those_of_rounded_friction() -> None:
 
 @pytest.mark.slow
 def test_derivatives_of_the_speeds() -> None:
-    """By the offset of the torque: in both modes, and by differences over which the same events happen."""
+    """With respect to the offset of the torque, in both modes and by differences with the same events."""
     model = row(drawn(1)[0])
 
     def final(offset: Any) -> Any:

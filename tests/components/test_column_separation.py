@@ -1,4 +1,4 @@
-"""A column of liquid that goes on behind a valve that has shut leaves a void, which grows along the pipe."""
+"""Column separation behind a closed valve: the void grows along the pipe."""
 
 import diffrax
 import jax.numpy as jnp
@@ -12,7 +12,7 @@ LENGTH, SPEED, DROP, N = 10.0, 3.0, 3e5, 60  # of pipe, of the column, and from 
 
 
 class Torn(Component):
-    """A pipe that is shut at a; the column in it flows on into a vessel at b."""
+    """A pipe closed at a; the column in it flows on into a vessel at b."""
 
     line: Pipe
     vessel: ConstantPressure

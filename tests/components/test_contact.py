@@ -1,4 +1,4 @@
-"""Play and gaps: the law of contact, against closed forms."""
+"""Backlash and gaps: the contact law, against closed forms."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What is saved decides neither on the steps of a run with contacts nor on its end."""
+"""The choice of saved times affects neither the steps nor the result of a run with contacts."""
 
 import numpy as np
 import pytest

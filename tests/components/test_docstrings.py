@@ -1,4 +1,4 @@
-"""What the docstrings of components point to."""
+"""References in the docstrings of components."""
 
 import importlib
 import re
@@ -12,7 +12,7 @@ _POINTER = re.compile(r"[Ss]ee `([A-Z]\w+)`")
 
 @pytest.mark.parametrize("name", PACKAGES)
 def test_laws_that_stand_elsewhere_can_be_read(name: str) -> None:
-    """A class to which `help` sends the reader is there to be asked in turn."""
+    """Every class to which a docstring refers is exported by the package."""
     package: Any = importlib.import_module(f"components.{name}")
     found = {
         (pointer, kind)

@@ -71,7 +71,7 @@ def test_a_train_of_two_stages_multiplies_ratios_and_efficiencies() -> None:
 
 
 def test_play_of_a_train_is_passed_before_it_drives() -> None:
-    """At rest on the left of its play 2 mrad, the load follows with the stiffness of the last stage only."""
+    """From rest at one side of the backlash of 2 mrad, the load follows with the stiffness of the last stage only."""
     teeth = rotational.ElastoBacklash(c=1e3, d=0.0, play=2e-3)
     stages = [PlanetaryGearbox(ratio=4.0, J_sun=1e-6, J_carrier=1e-6)]
     train = rotational.PlanetaryTrain(stages=stages, teeth=[teeth])
@@ -275,7 +275,7 @@ def _surface(follower: Any, profile: Any, rise: Any) -> Any:
 @settings(deadline=None, max_examples=60, derandomize=True, database=None)
 @given(follower=FOLLOWERS, height=st.floats(1e-3, 30e-3), rise=st.floats(0.4, 2.0))
 def test_undercut_is_where_the_surface_turns_back(follower: Any, height: float, rise: float) -> None:
-    """A radius that is not above 0, and no Hertz pressure, where the surface moves backward over the angle only."""
+    """Nonpositive radius and no Hertzian pressure exactly where the surface moves backward over the angle."""
     profile = RiseDwellReturn(motion=Cycloidal(), height=height, rise=rise, dwell=0.5, fall=1.0)
     forward, contact, least = _surface(follower, profile, rise)
     assume(abs(float(least)) > 1e-5)
@@ -312,7 +312,7 @@ def test_no_pressure_without_contact() -> None:
 
 
 def test_a_hollow_stretch_has_no_least_radius() -> None:
-    """Early on the rise of a high lift, the cam is hollow under a roller."""
+    """Early on the rise of a high lift, the cam is concave under a roller."""
     profile = RiseDwellReturn(motion=Cycloidal(), height=40e-3, rise=0.8, dwell=0.5, fall=0.8)
     follower = RollerFollower(base_radius=15e-3, roller=4e-3)
     assert np.all(follower.contact(profile, jnp.linspace(0.1, 0.2, 9), jnp.ones(9)).radius < -4e-3)

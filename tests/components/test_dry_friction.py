@@ -123,7 +123,7 @@ def wire_freewheel(source: Any, torque: Any, driver: Any, clutch: Any, driven: A
 
 
 def test_freewheel_drives_and_overruns() -> None:
-    """Driven together by 6 N.m for 1 s; then the driver is braked, and what it drove runs on."""
+    """Both are driven by 6 N.m for 1 s; then the driver is braked, and the driven side overruns."""
     parts = (
         blocks.Step(offset=6.0, height=-12.0, start_time=1.0),
         rotational.SignalTorque(),
@@ -261,7 +261,7 @@ def test_bad_parameters(build: Callable[[], Component], message: str) -> None:
 
 @pytest.mark.parametrize(("rtol", "most"), [(1e-6, 1e-4), (1e-8, 1e-6)])
 def test_a_mass_comes_to_rest_below_a_peak(rtol: float, most: float) -> None:
-    """The step that leads to rest has stages beyond it, where the law goes on smoothly."""
+    """The step that ends at rest has stages beyond it, where the law continues smoothly."""
     nodes, weights = np.polynomial.legendre.leggauss(200)
 
     def exact(v: Scalar, static: Scalar, fexp: Scalar) -> Array:
@@ -289,7 +289,7 @@ def wire_pulled(pull: Any, spring: Any, mass: Any, friction: Any) -> Connections
 
 @pytest.mark.slow
 def test_a_steep_peak_breaks_away_once_in_each_cycle() -> None:
-    """With a size of the speed below that within which the peak falls off."""
+    """With a nominal speed below the speed over which the peak decays."""
 
     def run(fexp: Array, static: Array, speed: Array) -> tuple[Array, Array]:
         parts = (

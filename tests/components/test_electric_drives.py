@@ -22,7 +22,7 @@ INTERIOR = DqMachine(p=4, psi=0.062, Ld=0.35e-3, Lq=0.9e-3, Rs=0.03)
 
 @jax.jit
 def most(machine: DqMachine, w: Any, v: Any, i: Any) -> tuple[DqCurrents, Any, Any]:
-    """Currents, torque and voltage where far more torque is wanted than there is."""
+    """Currents, torque and voltage for a torque setpoint far above the possible torque."""
     found = machine.currents(1e4, w, v, i)
     return found, machine.torque(found), machine.voltage(found, w)
 
@@ -63,7 +63,7 @@ def test_beyond_the_current_limit_the_voltage_alone_bounds_the_torque() -> None:
 @pytest.mark.parametrize("share", [0.075, 0.2, 0.5, 0.8])
 @pytest.mark.parametrize("speed", [1.0, 1.2, 2.0, 4.0])
 def test_weak_magnets_and_much_reluctance(share: float, speed: float) -> None:
-    """psi is a share of Ld I; the speed is over that at which the voltage limits the currents of MTPA."""
+    """psi is a fraction of Ld I; the speed is above the corner speed of the MTPA currents."""
     i_max, v_max = 100.0, 50.0
     machine = DqMachine(p=3, psi=share * 1e-4 * i_max, Ld=1e-4, Lq=3e-4)
     w = 1.001 * speed * v_max / float(machine.voltage(machine.most_per_ampere(i_max), 1.0))
@@ -92,7 +92,7 @@ _currents = jax.jit(jax.vmap(lambda m, T, w, v, i: m.currents(T, w, v, i), (None
 def test_limits_are_kept_wherever_they_can_be(
     w: float, v_max: float, i_max: float, Rs: float, Lq: float, psi: float
 ) -> None:
-    """Torques grow with what is wanted; where no currents keep both limits, all are the smallest that keep the voltage.
+    """Torques grow with the setpoint; if no currents keep both limits, they are the smallest at the voltage limit.
 
     By comparison with a grid of all currents.
     """
@@ -125,7 +125,7 @@ def test_what_is_within_the_limits_is_given(wanted: float) -> None:
 
 @pytest.mark.parametrize("psi", [1e-6, 1e-3, 1.0])
 def test_a_machine_that_lives_on_its_reluctance_or_on_its_magnets(psi: float) -> None:
-    """The currents of MTPA for a torque are those of the size that gives it."""
+    """The MTPA currents for a torque are those for the amplitude that gives this torque."""
     machine = DqMachine(p=2, psi=psi, Ld=1e-3, Lq=8e-3)
     wanted = machine.most_per_ampere(40.0)
     found = machine.least_for(machine.torque(wanted))

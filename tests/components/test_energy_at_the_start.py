@@ -1,4 +1,4 @@
-"""Energy accounts of runs that begin by finding the pieces of tables, contacts and modes: that is no work."""
+"""Finding the initial pieces of tables, contacts and modes does no work in the energy account."""
 
 import jax
 import numpy as np
@@ -49,7 +49,7 @@ def stores(soc: Scalar, place: Scalar, height: Scalar) -> Stores:
 
 
 def test_finding_pieces_and_modes_at_the_start_is_no_work() -> None:
-    """From random states, on all pieces of the tables and beyond them; what a later impact takes is a loss."""
+    """From random states, on all pieces of the tables and beyond them; later impacts dissipate energy."""
 
     def account(soc: Scalar, place: Scalar, height: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         energy = simulate(stores(soc, place, height), 0.02, energy=True, save="end", rtol=1e-10).energy

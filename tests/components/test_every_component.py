@@ -1,4 +1,4 @@
-"""What holds of every component of the library: which values it takes, what it says of others, copies."""
+"""Properties of every component of the library: accepted values, errors for others, copies."""
 
 import copy
 import dataclasses
@@ -37,7 +37,7 @@ def test_what_is_no_number_is_refused(component: Component) -> None:
 
 @every_component
 def test_constructors_refuse_what_is_no_number(component: Component) -> None:
-    """Those of partial instances too, whose parameters are arguments of the constructor."""
+    """For every node whose parameters are arguments of its constructor."""
     for _, node in nodes_of(component):
         for name in [name for name in _own_parameters(node) if name in _arguments(node)]:
             declared = "|".join(cls.__name__ for cls in type(node).__mro__)
@@ -50,7 +50,7 @@ def _own_parameters(node: Any) -> list[str]:
 
 
 def _arguments(node: Any) -> dict[str, Any]:
-    """What a node could be built from again; nothing where its constructor takes other things than its fields."""
+    """Arguments that rebuild a node; none if its constructor takes other arguments than its fields."""
     taken = list(inspect.signature(type(node).__init__).parameters)[1:]
     fields = {field.name: getattr(node, field.name) for field in dataclasses.fields(node)}
     return {name: fields[name] for name in taken} if set(taken) <= set(fields) else {}
@@ -59,7 +59,7 @@ def _arguments(node: Any) -> dict[str, Any]:
 @every_component
 @pytest.mark.parametrize("bad", [jnp.nan, jnp.inf, -jnp.inf])
 def test_what_is_not_finite_is_refused(component: Component, bad: float) -> None:
-    """But infinity where a class says that it means something, as that there is no limit."""
+    """Infinity is allowed if the class declares it, for example as the absence of a limit."""
     declared = {leaf.path: leaf.declaration for leaf in leaves_of(component)}
     changed = {path: jnp.full(jnp.shape(value), bad) for path, value in parameters(component).items()}
     found = check(replace(component, changed)).problems
@@ -117,7 +117,7 @@ def test_copies(component: Component, again: Callable[[Any], Any]) -> None:
 
 @every_component
 def test_requirements_are_the_same_for_numbers_and_compiled(component: Component) -> None:
-    """For random parameters: what single components find wrong, a system finds too, and nothing else."""
+    """For random parameters, a system finds the same errors as its components."""
     flat = flatten(component)
     requirements, draw = ModelRequirements(flat), np.random.default_rng(0)
     keys = requirements.keys

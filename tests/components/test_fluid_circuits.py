@@ -1,4 +1,4 @@
-"""Circuits of fluid power against published trajectories, and under abuse."""
+"""Hydraulic circuits against published trajectories, and under abnormal conditions."""
 
 from typing import Any, Self
 
@@ -223,7 +223,7 @@ def test_valve_driven_cylinder() -> None:
 
 
 def test_gradients_of_the_servo() -> None:
-    """Of where the mass is, by both modes and by differences."""
+    """Gradients of the position of the mass, in both modes and by differences."""
     names, base = ("cylinder.bore", "valve.rated_flow", "mass.m"), jnp.array([0.04, 5e-4, 80.0])
     rig = servo()
 
@@ -287,7 +287,7 @@ def test_pressure_compensation() -> None:
 
 
 class DeadHead(Component):
-    """A pump that sucks through a pipe's resistance and delivers into a shut volume."""
+    """A pump that draws through a pipe resistance and delivers into a closed volume."""
 
     drive: ConstantSpeed
     suction: LaminarResistance
@@ -347,7 +347,7 @@ def test_a_blocked_outlet_without_relief() -> None:
 
 
 def test_a_piston_beyond_its_ends() -> None:
-    """A cylinder without stops is told, where a chamber loses its dead volume."""
+    """A cylinder without stops is refused when half of the dead volume of a chamber is used up."""
     rig = replace(servo(), {"spool.offset": 1.0, "spool.height": 0.0, "spring.c": 0.0})
     with pytest.raises(SimulationError, match=r"cylinder.*beyond its ends: start with 0 <= s <= stroke, and add"):
         simulate(rig, 5.0)

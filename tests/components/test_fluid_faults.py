@@ -1,4 +1,4 @@
-"""What circuits of fluid power cannot do is said, with the place and a remedy."""
+"""Errors of impossible hydraulic circuits name the place and a remedy."""
 
 import jax.numpy as jnp
 import pytest
@@ -40,7 +40,7 @@ class Blocked(Component):
 
 
 def test_flow_into_a_node_without_volume() -> None:
-    """The node is named and what it lacks, and with that it runs: to cracking + flow/conductance."""
+    """The error names the node and the missing volume; with it, the circuit settles at cracking + flow/conductance."""
     flow, valve = ConstantFlow(flow=1e-5), IdealCheckValve(conductance=1e-9)
     with pytest.raises(SimulationError, match=r"flows in at flow\.port and valve\.a: .*connect a Chamber or a Volume"):
         simulate(Blocked(flow=flow, valve=valve), 1.0, save="end")
@@ -49,7 +49,7 @@ def test_flow_into_a_node_without_volume() -> None:
 
 
 class Relieved(Component):
-    """A flow that has no other way than over a relief valve."""
+    """A flow whose only path is a relief valve."""
 
     flow: ConstantFlow
     relief: ReliefValve
@@ -61,8 +61,8 @@ class Relieved(Component):
 
 @pytest.mark.parametrize("flow", [1e-6, 1e-2])
 def test_flow_that_a_relief_valve_has_to_let_pass(flow: float) -> None:
-    """The pressure that opens the valve is found from that which leaves it closed: cracking + flow/conductance, but for
-    what leaks.
+    """From a start with a closed valve, the pressure that opens it is found: cracking + flow/conductance, apart from
+    leakage.
     """
     relief = ReliefValve(conductance=1e-9, cracking_pressure=1.5e7)
     sol = simulate(Relieved(flow=ConstantFlow(flow=flow), relief=relief), 1.0, save="end")
@@ -73,7 +73,7 @@ def test_flow_that_a_relief_valve_has_to_let_pass(flow: float) -> None:
 
 
 class Drained(Component):
-    """A chamber that a flow is drawn from, whatever its pressure."""
+    """A chamber from which a constant flow is drawn at any pressure."""
 
     flow: ConstantFlow
     chamber: Chamber
@@ -83,7 +83,7 @@ class Drained(Component):
 
 
 def test_a_chamber_that_is_drawn_empty() -> None:
-    """All of it is gone after 1e-4 m3/1e-6 m3/s, but for what a step takes."""
+    """It is empty after 1e-4 m3/1e-6 m3/s, within a step."""
     rig = Drained(flow=ConstantFlow(flow=-1e-6), chamber=Chamber(volume=1e-4, liquid=iso_vg_46()))
     with pytest.raises(SimulationError, match=r"chamber\.compression .*only vapour is left in the volume") as raised:
         simulate(rig, 200.0, save="end")
@@ -91,13 +91,13 @@ def test_a_chamber_that_is_drawn_empty() -> None:
 
 
 def test_a_filter_without_a_circuit() -> None:
-    """All that flows in it flows around in it: nothing fixes a pressure."""
+    """The flow only circulates, so the pressure is undetermined."""
     alone = Filter(element=LaminarResistance(resistance=1e8), bypass=CheckValve(conductance=1e-9))
     assert "connect a Tank to it" in str(check(alone))
 
 
 class Sucking(Component):
-    """A pump without losses that sucks a chamber empty."""
+    """A lossless pump that empties a chamber."""
 
     drive: ConstantSpeed
     pump: FixedPump
@@ -113,7 +113,7 @@ class Sucking(Component):
 
 
 def test_a_pump_that_runs_dry() -> None:
-    """It delivers ever less, as exp(-D w t/V) of the chamber's, while the pressure stays near that of the vapour."""
+    """The delivery decays as exp(-D w t/V) while the pressure stays near the vapour pressure."""
     oil = iso_vg_46()
     rig = Sucking(
         drive=ConstantSpeed(speed=100.0),

@@ -104,7 +104,7 @@ def test_rotary_vane_actuator() -> None:
 
 
 def test_rippling_pump() -> None:
-    """Flow and torque pulse alike, between 1 - ripple and 1 + ripple of their mean, nine times a revolution."""
+    """Flow and torque have the same ripple, from 1 - ripple to 1 + ripple of the mean, nine times a revolution."""
     pump = RipplingPump(ripple=0.05, pulses=9.0, **IDEAL)
     phi = np.array([0.0, np.pi / 9.0, 0.1])
     share = 1.0 + 0.05 * np.cos(9.0 * phi)
@@ -137,7 +137,7 @@ def mapped() -> FixedPump:
 
 
 def test_pump_by_its_efficiencies() -> None:
-    """At the points of the map they are found again: eta_v = q/(D w) and eta_m = D dp/tau; in between, between them."""
+    """At the points of the map, eta_v = q/(D w) and eta_m = D dp/tau are reproduced; in between, interpolated."""
     w, p = (grid.ravel() for grid in np.meshgrid(SPEEDS, PRESSURES, indexing="ij"))
     given = {"w": w, "a.p": 0.0, "b.p": p, "der(w)": 0.0}
     expected = {"q": 4.5e-6 * w * VOLUMETRIC.ravel(), "shaft.tau": 4.5e-6 * p / MECHANICAL.ravel()}

@@ -67,7 +67,7 @@ def test_annular_gap() -> None:
 
 
 def test_fittings() -> None:
-    """Borda and Carnot when the pipe widens, half of 1 - s when it narrows; other coefficients of their tables."""
+    """Borda and Carnot for an expansion, (1 - s)/2 for a contraction; the others from their tables."""
     step = LocalLoss.widening(diameter_a=0.01, diameter_b=0.02, liquid=OIL)
     v = np.array([5.0, 20.0])
     for sense, zeta in ((1.0, 0.75**2), (-1.0, 0.375)):
@@ -114,7 +114,7 @@ def test_filter_and_its_bypass() -> None:
 
 
 def test_tee() -> None:
-    """Of both ways that the liquid passes, one after the other: 20 f straight on, 60 f around the corner."""
+    """Sum of the losses of both legs: 20 f straight through, 60 f to the branch."""
     tee = TJunction.standard(diameter=0.01, liquid=OIL, friction=0.02)
     straight, turned = tee.loss_a.zeta_ab + tee.loss_b.zeta_ba, tee.loss_a.zeta_ab + tee.loss_c.zeta_ba
     assert float(jnp.asarray(straight)) == pytest.approx(0.4)
@@ -194,7 +194,7 @@ def test_flow_control_valve() -> None:
 
 
 def test_shuttle_valve() -> None:
-    """The higher pressure has the way to c, whichever port it is at."""
+    """The port of higher pressure is connected to c."""
     valve = ShuttleValve(transition_pressure=1e-2, **RATED)
     for a, b, q_a, q_b in ((5e6, 1e6, K * 1e3, 0.0), (1e6, 5e6, 0.0, K * 1e3)):
         check_law(valve, {"a.p": a, "b.p": b, "c.p": 4e6}, {"a.q": q_a, "b.q": q_b, "c.q": -K * 1e3}, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Textbook figures of small circuits: natural frequency, speeds, filling, and what a long line costs to compile."""
+"""Textbook results of small circuits: natural frequency, speeds, filling; compile time of a long line."""
 
 import time
 from typing import Any

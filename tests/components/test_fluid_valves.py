@@ -1,4 +1,4 @@
-"""Valves that pressures, rods and signals move, against closed forms."""
+"""Valves moved by pressures, rods and signals, against closed forms."""
 
 from typing import Any
 

@@ -96,7 +96,7 @@ def wire_stop(mass: Any, friction: Any, low: Any, high: Any) -> Connections:
 
 @pytest.mark.parametrize("start", [(1.0, -4.0), (0.1, 0.0), (1.3, 4.0), (2.9, 0.0)])
 def test_a_mass_with_a_length_comes_to_rest_at_its_stops(start: tuple[float, float]) -> None:
-    """At e = 0 it ends where it hits, and what lies there unloaded causes no more events."""
+    """With e = 0 it stays where it hits; at the stop without load, it causes no further events."""
     parts = (
         translational.SlidingMass(m=1.0, L=0.2, s=start[0], v=start[1]),
         translational.StribeckFriction(Fc=1.0, Fs=1.5, vs=0.1),
@@ -142,7 +142,7 @@ def test_what_rests_at_a_stop_breaks_away_with_its_static_friction() -> None:
 
 
 class Wet(translational.DryFriction):
-    """A law of one's own: sliding force F0 + k v^2, held up to 3 F0."""
+    """A custom law: sliding force F0 + k v^2, break-away at 3 F0."""
 
     F0: Param[Scalar, "N", nonnegative]
     k: Param[Scalar, "N.s2/m2", nonnegative]

@@ -1,4 +1,4 @@
-"""Hydraulic circuits find their pressures from rest, whatever is open or shut."""
+"""Hydraulic circuits find their pressures from rest, with any valves open or shut."""
 
 from random import Random
 from typing import Any
@@ -35,7 +35,7 @@ def pressures(layout: Layout, networks: list[Network]) -> np.ndarray:
 
 
 def are_found(seed: int) -> list[bool]:
-    """Whether circuits of one random layout start; what is found balances the flows.
+    """Whether circuits of one random layout start with pressures that balance the flows.
 
     Pressures are found to a 1e-9th of 10 MPa, by which the flow over a check valve, whose corner is 1 kPa wide, changes
     by a 1e-5th.

@@ -53,7 +53,7 @@ class Brake(Component):
 
 
 def test_pushing_the_master_in_pushes_the_slave_out() -> None:
-    """At rest p = F/A_m, the slave has moved by p A_s/k, and the master by what slave and compression took."""
+    """At rest p = F/A_m; the slave has moved by p A_s/k, and the master by the volume of slave and compression."""
     rig = Brake(
         drive=ConstantForce(force=200.0),
         pedal=ViscousFriction(C=50.0),

@@ -78,7 +78,7 @@ SIZES = {"parts[4].a.s": 0.03, "parts[4].v": 0.15, "parts[3].p_a": 6e6, "parts[3
 
 
 def test_check_valves_of_a_closed_circuit() -> None:
-    """Of finite conductance, against Radau and LSODA; and, from there and ten times it, of ideal ones, by events."""
+    """Smooth valves against Radau and LSODA; ideal valves by events, with this conductance and ten times that."""
     found = [simulate(published(g), 1.5, save=jnp.asarray(TIMES), rtol=1e-9) for g in (1e-8, 1e-7)]
     finite = (
         [1.529341355839e-05, 8.497246388388e-05, 0.002238520527111, 0.02317896177246, 0.0223360141256,

@@ -1,4 +1,4 @@
-"""Laws in pieces: values and derivatives, at the default tolerance, of what passes over their kinks."""
+"""Piecewise laws: values and derivatives at the default tolerance when a run passes their kinks."""
 
 from collections.abc import Callable
 from typing import Any
@@ -194,7 +194,7 @@ def wire_rest(
 
 
 def test_what_rests_on_a_kink_does_not_chatter() -> None:
-    """Signals that are, or tend to, what bounds them: a limit, a rate, another signal, a sample, the end of a zone."""
+    """Signals at, or tending to, a kink: a limit, a rate limit, another signal, a sample, the end of a dead zone."""
     parts = (
         blocks.Constant(k=0.7),
         blocks.Limiter(u_min=-1.0, u_max=0.7),

@@ -1,4 +1,4 @@
-"""Packages of components import what is asked of them."""
+"""The packages of components import their modules lazily."""
 
 import compileall
 import importlib

@@ -28,7 +28,7 @@ def test_the_library_is_covered() -> None:
 
 
 def test_no_unit_of_the_library_needs_pint() -> None:
-    """Whose import takes as long as many a second run."""
+    """Importing pint would take as long as many runs."""
     flats = map(flatten, LIBRARY)
     units = {leaf.declaration.unit for flat in flats for leaf in flat.leaves if leaf.declaration.unit}
     assert len(units) > 50
@@ -51,7 +51,7 @@ def wire(sensor: Any, block: Any, drive: Any) -> Connections:
 
 @pytest.mark.parametrize("block", SISO, ids=lambda block: type(block).__name__)
 def test_blocks_carry_any_quantity(block: Component) -> None:
-    """A speed goes in; where a torque comes out, a unit must have come in between."""
+    """Between a speed and a torque, only blocks with equal units of input and output have a unit error."""
     speed, drive = rotational.SpeedSensor(), rotational.SignalTorque()
     problems = unit_problems(flatten(Rig(parts=(speed, block, drive), wiring=wire)))
     assert len(problems) == (type(block).__name__ in ALIKE)

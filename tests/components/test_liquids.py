@@ -71,7 +71,7 @@ def test_volume_with_air() -> None:
 
 @pytest.mark.parametrize("liquid", KNOWN, ids=lambda liquid: liquid.__name__)
 def test_density_never_turns_back(liquid: Callable[[], Liquid]) -> None:
-    """From tension, which the bubbles do not bear, to 1000 bar: the density grows, and its derivatives are right."""
+    """The density increases from tension to 1000 bar, and its derivatives are right."""
     here = liquid()
     p = jnp.concatenate([-ATMOSPHERE * jnp.linspace(2.0, 0.0, 50), jnp.geomspace(1.0, 1e8, 50)])
     assert np.all(np.diff(here.relative_density(p)) > 0.0)
@@ -181,7 +181,7 @@ def test_linear_liquid_is_the_textbooks() -> None:
 
 
 def test_one_liquid_for_a_circuit() -> None:
-    """Of all its parts, arrays too; its gradient is the sum of theirs, by both modes and by differences."""
+    """`fill` reaches all components and arrays; the gradient is the sum of theirs, in both modes and by differences."""
     rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
     filled = fill(rig, iso_vg_46(temperature=323.15))
     assert isinstance(filled.chamber.liquid, Liquid)
@@ -208,7 +208,7 @@ def test_nothing_to_fill() -> None:
 
 
 def test_each_liquid_names_its_own_source() -> None:
-    """Of the model and of results, whichever liquid was compiled for first."""
+    """In the model and in results, whichever liquid was compiled first."""
     assert len({str(liquid().source) for liquid in (water, iso_vg_46, dot_4)}) == 3
     for liquid in KNOWN:
         chamber = Chamber(volume=1e-3, liquid=liquid(), p=1e5)

@@ -1,4 +1,4 @@
-"""A gear with losses in the mesh and in the bearings, whose load reverses."""
+"""A gear with mesh and bearing losses under a reversing load."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ def bearing_at_a(eta1: Any, eta2: Any, bearing1: Any, bearing2: Any) -> Any:
 
 
 def at_b(tau_a: Any, direction: Any, eta1: Any, eta2: Any, bearing1: Any, bearing2: Any) -> Any:
-    """What of a torque at a comes out at b, x = tau_a less the losses of MSL, with the driver as in MSL."""
+    """Transmitted torque x = tau_a minus the losses, with the driver as in MSL."""
     tau_eta = tau_a - direction * bearing_at_a(eta1, eta2, bearing1, bearing2)
     a_drives = tau_eta * direction > 0.0
     return np.where(a_drives, eta1, 1.0 / eta2) * tau_a - direction * np.where(a_drives, bearing1, bearing2)
@@ -103,7 +103,7 @@ def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 20000) -> tuple
     wheel, load, dt = LOAD / RATIO**2, torque / RATIO, END / steps
 
     def accelerations(push: Any, direction: float) -> Any:
-        """Of a, from x = eta tau_a - bearing, with tau_a = push - MOTOR a and x = wheel a - load."""
+        """Acceleration of a from x = eta tau_a - bearing, with tau_a = push - MOTOR a and x = wheel a - load."""
         found = np.full(N, np.nan)
         for eta, bearing, sign in ((eta1, bearing1, direction), (1.0 / eta2, bearing2, -direction)):
             a = (eta * push - direction * bearing + load) / (wheel + eta * MOTOR)

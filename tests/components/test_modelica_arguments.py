@@ -1,4 +1,4 @@
-"""What users of the Modelica Standard Library pass, in its meaning, and what bears one name in several domains."""
+"""Arguments known from the Modelica Standard Library, and classes with the same name in several domains."""
 
 import dataclasses
 import inspect
@@ -136,7 +136,7 @@ def ring(supply: Any, inductor: Any, capacitor: Any, resistor: Any, helper: Any,
 
 
 def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
-    """The circuit swings on as if it had no resistance, and the account says where the energy comes from."""
+    """The circuit oscillates as without resistance, and the energy account shows the supply."""
     parts = (
         electrical.ConstantVoltage(V=0.0),
         electrical.Inductor(L=0.5),

@@ -152,7 +152,7 @@ def test_published_water_hammer(
 
 
 def test_natural_frequencies() -> None:
-    """Of n segments with half a capacity at each end, open at one end: 2/sqrt(l c) sin((2 k - 1) pi/(4 n))."""
+    """n segments with half a capacity at each end, open at one end: 2/sqrt(l c) sin((2 k - 1) pi/(4 n))."""
     n = 5
     rig = replace(hammer(n, LaminarFriction(), LAMINAR), {"closing.height": 0.0, "closing.offset": 0.0})
     rig = replace(rig, {"pipe.p_inner": jnp.full(n - 1, RESERVOIR), "pipe.p_b": RESERVOIR, "pipe.q": jnp.zeros(n)})
@@ -238,7 +238,7 @@ GRADIENT_OF = ("pipe.length", "pipe.diameter", "pipe.wall", "pipe.liquid.air", "
 
 @pytest.mark.parametrize("build", [Pipe, UnsteadyFrictionPipe])
 def test_gradients(build: Callable[..., Pipe | UnsteadyFrictionPipe]) -> None:
-    """Of the pressure at the valve as it closes: both modes agree with differences."""
+    """Gradients of the pressure at the closing valve: both modes agree with differences."""
     pipe = build(n=3, length=2.0, diameter=DIAMETER, liquid=iso_vg_46(), wall=1e-10, p=RESERVOIR, q=AREA)
     rig = Hammer(
         reservoir=ConstantPressure(pressure=RESERVOIR),

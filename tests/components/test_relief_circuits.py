@@ -1,4 +1,4 @@
-"""Circuits in which a relief valve sets the pressure start from rest, and settle where a hand finds them."""
+"""Circuits with a relief valve start from rest and settle at the pressure calculated independently."""
 
 from typing import Any
 
@@ -145,7 +145,7 @@ def test_beside_a_piloted_valve(cracking: float, piloted: float) -> None:
 
 
 class Pumped(Component):
-    """A pump without another way than over the valve, at a speed that may be zero."""
+    """A pump whose only path is the valve, at a speed that can be zero."""
 
     drive: ConstantSpeed
     pump: Pump
@@ -206,7 +206,7 @@ def pressure_beside_a_full_accumulator(cracking: Any, solver: Any = None) -> Any
 @pytest.mark.parametrize("solver", [None, diffrax.Kvaerno5()])
 @pytest.mark.parametrize("cracking", [1.5e7, 1e8])
 def test_beside_an_accumulator_that_becomes_full(cracking: float, solver: Any) -> None:
-    """The pressure leaps to where the valve takes all, from where the law of the valve does not tell the way."""
+    """The pressure jumps to the point at which the valve takes the whole flow, from where its law is flat."""
     pressure = jax.value_and_grad(lambda c: pressure_beside_a_full_accumulator(c, solver))
     found, slope = pressure(jnp.asarray(cracking))
     assert float(found) == pytest.approx(drop(cracking, FLOW), rel=1e-9)

@@ -1,4 +1,4 @@
-"""After `replace`, a part is one that its constructor could have made, or it is refused."""
+"""After `replace`, a component is one that its constructor accepts, or it is refused."""
 
 from typing import Any
 

@@ -47,7 +47,7 @@ def exact() -> float:
 
 
 def test_it_ends_whatever_the_rounding(exact: float) -> None:
-    """The edges neither undo each other, nor open by turns without end."""
+    """The edges neither undo each other nor open alternately without end."""
     x, reached, steps = jax.jit(jax.vmap(end))(RTOL)
     np.testing.assert_array_equal(reached, 10.0)
     np.testing.assert_allclose(x, exact, rtol=1e-4)
@@ -55,7 +55,7 @@ def test_it_ends_whatever_the_rounding(exact: float) -> None:
 
 
 def test_derivatives_through_the_rest(exact: float) -> None:
-    """By the moment from which it moves: x is a function of the time since then."""
+    """With respect to the start time of the motion: x depends only on the time since then."""
     step = 1e-4
     value, forward = jax.jvp(lambda start: end(1e-8, start=start)[0], (8.0,), (1.0,))
     backward = jax.grad(lambda start: end(1e-8, start=start)[0])(8.0)

@@ -14,7 +14,7 @@ NAMES: tuple[str, ...] = ("pump.displacement", "cylinder.chambers.bore", "contro
 
 
 def reached(servo: Any, scales: jax.Array, rtol: float = 1e-6) -> jax.Array:
-    """Where the load is after 0.4 s, with the parameters times these scales."""
+    """Position of the load after 0.4 s, with the parameters multiplied by these factors."""
     values: dict[str, Any] = dict(zip(NAMES, jnp.array([0.6e-6, 0.04, 20.0, 0.012]) * scales, strict=True))
     return jnp.asarray(simulate(replace(servo, values), 0.4, save="end", rtol=rtol).final.load.a.s)
 

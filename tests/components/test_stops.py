@@ -107,7 +107,7 @@ def wire_rub(force: Any, body: Any) -> Connections:
 
 @pytest.mark.slow
 def test_mass_with_stop_and_friction() -> None:
-    """Slides with 10 N - 4 N, hits the stop at s_max with v = sqrt(2 a s), and is held there."""
+    """It is driven by 10 N - 4 N, hits the stop at s_max with v = sqrt(2 a s), and is held there."""
     body = translational.MassWithStopAndFriction(m=2.0, L=0.4, s_min=-1.0, s_max=1.7, F_Coulomb=4.0)
     model = Rig(parts=(translational.ConstantForce(force=10.0), body), wiring=wire_rub)
     solution = simulate(model, 2.0, save=jnp.array([0.5, 2.0]), rtol=TIGHT)

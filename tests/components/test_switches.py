@@ -73,7 +73,7 @@ def wire_resistive(sine: Any, source: Any, diode: Any, resistor: Any, ground: An
 
 
 def test_a_diode_blocks_currents_of_any_size() -> None:
-    """From 1e-16 A on, where it conducts and leaks in proportion to the load, and is told what counts as none."""
+    """From 1e-16 A upwards, with conductances and hysteresis in proportion to the load."""
     share = 1e-6
 
     def voltages(V: Scalar, R: Scalar) -> Scalar:

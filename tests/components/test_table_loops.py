@@ -1,4 +1,4 @@
-"""Loops over tables, which begin on a knot, come to rest on one, or are stiff."""
+"""Loops with tables that start on a knot, come to rest on a knot, or are stiff."""
 
 from typing import Any, Self
 
@@ -48,7 +48,7 @@ KNOTS, CURRENTS = np.array([0.0, 0.55, 0.65, 0.7, 0.75]), np.array([0.0, 1e-3, 0
 @pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize("source", [Ramp(height=2.0, duration=5.0), Sine(amplitude=1.0, frequency=1.0, phase=0.3)])
 def test_a_loop_that_begins_on_a_knot(source: Ramp | Sine, smooth: bool) -> None:
-    """The first step begins there; its error may be on either side, and decides on nothing."""
+    """The first step starts there; the sign of its error has no effect."""
     diode = Table1D(
         points=jnp.concatenate([-KNOTS[:0:-1], KNOTS]),
         values=jnp.concatenate([-CURRENTS[:0:-1], CURRENTS]),
@@ -87,7 +87,7 @@ class Sprung(Component):
 
 
 def _table(rng: np.random.Generator, steepest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Five knots, of which the third one is at zero, of a line that rises there through zero."""
+    """Five knots of a rising polyline; the third is the origin."""
     knots, slopes = np.cumsum(10.0 ** rng.uniform(-2.0, 0.0, 5)), 10.0 ** rng.uniform(-0.5, steepest, 4)
     values = np.concatenate([[0.0], np.cumsum(slopes * np.diff(knots))])
     return knots - knots[2], values - values[2]
@@ -116,7 +116,7 @@ def test_random_springs_and_dampers_by_tables() -> None:
 
 
 class Equalising(Component):
-    """Volumes that become equal by way of a valve that opens at any difference."""
+    """Volumes that equalise through a valve that opens at any pressure difference."""
 
     main: Volume
     load: Volume

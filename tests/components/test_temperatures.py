@@ -1,4 +1,4 @@
-"""Temperatures of places without heat capacity, and other variables that are declared with a range."""
+"""Temperatures of nodes without heat capacity, and other variables with a declared range."""
 
 from typing import Any, Self
 
@@ -224,7 +224,7 @@ def test_start_values_outside_their_range_are_refused() -> None:
 
 
 class Warm(Component):
-    """A body whose class says where it starts, and whose port says something else."""
+    """A body whose class and whose port declare different start values."""
 
     T: Var[Scalar, "K"] = 350.0
     port: HeatPort = HeatPort()
@@ -238,7 +238,7 @@ def test_a_component_says_where_to_start_before_a_port_does() -> None:
 
 
 class Mirrored(Component):
-    """x = -y, with two roots y of one law, of which x > 0 admits one: 3."""
+    """x = -y, with two roots y of one law; only one gives x > 0: 3."""
 
     x: Var[Scalar, "", positive] = 1.5
     y: Var[Scalar, ""] = 0.0

@@ -141,7 +141,7 @@ def wire_two_points(set_point: Any, controller: Any, plant: Any) -> Connections:
 
 
 def test_pulses_that_follow_each_other_at_once_are_on_all_the_time() -> None:
-    """The fall of one is the rise of the next, however far back they are counted from."""
+    """The fall of one pulse is the rise of the next, for any start time in the past."""
 
     def share(start_time: Scalar, period: Scalar) -> Scalar:
         parts = (blocks.Pulse(amplitude=1.0, period=period, width=1.0, start_time=start_time), blocks.Integrator())

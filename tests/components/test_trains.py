@@ -1,4 +1,4 @@
-"""Random trains of impacts and friction against an integration mode by mode: what happens, when, and derivatives."""
+"""Random sequences of impacts and friction against a mode-by-mode integration: events, times, derivatives."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Liquids as warm as a scenario says, and warmed by the losses of what they flow through."""
+"""Liquids at a given temperature, and heated by the losses of components."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ COLD_TO_HOT = np.array([-30.0, 20.0, 120.0]) + CELSIUS
 
 
 def test_dot_4_from_cold_to_hot() -> None:
-    """Within FMVSS 116 (49 CFR 571.116), 1800 mm2/s at most at -40 C, 1.5 mm2/s at least at 100 C; its law."""
+    """Within FMVSS 116 (49 CFR 571.116): at most 1800 mm2/s at -40 C, at least 1.5 mm2/s at 100 C; and its law."""
     cold, hot = (
         float(jnp.asarray(dot_4(celsius + CELSIUS).kinematic_viscosity(jnp.zeros(())))) for celsius in (-40, 100)
     )
