@@ -2,13 +2,17 @@
 large; and least squares.
 """
 
+import functools as ft
 from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import jax.scipy.linalg as jsl
 import numpy as np
 from jax import lax
+from jax.custom_batching import custom_vmap
 from jaxtyping import Array, Float
 
 LARGEST_INVERSE = 40  # beyond it LAPACK is faster, although XLA does not compile a loop that calls it as one function
@@ -94,6 +98,34 @@ class Factors(eqx.Module):
         return _refined(matrix, self.solve), _refined(matrix.T, self.solve_transposed)
 
 
+@custom_vmap
+def _solution(factors: Factors, b: _Vector) -> _Vector:
+    """`Factors.solve`, column by column for a batch. XLA hands the product of a matrix and many vectors to a library,
+    and a loop with such a call is not compiled as one function.
+    """
+    return factors.solve(b)
+
+
+@_solution.def_vmap
+def _solutions(size: int, batched: list[Any], factors: Factors, b: Array) -> tuple[Array, bool]:
+    del size
+    axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched)
+    return jax.vmap(_by_columns, in_axes=axes)(factors, b), True
+
+
+def _by_columns(factors: Factors, b: _Vector) -> _Vector:
+    inverse, *others = factors.parts
+    if others:
+        return factors.solve(b)
+    b = factors.scale * b
+
+    def add(k: Array, x: Array) -> Array:
+        column, factor = (lax.dynamic_index_in_dim(of, k, -1, keepdims=False) for of in (inverse, b))
+        return x + column * factor
+
+    return lax.fori_loop(np.uint32(0), np.uint32(len(b)), add, jnp.zeros_like(b))
+
+
 def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: int = 0) -> Factors:
     """The factors of a matrix, of whose last `n_integrals` columns only the diagonal is not zero.
 
@@ -137,7 +169,7 @@ def linear_solver(
     The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix may be given.
     """
     factors = factors or factors_of(matrix, nominal)
-    solve, solve_transposed = factors.solve, factors.solve_transposed
+    solve, solve_transposed = ft.partial(_solution, factors), factors.solve_transposed
     if is_refined:
         solve, solve_transposed = factors.refined(lax.stop_gradient(matrix))
     return lambda b: lax.custom_linear_solve(

@@ -195,6 +195,26 @@ def test_linear_solver_derivatives(n):
     np.testing.assert_allclose(jnp.sum(jax.grad(f)(matrix) * direction), exact, rtol=1e-8)
 
 
+@pytest.mark.parametrize("n", [3, LARGEST_INVERSE + 1])
+def test_batches_of_linear_systems(n):
+    """Batches of matrices, of right-hand sides and of both, batches of batches, and reverse mode through them."""
+    rng = np.random.default_rng(0)
+    matrices, sides = jnp.asarray(rng.normal(size=(2, n, n))), jnp.asarray(rng.normal(size=(2, 4, n)))
+
+    def solution(matrix, b):
+        return linear_solver(matrix)(b)
+
+    exact = np.linalg.solve(matrices[:, None], sides[..., None])[..., 0]
+    of_sides = jax.vmap(solution, in_axes=(None, 0))
+    both, nested = jax.vmap(solution)(matrices, sides[:, 0]), jax.vmap(of_sides)(matrices, sides)
+    np.testing.assert_allclose(of_sides(matrices[0], sides[0]), exact[0], rtol=1e-9)
+    np.testing.assert_allclose(jax.vmap(solution, in_axes=(0, None))(matrices, sides[0, 0])[0], exact[0, 0], rtol=1e-9)
+    np.testing.assert_allclose(both, exact[:, 0], rtol=1e-9)
+    np.testing.assert_allclose(nested, exact, rtol=1e-9)
+    slopes = jax.grad(lambda b: jnp.sum(of_sides(matrices[0], b) ** 2))(sides[0])
+    np.testing.assert_allclose(slopes, 2.0 * np.linalg.solve(matrices[0].T, exact[0].T).T, rtol=1e-8)
+
+
 @pytest.mark.parametrize("integrals", [1, 2 * LARGEST_INVERSE])
 @pytest.mark.parametrize("n", [0, 3, LARGEST_INVERSE])
 def test_integrals_take_no_elimination(n, integrals):
