@@ -4,8 +4,11 @@ They depend on the model, its events and the method alone. What is saved, and ho
 decided outside of them.
 """
 
+import contextlib
 import dataclasses
 import functools as ft
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import diffrax
@@ -25,7 +28,7 @@ from .options import harmless
 from .recording import Recording
 from .settings import Settings
 from .solution import Solution
-from .stored_program import program_for, result_of
+from .stored_program import is_missing, program_for, result_of
 
 
 def run(settings: Settings, given: Given) -> Solution:
@@ -40,7 +43,9 @@ def _run(settings: Settings, given: Given) -> Solution:
         kind_of_loop(settings.adjoint)  # refuses one that is not supported
     program, times = settings.in_chunks, given.numbers.times
     numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
-    begun: traced.Started = result_of(_Start(program), dataclasses.replace(given, numbers=numbers))
+    given = dataclasses.replace(given, numbers=numbers)
+    with _compiling_the_rest(program, given):
+        begun: traced.Started = result_of(_Start(program), given)
     carry, goes_on, recording = begun.carry, True, Recording(settings, begun.carry)
     further = program_for(_Steps(program), (begun.given, carry))
     is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
@@ -52,6 +57,24 @@ def _run(settings: Settings, given: Given) -> Solution:
     parts = (begun.given, begun.carry.y, begun.bad_starts, carry._replace(record=None, history=None))
     ending: Ending = result_of(_End(program), parts)
     return recording.solution(begun.given, ending, times)
+
+
+@contextlib.contextmanager
+def _compiling_the_rest(program: Settings, given: Given) -> Iterator[None]:
+    """Compiles the steps and the end in threads beside the start: XLA uses one core for each program."""
+    start = _Start(program)
+    if not is_missing(start, given):
+        yield
+        return
+    begun: traced.Started = jax.eval_shape(start, given)
+    carry = begun.carry._replace(record=None)
+    end = begun.given, carry.y, begun.bad_starts, carry._replace(history=None)
+    rest = [(_Steps(program), (begun.given, carry)), (_End(program), end)]
+    with ThreadPoolExecutor(len(rest)) as pool:
+        compiled = [pool.submit(program_for, *part) for part in rest]
+        yield
+        for future in compiled:
+            future.result()
 
 
 def _share(given: Given, carry: Carry) -> float:

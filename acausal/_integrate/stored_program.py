@@ -10,6 +10,7 @@ import functools as ft
 import io
 import pickle
 import re
+import threading
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -61,17 +62,33 @@ def result_of(function: Storable, given: Any) -> PyTree:
 
 def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
     """The function, where possible by a stored program, for numbers of the same shapes and structure."""
-    leaves, structure = jax.tree.flatten(given)
-    if within_transformation() or programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
+    if not _can_be_stored(given):
         return function
-    kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-    program = _program(function, structure, kinds)
+    program = _program(function, *_structure_and_kinds(given))
     return function if program is None else lambda given: program(jax.tree.leaves(given))
 
 
+def is_missing(function: Storable, given: Any) -> bool:
+    """Whether the program of a function can be stored and is not there yet."""
+    if not _can_be_stored(given):
+        return False
+    file = _file_of(function, *_structure_and_kinds(given))
+    return file is not None and not file.exists()
+
+
+def _can_be_stored(given: Any) -> bool:
+    is_usual = not within_transformation() and programs.folder is not None and _is_usual()
+    return is_usual and all(map(_is_plain, jax.tree.leaves(given)))
+
+
+def _structure_and_kinds(given: Any) -> tuple[Any, Kinds]:
+    leaves, structure = jax.tree.flatten(given)
+    return structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+
+
 def _is_plain(leaf: Any) -> bool:
-    """Whether a number is known and lies where programs run by default."""
-    if isinstance(leaf, np.ndarray | np.generic):
+    """Whether a number is known and lies where programs run by default, or has only a shape."""
+    if isinstance(leaf, np.ndarray | np.generic | jax.ShapeDtypeStruct):
         return True
     return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1 and not leaf.weak_type
 
@@ -88,15 +105,23 @@ def _is_usual() -> bool:
 @ft.lru_cache(maxsize=256)
 def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
     """The program for numbers of these shapes; None where what it is made from cannot be told."""
+    file = _file_of(function, structure, kinds)
+    if file is None:
+        return None
+    if (found := _loaded(file, function, len(kinds))) is not None:
+        return found
+    return _compiled(file, function, structure, kinds)
+
+
+@ft.lru_cache(maxsize=256)
+def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
+    """The file of a program; None where what it is made from cannot be told."""
     assert programs.folder is not None
     try:
         key = key_of(function.contents(structure.unflatten(kinds)), structure, kinds)
     except NoFingerprintError:
         return None
-    file = programs.folder / f"{function.name}-{key}-program"
-    if (found := _loaded(file, function, len(kinds))) is not None:
-        return found
-    return _compiled(file, function, structure, kinds)
+    return programs.folder / f"{function.name}-{key}-program"
 
 
 def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> Program:
@@ -124,11 +149,12 @@ def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> P
 
 @contextlib.contextmanager
 def _loads() -> Any:
-    """What jax reads from its own cache meanwhile."""
+    """What jax reads from its own cache meanwhile, in this thread."""
     found: list[str] = []
+    own = threading.get_ident()
 
     def note(event: str, **others: Any) -> None:
-        if event.endswith("/cache_hits"):
+        if event.endswith("/cache_hits") and threading.get_ident() == own:
             found.append(event)
 
     monitoring.register_event_listener(note)

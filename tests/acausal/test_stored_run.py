@@ -262,6 +262,7 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
 
     def run() -> Any:
         stored_program._program.cache_clear()
+        stored_program._file_of.cache_clear()
         solution = simulate(rc(), 1.0, **options)
         np.testing.assert_allclose(solution["c.v"][-1], last, rtol=rtol)
         return solution
