@@ -1,4 +1,4 @@
-"""What people do with the library. `python -m studies --help` lists what can be run."""
+"""Studies of clutch actuators. `python -m studies --help` lists them."""
 
 from .actuators import opening as opening
 from .actuators import opening_time as opening_time

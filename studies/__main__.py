@@ -23,29 +23,29 @@ from . import (
 )
 from ._own import task
 
-# By command, with what `--help` says of it.
+# Command, module and help text of each study.
 STUDIES = (
-    ("validate", validate, "set the figures of the thesis beside those of the model, mismatches included"),
-    ("optimise", optimise, "find the ratios and the displacement of minimum opening time by their gradient"),
-    ("design", design, "design actuators for the least opening time within limits, and certify the optima"),
+    ("validate", validate, "compare the figures of the thesis with those of the model, mismatches included"),
+    ("optimise", optimise, "find the ratios and the displacement of minimum opening time with gradients"),
+    ("design", design, "optimise actuators for the shortest opening time within limits, and certify the optima"),
     (
         "concepts",
         concepts,
-        "design the thesis' two concepts anew under its targets, all that it fixed by hand free",
+        "redesign the two concepts of the thesis for its targets, with all manually chosen sizes free",
     ),
-    ("beyond", beyond, "go on where the thesis stopped: real clutch, line, temperature, passages, landing, series"),
+    ("beyond", beyond, "extend the thesis: real clutch, line, temperature, passages, landing, series production"),
     ("catalogue", catalogue, "choose motor, gearhead, pump and bores among 10,000 combinations of products"),
     ("architectures", architectures, "compare kinds of actuators on one duty: times, currents, energies, losses"),
     ("identify", identify, "identify parameters of an actuator from measurements, with confidence intervals"),
-    ("prototypes", prototypes, "tell what the measurements on the three prototypes say, and what they leave open"),
-    ("tolerance", tolerance, "find how the opening time scatters with its parameters, and what causes it"),
-    ("control", control, "find the course of the voltage that opens softly within a current, soonest or coolest"),
-    ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare what the battery gives"),
+    ("prototypes", prototypes, "identify parameters of the three prototypes, and report what the data leave open"),
+    ("tolerance", tolerance, "compute the scatter of the opening time and its causes"),
+    ("control", control, "find the voltage that opens the clutch softly within a current limit, soonest or coolest"),
+    ("hold", hold, "hold the clutch open for a minute by motor or by valve, and compare the battery energy"),
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run what the arguments say."""
+    """Run the study of the command line."""
     parser = _parser()
     given = parser.parse_args(arguments)
     own = _own(given)
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _own(given: argparse.Namespace) -> dict[str, Any] | None:
-    """What is said of an actuator of one's own; None where nothing is."""
+    """The arguments that describe a user's actuator; None if there are none."""
     said = {
         "file": getattr(given, "actuator", None), "motor": getattr(given, "motor", None),
         "changes": getattr(given, "set", None), "temperatures": getattr(given, "temperature", None),
@@ -71,7 +71,7 @@ def _own(given: argparse.Namespace) -> dict[str, Any] | None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m studies",
-        description="Studies of hydraulically transmitted clutch actuators, after Meloni's thesis (Torino, 2012).",
+        description="Studies of hydraulic clutch actuators, based on Meloni's thesis (Torino, 2012).",
         epilog="Example: python -m studies optimise --json optimise.json --out pictures",
     )
     commands = parser.add_subparsers(required=True, metavar="STUDY")
@@ -89,17 +89,17 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_own(command: argparse.ArgumentParser) -> None:
-    """The options for an actuator of one's own."""
-    own = command.add_argument_group("an actuator of your own", "instead of those of the thesis")
-    own.add_argument("--actuator", type=Path, metavar="FILE.toml", help="its parts, and what is asked of it")
+    """Adds the options for a user's actuator."""
+    own = command.add_argument_group("your own actuator", "instead of those of the thesis")
+    own.add_argument("--actuator", type=Path, metavar="FILE.toml", help="its parts and the optimisation problem")
     own.add_argument(
         "--motor", metavar="MOTOR", help="FILE.csv, FILE.csv:ORDER, or an order name of the catalogue; gearhead 4.3:1"
     )
     own.add_argument(
-        "--set", action="append", metavar="PATH=VALUE", help="a parameter, as in supply.V=12 or 'master.bore=19 mm'"
+        "--set", action="append", metavar="PATH=VALUE", help="set a parameter, as in supply.V=12 or 'master.bore=19 mm'"
     )
     own.add_argument(
-        "--temperature", action="append", type=float, metavar="C", help="in degrees Celsius; may be given several times"
+        "--temperature", action="append", type=float, metavar="C", help="in degrees Celsius; can be given several times"
     )
 
 

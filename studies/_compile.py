@@ -1,4 +1,4 @@
-"""How studies compile that run each of many programs only a few times."""
+"""Fast compilation for studies that run each of many programs only a few times."""
 
 import contextlib
 import gc
@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import jax
 
-SELDOM = (100_000, 20, 100)  # objects made, and collections of younger ones, between two collections of garbage
+SELDOM = (100_000, 20, 100)  # thresholds of the garbage collector, for `gc.set_threshold`
 
 
 @contextlib.contextmanager
 def compiled_quickly() -> Iterator[None]:
-    """Programs are compiled without most optimisations, which would take longer than they save.
+    """Compiles without most optimisations, which would take longer than they save.
 
-    And garbage is collected seldom: a fifth of the time in which programs are traced would go into looking for it.
+    Garbage is collected less often, because the collector would otherwise take a fifth of the tracing time.
     """
     before, thresholds = jax.config.read("jax_disable_most_optimizations"), gc.get_threshold()
     jax.config.update("jax_disable_most_optimizations", True)

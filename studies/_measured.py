@@ -1,11 +1,11 @@
-"""What was measured on the prototypes, as printed in Meloni's thesis (Politecnico di Torino, 2012), in SI units.
+"""Measurements on the prototypes, as printed in Meloni's thesis (Politecnico di Torino, 2012), in SI units.
 
-It states no uncertainties. Times are read from curves over 200 ms, a hundredth of the axis; a peak that is called
-"about" is taken to be right within a tenth, and a holding current within the range that is given for it.
+The thesis states no uncertainties. Times are read from curves over 200 ms, to a hundredth of the axis. A peak called
+"about" is assumed accurate to a tenth, and a holding current to the range that is stated for it.
 
-The captions of Figs. 7.5 and 7.6 have each other's voltage: 13.5 V beside the slower opening and 9.5 V beside the
-faster one. More voltage cannot open later, and a note to the concluding table ties the slower one to 70 % of the full
-voltage. So Fig. 7.5 is read at 9.45 V and Fig. 7.6 at 13.5 V.
+The captions of Figs. 7.5 and 7.6 are swapped: they state 13.5 V for the slower opening and 9.5 V for the faster one.
+A higher voltage cannot open later, and a note to the concluding table gives 70 % of the full voltage for the slower
+one. Fig. 7.5 is therefore taken at 9.45 V and Fig. 7.6 at 13.5 V.
 """
 
 from collections.abc import Mapping
@@ -21,14 +21,14 @@ UNITS: Mapping[str, str] = MappingProxyType(
 
 
 class Datum(NamedTuple):
-    """A measured number, its assumed standard deviation, and where it is printed."""
+    """A measured value, its assumed standard deviation, and its source in the thesis."""
 
     value: float
     sigma: float
     source: str
 
 
-# By actuator and supply voltage. Currents are the motor's.
+# By actuator and supply voltage. Currents are motor currents.
 MEASURED: Mapping[str, Mapping[float, Mapping[str, Datum]]] = MappingProxyType(
     {
         "ema_fise": {
@@ -70,6 +70,6 @@ NO_LOAD_TEST = Datum(NO_LOAD_FRICTION, 8e-5, "chapter 8")  # N.m.s/rad, the EHS 
 
 
 def measured(actuator: str, quantity: str) -> float | None:
-    """A figure measured at full voltage, in SI units, None if there is none; opening times include dead times."""
+    """A value measured at full voltage, in SI units, or None. Opening times include dead times."""
     found = {**MEASURED.get(actuator, {}).get(FULL, {}), **(DEAD_TIME if actuator == "ehs_maxon" else {})}
     return found[quantity].value if quantity in found else None

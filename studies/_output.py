@@ -1,4 +1,4 @@
-"""What the studies share: tables, progress, JSON and pictures."""
+"""Output of the studies: tables, progress, JSON and pictures."""
 
 import dataclasses
 import functools as ft
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 _T = TypeVar("_T")
-UNFINISHED = "unfinished"  # folder of what an interrupted study goes on from
+UNFINISHED = "unfinished"  # folder with the stored results of an interrupted study
 ACTUATOR_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "sila": "present (worm 38:1)",
@@ -51,7 +51,7 @@ DOMAIN_COLORS: Mapping[str, str] = MappingProxyType(
 
 
 def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
-    """Go through the items, showing on the terminal how far one is."""
+    """Iterate over the items with a progress display on the terminal."""
     try:
         from rich.console import Console
         from rich.progress import track
@@ -64,9 +64,9 @@ def progress(items: Sequence[_T], what: str) -> Iterator[_T]:
 
 
 def resumed(out: Path | None, name: str, make: Callable[[], _T]) -> _T:
-    """What an interrupted run of the same code has left in the folder; else what `make` makes, which is left there.
+    """The stored result of an interrupted run of the same code; otherwise the result of `make`, which is stored.
 
-    `finished` removes it.
+    `finished` removes the stored results.
     """
     if out is None:
         return make()
@@ -76,12 +76,12 @@ def resumed(out: Path | None, name: str, make: Callable[[], _T]) -> _T:
     made = make()
     path.parent.mkdir(parents=True, exist_ok=True)
     acausal.save(path.with_suffix(".part"), made)
-    path.with_suffix(".part").rename(path)  # so that half a file is none
+    path.with_suffix(".part").rename(path)  # an interrupt leaves no incomplete file
     return made
 
 
 def _digest_of_code() -> str:
-    """Of the studies and of what they compute with."""
+    """Digest of the source code of the studies, the engine and the components."""
     folders = [Path(package.__file__ or "").parent for package in (acausal, components)] + [Path(__file__).parent]
     digest = hashlib.sha256()
     for folder in folders:
@@ -91,13 +91,13 @@ def _digest_of_code() -> str:
 
 
 def finished(out: Path | None) -> None:
-    """Remove what would have been gone on from."""
+    """Remove the stored results of an interrupted run."""
     if out is not None:
         shutil.rmtree(out / UNFINISHED, ignore_errors=True)
 
 
 def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table of texts: with rich on a terminal, if it is installed, otherwise in aligned columns."""
+    """Print a table: with rich on a terminal, if it is installed, otherwise in aligned columns."""
     console = _terminal()
     if console is None:
         print(f"{title}\n{plain_table(heads, rows)}\n")
@@ -115,7 +115,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
 
 
 def _terminal() -> "Console | None":
-    """The terminal that the program prints to; None in a file, and without rich."""
+    """The terminal; None if the output goes to a file, or without rich."""
     try:
         from rich.console import Console
     except ImportError:
@@ -125,7 +125,7 @@ def _terminal() -> "Console | None":
 
 
 def prices_of(design: Design[Any]) -> str:
-    """The active limits and bounds of a design, each with what one unit more of it buys."""
+    """The active limits and bounds of a design with their multipliers."""
     unit = design.objective_scale.unit
     return ", ".join(
         f"{active.name} ({design.price(active):.3g} {unit} per {active.scale.unit})" for active in design.active
@@ -133,7 +133,7 @@ def prices_of(design: Design[Any]) -> str:
 
 
 def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of texts in aligned columns."""
+    """A table in aligned columns."""
     lines = [heads, *rows]
     widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
     padded = ["  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) for line in lines]
@@ -143,7 +143,7 @@ def plain_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def write_json(path: Path, rows: Iterable[Any], **others: Iterable[Any]) -> None:
     """Write dataclass instances as `{"rows": [...]}`, and `others` likewise by their names.
 
-    null where not finite, as JSON has no infinity.
+    Numbers that are not finite become null, because JSON has no infinity.
     """
     tables = {name: [_plain(row) for row in table] for name, table in {"rows": rows, **others}.items()}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -151,7 +151,7 @@ def write_json(path: Path, rows: Iterable[Any], **others: Iterable[Any]) -> None
 
 
 def read_json(path: Path, **kinds: Callable[..., _T]) -> dict[str, list[_T]]:
-    """Tables as `write_json` wrote them, each as instances of its dataclass."""
+    """Read the tables of `write_json`, each as instances of its dataclass."""
     tables = json.loads(path.read_text())
     return {name: [kind(**row) for row in tables[name]] for name, kind in kinds.items()}
 
@@ -162,9 +162,9 @@ def _plain(row: Any) -> dict[str, Any]:
 
 
 def require_matplotlib() -> None:
-    """Exit, saying what to install, where pictures cannot be drawn."""
+    """Exit with an instruction if matplotlib is not installed."""
     if importlib.util.find_spec("matplotlib") is None:
-        raise SystemExit('Pictures need matplotlib: pip install "acausal[plots]", or leave out --out.')
+        raise SystemExit('Pictures require matplotlib: pip install "acausal[plots]", or omit --out.')
 
 
 def legend(figure: "Figure", columns: int, *, above: bool = False) -> None:
@@ -178,14 +178,14 @@ def legend(figure: "Figure", columns: int, *, above: bool = False) -> None:
 
 @ft.lru_cache(maxsize=16)
 def png(figure: "Figure") -> bytes:
-    """A picture that is finished as PNG; drawn once, for its file and for the report."""
+    """A finished picture as PNG; cached for the file and the report."""
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=150)
     return content.getvalue()
 
 
 def save(figure: "Figure", directory: Path, name: str) -> None:
-    """Write a picture as PNG and say so."""
+    """Write a picture as PNG and print the path."""
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / f"{name}.png"
     path.write_bytes(png(figure))

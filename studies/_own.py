@@ -1,4 +1,4 @@
-"""An actuator of one's own from the command line: its parts, what is changed in it, and what is asked of it."""
+"""A user's actuator from the command line: parts, changed parameters, and optimisation problem."""
 
 import dataclasses
 import tomllib
@@ -17,12 +17,12 @@ BUILD: Mapping[str, Callable[..., ClutchActuator]] = {
     "electrohydraulic": electrohydraulic,
 }
 ASKED = ("minimise", "limits", "free", "temperatures", "set")
-TABLES = {"motor": "motors", "gearhead": "gearheads", "pump": "pumps"}  # where order names of parts are looked up
+TABLES = {"motor": "motors", "gearhead": "gearheads", "pump": "pumps"}  # catalogue of each kind of part
 
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """An actuator and what its optimum is to be, as `optimum` takes it."""
+    """An actuator and the arguments of `optimum`."""
 
     model: ClutchActuator
     asked: Mapping[str, Any]
@@ -37,13 +37,13 @@ def task(
     changes: Sequence[str] = (),
     temperatures: Sequence[float] = (),
 ) -> Task:
-    """The task of a TOML file, with another motor, other parameters and other temperatures.
+    """The task of a TOML file, with the changes of the other arguments.
 
-    The file holds `concept = "electromechanical"` or `"electrohydraulic"` with the arguments of that function, such as
-    `motor`, `gearhead` and `voltage`, and those of `optimum`: `minimise`, `limits`, `free`, `temperatures`. Its table
-    `set` holds parameters by path. Numbers are in SI units, texts have a unit: `"19 mm"`. A part is an order name of
-    the catalogues, or the CSV file of a table of one's own, `"FILE.csv"` or `"FILE.csv:ORDER"`, beside the TOML file.
-    Without a file the concept is electromechanical with a gearhead of 4.3:1.
+    The file contains `concept = "electromechanical"` or `"electrohydraulic"`, arguments of that function, such as
+    `motor`, `gearhead` and `voltage`, and arguments of `optimum`: `minimise`, `limits`, `free`, `temperatures`. Its
+    table `set` contains parameters by path. Numbers are in SI units, strings have a unit: `"19 mm"`. A part is an order
+    name of the catalogues or a CSV file in the folder of the TOML file, `"FILE.csv"` or `"FILE.csv:ORDER"`. Without a
+    file, the concept is electromechanical with a gearhead of 4.3:1.
     """
     given = {"concept": "electromechanical", "gearhead": 4.3} if file is None else _read(file)
     folder = Path() if file is None else file.parent
@@ -54,7 +54,7 @@ def task(
     if motor is not None:
         given["motor"] = motor
     if "motor" not in given:
-        raise ArgumentError("A motor is needed: --motor FILE.csv or an order name, or `motor` in the TOML file.")
+        raise ArgumentError("A motor is required: --motor FILE.csv or an order name, or `motor` in the TOML file.")
     where = {"motor": Path() if motor is not None else folder}
     parts = {name: _value(name, value, where.get(name, folder)) for name, value in given.items()}
     try:
@@ -75,7 +75,7 @@ def _read(file: Path) -> dict[str, Any]:
     except OSError as error:
         raise ArgumentError(f"{file} cannot be read: {error.strerror}.") from error
     except tomllib.TOMLDecodeError as error:
-        raise ArgumentError(f"{file} is no TOML file: {error}.") from error
+        raise ArgumentError(f"{file} is not a valid TOML file: {error}.") from error
 
 
 def _change(text: str) -> tuple[str, str]:
@@ -95,7 +95,7 @@ def _value(name: str, value: Any, folder: Path) -> Any:
 
 
 def _sheet(table: str, text: str, folder: Path) -> DataSheet:
-    """The data sheet with an order name, or in a file."""
+    """The data sheet of an order name or of a file."""
     name, _, order = text.partition(":")
     if not name.endswith(".csv"):
         return catalogue(table)[text]
@@ -107,17 +107,19 @@ def _sheet(table: str, text: str, folder: Path) -> DataSheet:
         return sheets[order]
     if len(sheets) != 1:
         names = ", ".join(sheet.order for sheet in sheets)
-        raise ArgumentError(f"{file} has {len(sheets)} rows: choose one, as in {text}:ORDER. It has {names}.")
+        raise ArgumentError(f"{file} has {len(sheets)} rows: choose one, as in {text}:ORDER. The rows are {names}.")
     return sheets[0]
 
 
 def _number(value: Any) -> Any:
-    """A number in SI units, or a quantity from a text with a unit."""
+    """A number in SI units, or a quantity from a string with a unit."""
     if not isinstance(value, str):
         return value
     number, _, unit = value.strip().partition(" ")
     try:
         plain = float(number)
     except ValueError as error:
-        raise ArgumentError(f"A value must be a number, or one with a unit as in '12 V', got {value!r}.") from error
+        raise ArgumentError(
+            f"A value must be a number or a number with a unit, as in '12 V', got {value!r}."
+        ) from error
     return quantity(plain, unit.strip()) if unit else plain

@@ -1,4 +1,4 @@
-"""A report in one HTML file: what it is about, headings, texts, tables, and pictures within the file."""
+"""Reports as a single HTML file: introduction, headings, texts, tables, and embedded pictures."""
 
 import base64
 import html
@@ -20,11 +20,11 @@ table{border-collapse:collapse;font-size:13px;margin:1em 0} caption{text-align:l
 th,td{text-align:left;vertical-align:top;padding:.2em .7em .2em 0;border-bottom:1px solid #ddd}
 .number{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}"""
 
-LONGEST = 400  # letters that say what a picture shows
+LONGEST = 400  # characters of the alternative text of a picture
 
 
 class Table(NamedTuple):
-    """A table of texts; long ones are folded within their cell."""
+    """A table of strings; long ones wrap within their cell."""
 
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -41,7 +41,7 @@ def write_report(
     parts: Iterable[tuple[str, Content, Sequence["Figure"]]],
     about: str | None = "",
 ) -> None:
-    """Write what it is about, in paragraphs, and parts: each a heading, texts and tables, and pictures; say where."""
+    """Write the introduction and the parts, each a heading, texts and tables, and pictures; print the path."""
     directory.mkdir(parents=True, exist_ok=True)
     head = f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>'
     lines = [head, f"<style>{STYLE}</style>", f"<h1>{html.escape(title)}</h1>"]
@@ -64,7 +64,7 @@ def _block(content: str | Table) -> str:
 
 
 def _table(table: Table) -> str:
-    """Columns of numbers are set right, so that their digits are below one another."""
+    """An HTML table. Numeric columns are right-aligned."""
     numeric = [all(map(_is_number, column)) for column in zip(*table.rows, strict=True)]
 
     def line(cells: Iterable[str], tag: str) -> str:
@@ -90,7 +90,7 @@ def _image(figure: "Figure", heading: str) -> str:
 
 
 def _said(figure: "Figure", heading: str) -> str:
-    """What a picture shows, for those who cannot see it: the titles and what is over what."""
+    """The alternative text of a picture: its titles and axis labels."""
     panels = [figure.get_suptitle() or heading]
     for panel in figure.axes:
         title = panel.get_title("left") or panel.get_title()

@@ -1,4 +1,4 @@
-"""How actuators vibrate at rest."""
+"""Natural frequencies of actuators at rest."""
 
 import equinox as eqx
 import numpy as np
@@ -12,11 +12,11 @@ from .actuators import ClutchActuator, ElectromechanicalActuator, PumpActuator, 
 
 
 def mode_frequencies(model: ClutchActuator, stroke: Scalar, *, loaded: bool = False) -> Float[np.ndarray, " modes"]:
-    """Frequencies in Hz of the undamped actuator, linearised at a stroke in m, in rising order.
+    """Natural frequencies in Hz of the undamped actuator, linearised at a stroke in m, in ascending order.
 
-    Undamped means without friction, and with a motor fed by a current, since the back-emf brakes one that is fed by a
-    voltage. Without load the line is free of pressure at that stroke; `loaded` is the actuator held against its spring,
-    where the pressure on the curved cam acts as a further stiffness.
+    The undamped actuator has no friction, and a current source feeds its motor, because with a voltage source the
+    back-emf brakes the motor. Without load, the line pressure is zero at that stroke. With `loaded`, the actuator is
+    held against its spring, and the pressure on the curved cam adds stiffness.
     """
     undamped = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
     if loaded:
@@ -34,7 +34,7 @@ def _fed_by_current(model: ClutchActuator, current: Scalar) -> ClutchActuator:
 
 
 def _with_tangent_cam(model: ClutchActuator, angle: Scalar) -> ClutchActuator:
-    """The cam replaced by a linear one of the slope that it has at an angle of the motor in rad."""
+    """The model with a linear cam that has the slope of the cam at a motor angle in rad."""
     if isinstance(model, PumpActuator):
         return model
     assert isinstance(model, ElectromechanicalActuator | WormActuator)

@@ -1,7 +1,7 @@
-"""Which parts to buy for the least opening time: 10,000 combinations of products, and what is between them.
+"""Choice of parts for the shortest opening time: 10,000 combinations of products, and the continuous optimum.
 
-One table for each part, one batch for each structure: a cam behind one gearhead or two in series, or a pump. Figures of
-the motors are those of their data sheets, with leads of 0.1 ohm; friction and all else are those of the actuators.
+There is one table per part and one batch per structure: a cam behind one gearhead or two in series, or a pump. Motor
+data come from data sheets, with leads of 0.1 ohm. Friction and all other parameters are those of the actuators.
 """
 
 import dataclasses
@@ -22,23 +22,23 @@ from ._output import print_table, require_matplotlib, write_json
 from .actuators import WORN, ClutchActuator, ehs_maxon, ema_maxon, holding_current, lift_share, pressure_angle
 from .actuators import opening as run_until_open
 
-LEADS = 0.1  # ohm, assumed, of what is between battery and motor
-RTOL = 1e-7  # of the runs of products, whose figures are known to three digits
-LONGEST = 0.15  # s, given up after this time
+LEADS = 0.1  # ohm, assumed, between battery and motor
+RTOL = 1e-7  # of the runs of products, whose data have three digits
+LONGEST = 0.15  # s, limit of the opening time, where a run stops
 FAILURES = {"never_stopped": f"opening time <= {1e3 * LONGEST:g} ms"}
-LARGEST = 40.0  # ratio; with more than that no motor is fast enough
+LARGEST = 40.0  # largest ratio; no motor is fast enough for more
 INCH = 25.4  # mm
 FREE = ("gearbox.ratio", "master.bore", "slave.bore", "cam.profile.eccentricity")
 HOLDING = "holding current of the motor"  # a limit
 # Opening time in s and holding current in A of the prototypes in the thesis.
 MEASURED = {"RE 50 with cam": (0.070, 23.0), "RE 40 with pump": (0.130, 19.0)}
-# Parts that are chosen among, by order name: the tables hold more, each of which would add its share of combinations.
+# Order names of the candidate parts, a subset of the catalogues that limits the number of combinations.
 STUDIED = {
     "motors": ("148867", "370354", "118752", "268214", "RE 35 30 V"),
     "gearheads": ("203115", "GP 52 C 4.3:1", "166167", "166936", "144043"),
     "pumps": ("0.5 D 1.60",),
 }
-HEADS = ("", "opening time [ms]", "holding current [A]", "what")
+HEADS = ("", "opening time [ms]", "holding current [A]", "design")
 
 
 def bores(path: str, least: int, largest: int) -> list[dict[str, Any]]:
@@ -47,7 +47,7 @@ def bores(path: str, least: int, largest: int) -> list[dict[str, Any]]:
 
 
 def sheets(name: str) -> list[DataSheet]:
-    """The data sheets of one of the tables that are chosen among."""
+    """The data sheets of the candidates in a catalogue."""
     table = catalogue(name)
     return [table[order] for order in STUDIED[name]]
 
@@ -94,17 +94,17 @@ def has_cam(s: Solution) -> bool:
 
 
 def current(s: Solution) -> Scalar:
-    """In A, that holds the clutch open without friction."""
+    """The holding current in A, without friction."""
     return holding_current(s.final)
 
 
 def speed(s: Solution, parts: Mapping[str, Mapping[str, float]]) -> Scalar:
-    """Of the motor, as a share of what the gearhead or the pump is made for."""
+    """The speed of the motor, relative to the rated speed of the gearhead or the pump."""
     return s.peaks["speed"].value / parts["gearhead" if has_cam(s) else "pump"]["speed"]
 
 
 def pressure(s: Solution, parts: Mapping[str, Mapping[str, float]]) -> Scalar:
-    """At the pump, as a share of what it is made for."""
+    """The pressure of the pump, relative to its rated pressure."""
     return 0.0 if has_cam(s) else s.final.line.p / parts["pump"]["pressure"]
 
 
@@ -132,7 +132,7 @@ LIMITS = {
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """What was chosen among; numbers in SI units."""
+    """Summary of the choice, in SI units."""
 
     combinations: int
     feasible: int
@@ -142,12 +142,12 @@ class Row:
 
 
 def opening(model: ClutchActuator, rtol: float) -> Solution:
-    """The run until the clutch is open, with the largest speed of the motor on the way."""
+    """The run until the clutch is open, with the peak speed of the motor."""
     return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 
 
 def study(tables: Mapping[str, Any] = TABLES, store: Path | None = None) -> Choice:
-    """All combinations of the tables; with a `store`, an interrupted study goes on where it was."""
+    """Evaluates all combinations of the tables. With a `store`, an interrupted study can be resumed."""
     models = {"cam": ema_maxon(), "pump": ehs_maxon()}
     run = ft.partial(opening, rtol=RTOL)
     return choose(models, tables, MINIMISE, run=run, constraints=LIMITS, failures=FAILURES, store=store)
@@ -156,7 +156,7 @@ def study(tables: Mapping[str, Any] = TABLES, store: Path | None = None) -> Choi
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
     """Choose, print, and write rows to the file `json`, pictures and a report to the folder `out`.
 
-    Results of products are kept in the folder too, so that the study goes on where it was interrupted.
+    The folder also stores the results of the products, so that an interrupted study can be resumed.
     """
     if out is not None:
         require_matplotlib()
@@ -166,7 +166,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     design = choice.continuous(*FREE, run=ft.partial(opening, rtol=rtol))
     rows = [_row(choice, design, seconds)]
     print(f"{choice}\n\n{design}\n")
-    print_table("The best product one can buy beside the continuous optimum", HEADS, _cells(choice, design))
+    print_table("Best combinations of products and the continuous optimum", HEADS, _cells(choice, design))
     if json is not None:
         write_json(json, rows)
     if out is not None:
@@ -183,7 +183,7 @@ def _row(choice: Choice, design: Design, seconds: float) -> Row:
 
 
 def _cells(choice: Choice, design: Design) -> list[Sequence[str]]:
-    """The best of each structure, and what is between the products."""
+    """Table rows of the best combination of each structure and the continuous optimum."""
     cells = []
     for name in TABLES:
         own = [i for i in choice.order if choice.combination(i)["structure"] == name]
@@ -229,7 +229,7 @@ def _report(choice: Choice, design: Design, out: Path) -> None:
     for name, picture in pictures.items():
         save(picture, out, name)
     parts = [
-        ("What one can buy", str(choice), list(pictures.values())),
-        ("What is between the products", str(design), [design.plot()]),
+        ("Combinations of products", str(choice), list(pictures.values())),
+        ("Continuous optimum", str(design), [design.plot()]),
     ]
     write_report(out, "catalogue", "Parts for the least opening time", parts, __doc__)

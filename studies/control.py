@@ -1,8 +1,8 @@
-"""How soon two actuators open their clutch when their voltage may follow any course: at full voltage; soonest, within a
-current and with a soft landing; and with the least heat in the winding, also softly.
+"""Optimal voltages that open the clutch, for two actuators: at full voltage; soonest, with a current limit and a soft
+landing; and with the least heat in the winding, with the same limits.
 
-At full voltage the clutch is open soonest, but the motor draws its stall current at first, and the piston arrives at
-speed. The voltage found is that of a bridge, piecewise linear between evenly spaced samples.
+Full voltage opens the clutch soonest, but the motor first draws its stall current, and the piston arrives at speed. The
+optimal voltage is piecewise linear between evenly spaced samples, within the range of an H-bridge.
 """
 
 import dataclasses
@@ -46,8 +46,8 @@ ACTUATORS = {
     "ema_maxon": (ema_maxon(), 35.0),
     "ehs_maxon": (ehs_maxon(), 27.0),
 }  # with the current allowed, in A
-SOFT = 5e-3  # m/s, at which the piston may arrive
-SLOWER = 1.5  # times the time at full voltage, for the least heat
+SOFT = 5e-3  # m/s, largest speed of the piston at the end
+SLOWER = 1.5  # duration for the least heat, relative to the opening time at full voltage
 INTERVALS = 10
 FULL, SOONEST, COOLEST = "full voltage", "soonest", "least heat"
 HEADS = ("problem", "time [ms]", "end speed [mm/s]", "peak current [A]", "heat [J]", "at full voltage [ms]", "status")
@@ -69,12 +69,12 @@ class Row:
 
 
 def heat(s: CommandedElectromechanical | CommandedElectrohydraulic) -> Scalar:
-    """The power in W that the winding turns into heat."""
+    """The power in W dissipated in the winding."""
     return s.motor.resistor.R * s.motor.p.i**2
 
 
 def courses(name: str, rtol: float = 1e-8) -> dict[str, Callable[[], Course[Any]]]:
-    """What finds voltages for an actuator."""
+    """The optimisations of an actuator by problem, each a function without arguments."""
     actuator, allowed = ACTUATORS[name]
     full = float(opening(actuator, save="end", rtol=rtol).t1)
     times = jnp.linspace(0.0, SLOWER * full, INTERVALS + 1)
@@ -96,7 +96,7 @@ def courses(name: str, rtol: float = 1e-8) -> dict[str, Callable[[], Course[Any]
 
 
 def rows_of(name: str, found: dict[str, Course[Any]], rtol: float = 1e-8) -> list[Row]:
-    """The courses of an actuator beside what full voltage does."""
+    """Rows of the optimal voltages of an actuator, after the row of full voltage."""
     actuator, _ = ACTUATORS[name]
     time = float(opening(actuator, save="end", rtol=rtol).t1)
     full = simulate(
@@ -126,7 +126,7 @@ def _peak(course: Course[Any]) -> float:
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-8) -> list[Row]:
     """Find the voltages, print, and write rows to the file `json`, pictures and a report to the folder `out`.
 
-    With `out`, the study goes on where it was interrupted.
+    With `out`, an interrupted study can be resumed.
     """
     if out is not None:
         require_matplotlib()
@@ -165,7 +165,7 @@ def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path
 
 
 def picture(name: str, course: Course[Any]) -> "Figure":
-    """Voltage, current, travel and speed over time, beside those at full voltage."""
+    """Plots voltage, current, travel and speed over time, compared with full voltage."""
     actuator, allowed = ACTUATORS[name]
     full = opening(actuator, rtol=1e-6)
     figure = course.plot(*SHOWN, units=("mm", "mm/s"))

@@ -1,7 +1,7 @@
-"""Winding resistance, friction and torque constant of the RE50 actuator, identified from travel and current.
+"""Identification of winding resistance, friction and torque constant of the RE50 actuator from travel and current.
 
-The measurements are made by the model itself, so that the true values are known: without noise, with noise of given
-size, and with noise that has to be estimated.
+The measurements are simulated, so that the true values are known: without noise, with noise of known standard
+deviation, and with noise whose standard deviation is estimated.
 """
 
 import dataclasses
@@ -28,7 +28,7 @@ HEADS = ("case", "parameter", "unit", "true", "estimate", "low", "high")
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A parameter of one case with its confidence interval of 95 %, in SI units."""
+    """A parameter of one case with its 95 % confidence interval, in SI units."""
 
     case: str
     parameter: str
@@ -40,7 +40,7 @@ class Row:
 
 
 def measured(rtol: float = 1e-9) -> dict[str, dict[str, np.ndarray]]:
-    """What is measured in each case."""
+    """The measurements of each case."""
     solution = simulate(TRUE, TIMES[-1], save=TIMES, rtol=rtol)
     noise = np.random.default_rng(SEED).standard_normal((len(TIMES), len(NOISE)))
     exact = {name: np.asarray(solution[name]) for name in NOISE}
@@ -65,7 +65,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         require_matplotlib()
     found = fits(rtol)
     rows = [row for case, fit in found.items() for row in _rows(case, fit)]
-    print_table("Identified parameters, intervals of 95 %", HEADS, map(_cells, rows))
+    print_table("Identified parameters with 95 % confidence intervals", HEADS, map(_cells, rows))
     if json is not None:
         write_json(json, rows)
     if out is not None:

@@ -1,7 +1,7 @@
-"""How the opening time of the RE50 actuator scatters with ten of its parameters: by four methods, with the causes.
+"""Scatter of the opening time of the RE50 actuator with ten parameters, by four methods, with the causes.
 
-All parameters are taken as normal and independent, with relative standard deviations as one would assume for a first
-look: 10 % for friction, 5 % for a winding, 0.2 % for a bore.
+All parameters are assumed normal and independent. Their relative standard deviations are first guesses: 10 % for
+friction, 5 % for a winding, 0.2 % for a bore.
 """
 
 import dataclasses
@@ -21,7 +21,7 @@ SHARES = {
     "line.stiffness": 10.0,
 }  # fmt: skip
 MEMBERS, SEED = 2000, 4711
-LATEST = 95e-3  # s, of the specification
+LATEST = 95e-3  # s, specified limit
 HEADS = ("result", "method", "mean [ms]", "std [ms]", "1 % [ms]", "99 % [ms]")
 METHODS = ("first order", "second order", "Monte Carlo", "Sobol sequence")
 
@@ -39,7 +39,7 @@ class Row:
 
 
 def study(rtol: float = 1e-9) -> Tolerance[ElectromechanicalActuator]:
-    """The opening time with its tolerances; what turns with the motor is one inertia."""
+    """The opening time with its tolerances. One inertia stands for all parts that turn with the motor."""
     model = ema_maxon(rotor_inertia=56e-6, gearbox_inertia=0.0)
     distributions = {path: Normal(std=f"{share} %") for path, share in SHARES.items()}
     results = {"opening time": (lambda s: s.t1, "ms")}
@@ -50,7 +50,7 @@ Keep = Callable[[str, Callable[[], Any]], Any]
 
 
 def spreads(tolerance: Tolerance[ElectromechanicalActuator], kept: Keep = lambda name, make: make()) -> list[Spread]:
-    """The distribution of the opening time by each method; `kept` tells what has been made before."""
+    """The distribution of the opening time by each method; `kept` returns stored results of an interrupted run."""
     run = {
         "first order": tolerance.first_order,
         "second order": tolerance.second_order,
@@ -66,7 +66,7 @@ def spreads(tolerance: Tolerance[ElectromechanicalActuator], kept: Keep = lambda
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
     """Compute, print, and write rows to the file `json`, pictures and a report to the folder `out`.
 
-    An interrupted study goes on from what it has left in that folder.
+    An interrupted study resumes from the files in that folder.
     """
     if out is not None:
         require_matplotlib()

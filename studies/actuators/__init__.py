@@ -1,6 +1,6 @@
-"""Hydraulically transmitted clutch actuators: the present one, two electromechanical ones and an electrohydraulic one.
+"""Hydraulic clutch actuators: the present one, two electromechanical ones and an electrohydraulic one.
 
-Each function builds a model from keywords in SI units; every keyword can be traced, so that a model can be made inside
+Each function builds a model from keywords in SI units. Every keyword can be traced, so that models can be built inside
 `jax.jit`, `jax.grad` or `jax.vmap`.
 """
 

@@ -14,12 +14,12 @@ from ._statics import hold
 
 
 class CamCurves(NamedTuple):
-    """The cam over the travel of the slave, at rest: arrays in SI units."""
+    """Static cam curves over the travel of the slave: arrays in SI units."""
 
     stroke: Array  # m, of the slave
     angle: Array  # rad, of the cam
     lift: Array  # m
-    pressure_angle: Array  # rad, between the follower's way and the force on it
+    pressure_angle: Array  # rad, between the direction of motion of the follower and the force on it
     torque: Array  # N.m, of the follower on the cam
 
 

@@ -11,7 +11,7 @@ from ._models import CamActuator, ElectrohydraulicActuator, ElectromechanicalAct
 
 
 class CommandedElectromechanical(CamActuator):
-    """The electromechanical actuator at a voltage that follows samples."""
+    """The electromechanical actuator with a voltage signal."""
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     command: TimeSeries
@@ -21,7 +21,7 @@ class CommandedElectromechanical(CamActuator):
 
 
 class CommandedElectrohydraulic(PumpActuator):
-    """The electrohydraulic actuator at a voltage that follows samples."""
+    """The electrohydraulic actuator with a voltage signal."""
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     command: TimeSeries
@@ -37,7 +37,7 @@ class CommandedElectrohydraulic(PumpActuator):
 def commanded(
     actuator: ElectromechanicalActuator | ElectrohydraulicActuator, command: TimeSeries
 ) -> CommandedElectromechanical | CommandedElectrohydraulic:
-    """An actuator with a signal in place of its constant voltage."""
+    """The actuator with a signal in place of its constant voltage."""
     fields = [field.name for field in dataclasses.fields(actuator) if field.init]
     parts: dict[str, Any] = {name: getattr(actuator, name) for name in fields}
     parts |= {"supply": SignalVoltage(), "command": command}

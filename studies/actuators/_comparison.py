@@ -1,4 +1,4 @@
-"""Actuators side by side: time, current, pressure, energy, mass and cost."""
+"""Comparison of actuators: time, current, pressure, energy, mass and cost."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -17,23 +17,23 @@ HEADS = (
 
 @dataclasses.dataclass(frozen=True)
 class Figures:
-    """The figures of an actuator in SI units; currents are those of its motor unless they are said to be the battery's.
+    """The figures of an actuator in SI units. Currents are motor currents, except `battery_current`.
 
-    Its mass is that of the parts that have a data sheet and of all the rest, as far as it is given.
+    The mass is the sum of the masses in the data sheets and the mass `rest` of all other parts.
     """
 
     opening_time: float
     peak_current: float
-    line_pressure: float  # the largest one
+    line_pressure: float  # peak value
     energies: Energies
     holding_current: float
-    battery_current: float  # of the hold, behind a lossless converter
+    battery_current: float  # during the hold, with a lossless converter
     holding_power: float
     mass: float | None
     cost: float | None
 
     def cells(self) -> tuple[str, ...]:
-        """The figures as texts, in the units of `HEADS`."""
+        """The figures as strings, in the units of `HEADS`."""
         given = (
             1e3 * self.opening_time, self.peak_current, 1e-5 * self.line_pressure, self.energies.battery,
             100.0 * self.energies.efficiency, self.holding_current, self.battery_current, self.holding_power,
@@ -43,14 +43,14 @@ class Figures:
 
 
 class Comparison(dict[str, Figures]):
-    """The figures of actuators by name; printed, a table."""
+    """The figures of actuators by name; prints as a table."""
 
     def __str__(self) -> str:
         return aligned([HEADS, *((name, *one.cells()) for name, one in self.items())])
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
-    """A table of texts: the first column to the left, the others to the right."""
+    """A text table with the first column left-aligned and the others right-aligned."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         "  ".join(
@@ -69,9 +69,9 @@ def figures(
     cost: float | None = None,
     rtol: float = 1e-8,
 ) -> Figures:
-    """The figures of an actuator: one run of its opening at full voltage, and the hold by its motor.
+    """The figures of an actuator, from one run of its opening at full voltage and from its hold by the motor.
 
-    `rest` is the mass in kg of all that has no data sheet. Raises `SimulationError` for one that does not open.
+    `rest` is the mass in kg of all parts without a data sheet. Raises `SimulationError` if the clutch does not open.
     """
     opened = opening(
         model, save="end", rtol=rtol, throw=True, integrals=powers,
@@ -99,9 +99,10 @@ def compare(
     hold_time: float = 10.0,
     rtol: float = 1e-8,
 ) -> Comparison:
-    """The figures of actuators by name, with the mass in kg of what has no data sheet, and costs, of those that have.
+    """Compares actuators by name.
 
-    Costs are the user's own, in whatever currency: no catalogue of the library has prices.
+    `rest` is the mass in kg of all parts without a data sheet, by the name of the actuator. `costs` are the user's own
+    figures, in any currency: the catalogues of the library have no prices.
     """
     return Comparison(
         (
@@ -115,7 +116,7 @@ def compare(
 
 
 def _mass(model: Any, rest: float) -> float | None:
-    """In kg, None where a sheet is missing or does not state it."""
+    """The mass in kg, or None if a data sheet is missing or does not state it."""
     parts = [getattr(model, name) for name in ("motor", "gearbox", "pump") if hasattr(model, name)]
     sheets = [getattr(part, "data_sheet", None) for part in parts]
     masses = [None if sheet is None else sheet.get("mass") for sheet in sheets]

@@ -1,4 +1,4 @@
-"""The concluding table of the thesis, beside what the models of its prototypes come to."""
+"""The concluding table of the thesis, compared with the models of its prototypes."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -16,19 +16,19 @@ HEADS = (
 
 @dataclasses.dataclass(frozen=True)
 class Stated:
-    """What the thesis' concluding table states of a prototype; the model that stands for it, at 13.5 V."""
+    """A row of the thesis' concluding table, with the model of the prototype at 13.5 V."""
 
     build: Callable[[], ClutchActuator]
     power: float  # W, nominal, of the motor
-    efficiency: float  # largest one of the motor; of the FISE with its worm
+    efficiency: float  # maximum efficiency of the motor; of the FISE including its worm
     rotor_inertia: float  # kg.m2
     motor_mass: float  # kg
     total_mass: float  # kg
-    volume: float  # m3; the thesis prints mm3 and means cm3
+    volume: float  # m3; the thesis prints mm3 for cm3
     opening_time: float  # s
 
 
-# The RE 50 opened in 100 ms at 70 % of the voltage and in 70 ms at all of it; the model is that of 13.5 V.
+# The RE 50 opened in 100 ms at 70 % of the voltage and in 70 ms at full voltage; the model has 13.5 V.
 STATED: Mapping[str, Stated] = MappingProxyType(
     {
         "EMA, FISE": Stated(ema_fise, 400.0, 0.52, 60e-6, 1.2, 2.5, 580e-6, 0.140),
@@ -39,16 +39,16 @@ STATED: Mapping[str, Stated] = MappingProxyType(
 
 
 class Concluding(dict[str, tuple[Stated, Figures]]):
-    """What is stated of each prototype and the figures of its model; printed, the table."""
+    """The thesis' row and the figures of the model for each prototype; prints as a table."""
 
     def __str__(self) -> str:
         return aligned([HEADS, *((name, *_cells(*one)) for name, one in self.items())])
 
 
 def concluding_table(costs: Mapping[str, float] | None = None) -> Concluding:
-    """The thesis' concluding table with power density, beside opening time, energy and hold of the models.
+    """The thesis' concluding table with power density, next to opening time, energy and holding power of the models.
 
-    `costs` by the name of the prototype are the user's own: the thesis has none.
+    `costs` by the name of the prototype are the user's own figures: the thesis has none.
     """
     return Concluding(
         (name, (stated, figures(stated.build(), cost=(costs or {}).get(name)))) for name, stated in STATED.items()

@@ -1,4 +1,4 @@
-"""Other conditions of an actuator: temperature and wear."""
+"""Operating conditions of an actuator: temperature and wear."""
 
 from collections.abc import Mapping
 from typing import TypeVar
@@ -12,21 +12,22 @@ from ._warm import SHEETS, magnets, winding
 M = TypeVar("M", bound=Component)
 
 ZERO = 273.15  # K, of 0 C
-WORN_LEAKS = 10.0  # times those past new seals and in a new pump; assumed
-PRESSURE = 2e6  # Pa, at which stiffnesses are compared
+WORN_LEAKS = 10.0  # leakage relative to new seals and a new pump; assumed
+PRESSURE = 2e6  # Pa, pressure of the bulk modulus
 
 
 def at_temperature(model: M, celsius: Scalar, *, reference: Scalar = SHEETS - ZERO) -> M:
-    """The model with windings, magnets and liquid at a temperature in C; its parameters are those at `reference` in C.
+    """The model with windings, magnets and liquid at a temperature in C; its parameters hold at `reference` in C.
 
-    The parameters that end in these names are multiplied:
+    Scales the parameters whose paths end in these names:
 
-    - `motor.resistor.R`, `coil.R`: copper, 3.93e-3 1/K at 20 C (IEC 60028); leads count as winding;
-    - `motor.emf.k`: magnets of NdFeB, -1.1e-3 1/K (IEC 60404-8-1);
-    - `pipe.resistance`, `leak.resistance`, `viscosity`: the viscosity of DOT 4, and `pump.leakage` by its inverse;
-    - `line.stiffness`, `bulk_modulus`: the bulk modulus of DOT 4 at 20 bar.
+    - `motor.resistor.R`, `coil.R`: resistance of copper, 3.93e-3 1/K at 20 C (IEC 60028); leads count as winding;
+    - `motor.emf.k`: flux of NdFeB magnets, -1.1e-3 1/K (IEC 60404-8-1);
+    - `pipe.resistance`, `leak.resistance`, `viscosity`: viscosity of DOT 4; `pump.leakage`: its inverse;
+    - `line.stiffness`, `bulk_modulus`: bulk modulus of DOT 4 at 20 bar.
 
-    Friction of bearings and seals stays: which part of it is the liquid's is not known. So does the battery.
+    The friction of bearings and seals does not change, because the share of the liquid in it is not known. The battery
+    does not change either.
     """
     thicker, stiffer = _liquid(celsius, reference)
     copper, flux = (law(celsius + ZERO, reference + ZERO) for law in (winding, magnets))
@@ -39,16 +40,16 @@ def at_temperature(model: M, celsius: Scalar, *, reference: Scalar = SHEETS - ZE
 
 
 def worn(model: M, *, load: Scalar = WORN_LOAD, leaks: Scalar = WORN_LEAKS) -> M:
-    """The model with a linear clutch spring that takes `load` in N to open, and with leaks as many times larger.
+    """The model with a linear clutch spring that takes `load` in N to open, and with leakage `leaks` times as large.
 
-    Leaks are those past the seals, `leak.resistance`, and in the pump, `pump.leakage`.
+    Leakage is that past the seals, `leak.resistance`, and that in the pump, `pump.leakage`.
     """
     changed = replace(model, {"clutch.rate": load / STROKE})
     return _multiplied(changed, {"leak.resistance": 1.0 / leaks, "pump.leakage": leaks})
 
 
 def _multiplied(model: M, factors: Mapping[str, Scalar]) -> M:
-    """The model with all parameters multiplied whose path ends in a name."""
+    """The model with the parameters multiplied whose path ends in a name of `factors`."""
     changed = {
         path: value * factor
         for path, value in parameters(model).items()
@@ -59,7 +60,7 @@ def _multiplied(model: M, factors: Mapping[str, Scalar]) -> M:
 
 
 def _liquid(celsius: Scalar, reference: Scalar) -> tuple[Scalar, Scalar]:
-    """Viscosity and bulk modulus of DOT 4, over those at the reference temperature."""
+    """Viscosity and bulk modulus of DOT 4, relative to the reference temperature."""
     now, base = (dot_4(temperature=ZERO + value, air=1e-6) for value in (celsius, reference))
     return (
         now.kinematic_viscosity(PRESSURE) / base.kinematic_viscosity(PRESSURE),

@@ -1,6 +1,6 @@
-"""The four designs, with the set of parameters that all studies share: `parameter_set` has the source of each value.
+"""The four designs, with the set of parameters that all studies share; `parameter_set` lists the source of each value.
 
-Gear efficiency is not modelled apart from the friction coefficient at the motor shaft.
+Gear losses are modelled only as part of the friction coefficient at the motor shaft.
 """
 
 import math
@@ -31,7 +31,7 @@ SPRING_RATE = 58e3  # N/m
 DISPLACEMENT = 1.25e-6 / (2.0 * math.pi)  # m3/rad
 
 _PRESENT_TRAVEL = 1.0 / 9330.0  # m/rad, travel of the slave per angle of the motor
-_PRESENT_INERTIA = 5370.0 * _PRESENT_TRAVEL**2  # kg.m2, all that turns, from 5370 kg referred to the slave
+_PRESENT_INERTIA = 5370.0 * _PRESENT_TRAVEL**2  # kg.m2, total inertia, from 5370 kg referred to the slave
 _PRESENT_CAM_INERTIA = 4.82e-5  # kg.m2
 _PRESENT_ROTOR_INERTIA = 60e-6  # kg.m2
 
@@ -157,12 +157,12 @@ def ehs_sticking(
     friction: Scalar = NO_LOAD_FRICTION,
     **others: Scalar,
 ) -> StickingActuator:
-    """The electrohydraulic actuator with dry friction, which keeps it from moving for some time.
+    """The electrohydraulic actuator with dry friction, which delays its motion.
 
-    The thesis measured 30 ms without motion, for which it gives no model. These numbers are one way to get them: the
-    voltage rises for the time `ramp` in s (`None`: at once) and the shaft breaks away at the torque `break_away` in
-    N.m. With `width` in rad/s the friction is smoothed over this speed, else the shaft sticks. `others` go to
-    `ehs_maxon`.
+    The thesis measured 30 ms without motion and gives no model for it. These parameters are one possible explanation:
+    the voltage rises over the time `ramp` in s (`None`: a step), and the shaft breaks away at the torque `break_away`
+    in N.m. With `width` in rad/s, the friction is smoothed over this speed; otherwise the shaft sticks. `others` are
+    keywords of `ehs_maxon`.
     """
     base = ehs_maxon(friction=friction, **others)
     command = Constant(k=voltage) if ramp is None else Ramp(height=voltage, duration=ramp)
@@ -198,7 +198,7 @@ def sila(
     piston_damping: Scalar = 2e-3,
     spring_rate: Scalar = SPRING_RATE,
 ) -> WormActuator:
-    """The present actuator: FISE motor, 38:1 worm, and a cam taken as linear, of `lift_rate` in m/rad."""
+    """The present actuator: FISE motor, 38:1 worm, and a linear cam with `lift_rate` in m/rad."""
     return WormActuator(
         supply=ConstantVoltage(V=voltage),
         motor=DCMotor(R=resistance, L=inductance, k=torque_constant, J=rotor_inertia, friction=friction),

@@ -1,8 +1,8 @@
-"""Electrohydraulic actuators that hold the clutch open, by their motor or by a valve.
+"""Electrohydraulic actuators that hold the clutch open, by the motor or by a valve.
 
-Actuator and valve are those of Meloni's thesis (Politecnico di Torino, 2012), the valve an Atlantic CEBP with coil M7.
-It does not tell how much the seals leak, what liquid is between pump and valve, nor how fast the valve closes: these
-values are assumed.
+Actuator and valve are those of Meloni's thesis (Politecnico di Torino, 2012); the valve is an Atlantic CEBP with coil
+M7. The thesis does not state the leakage of the seals, the liquid volume between pump and valve, and the closing time
+of the valve. These values are assumed.
 """
 
 import math
@@ -19,13 +19,13 @@ from ._opening import STROKE
 from ._parameters import SUPPLY
 
 LEAKAGE = 1.5e14  # Pa.s/m3, past the seals: 0.02 cm3/s at the pressure of the open clutch; assumed
-CLOSING_TIME = 1e-3  # s, time constant of the valve's seat; assumed
+CLOSING_TIME = 1e-3  # s, time constant of the valve; assumed
 CHAMBER = 1e-6  # m3, between pump and valve; assumed
 COIL = 12.0 / 1.62  # ohm, of the thesis' holding valve (Atlantic CEBP with coil M7: 19.4 W)
 
 
 class HoldingActuator(PumpActuator, partial=True):
-    """The electrohydraulic actuator with a leak from the slave cylinder, and a controller of its position."""
+    """The electrohydraulic actuator with leakage from the slave cylinder and a position controller."""
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     demand: Constant
@@ -42,9 +42,9 @@ class HoldingActuator(PumpActuator, partial=True):
 
 
 class MotorHeldActuator(HoldingActuator):
-    """The motor holds: a PI controller sets its voltage within what the battery gives.
+    """The actuator that is held by its motor: a PI controller sets the motor voltage within the battery voltage.
 
-    The converter between battery and motor is taken as lossless: the battery gives what the motor takes.
+    The converter between battery and motor is lossless: the battery power equals the motor power.
     """
 
     controller: LimPI
@@ -60,12 +60,12 @@ class MotorHeldActuator(HoldingActuator):
 
 
 class ValveHeldActuator(HoldingActuator):
-    """A normally open valve holds: while it is shut by its coil, the motor is off.
+    """The actuator that is held by a normally open valve: while its coil closes the valve, the motor is off.
 
-    A two-point controller opens it and runs the motor at full voltage whenever the slave has sunk too far. Off means
-    that the motor is short-circuited, which brakes it. The valve follows its coil with a lag: one that closed at once
-    would stop the turning pump against the little liquid before it, and both would ring. Not modelled: cavitation in
-    the chamber, for about a millisecond, while the pump is still being driven back as the valve shuts.
+    When the slave has sunk too far, a two-point controller opens the valve and runs the motor at full voltage. When it
+    is off, the motor is short-circuited, which brakes it. The valve follows its coil with a lag. A valve that closed
+    instantly would stop the turning pump against the small volume in front of it, and both would ring. Not modelled is
+    cavitation in the chamber, for about a millisecond, while the pump still turns backwards as the valve closes.
     """
 
     controller: TwoPointController
@@ -103,7 +103,7 @@ def motor_held(
     integral_time: Scalar = 0.1,
     **others: Scalar,
 ) -> MotorHeldActuator:
-    """The actuator that holds by its motor; `gain` in V/m. `others` go to `ehs_maxon`."""
+    """The actuator that is held by its motor; `gain` in V/m. `others` are keywords of `ehs_maxon`."""
     base = ehs_maxon(**others)
     return MotorHeldActuator(
         supply=SignalVoltage(),
@@ -129,9 +129,9 @@ def valve_held(
     density: Scalar = 1050.0,
     **others: Scalar,
 ) -> ValveHeldActuator:
-    """The actuator that holds by its valve, within `band` in m around `position`. `others` go to `ehs_maxon`.
+    """The actuator that is held by a valve, within `band` in m around `position`. `others` are keywords of `ehs_maxon`.
 
-    The chamber between pump and valve holds the same liquid as the line, with the same losses of compression.
+    The chamber between pump and valve contains the same liquid as the line, with the same compression losses.
     """
     base = ehs_maxon(**others)
     stiffness = bulk_modulus / chamber_volume

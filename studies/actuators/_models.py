@@ -30,10 +30,10 @@ from ._stops import RodStops, ShaftStops
 
 
 class ClutchActuator(Component, partial=True):
-    """What all actuators share: a motor on a supply at one end, and at the other a line that opens the clutch.
+    """Base class of all actuators: a motor on a supply at one end, and a line that opens the clutch at the other.
 
-    The clutch opens as `slave.rod.s` grows. `piston` is all that moves with the slave's rod, `seal` its friction. The
-    ends of the slave's stroke and the pressure drop of the pipe to it are left out unless they are given.
+    The clutch opens as `slave.rod.s` grows. `piston` is the mass that moves with the slave rod, and `seal` its
+    friction. The end stops of the slave and the pressure drop of the pipe are optional.
     """
 
     supply: ConstantVoltage | SignalVoltage
@@ -44,7 +44,7 @@ class ClutchActuator(Component, partial=True):
     seal: ViscousFriction
     clutch: ClutchSpring | TabulatedSpring
     pipe: LaminarResistance | None = None  # between line and slave cylinder
-    stops: RodStops | None = None  # ends of the slave's stroke
+    stops: RodStops | None = None  # end stops of the slave
     ground: Ground = Ground()
 
     def connections(self) -> Connections:
@@ -63,24 +63,25 @@ class ClutchActuator(Component, partial=True):
 
 
 def spring_rate(model: ClutchActuator) -> Scalar:
-    """The rate in N/m of a clutch with a linear spring; ValueError for a sampled characteristic."""
+    """The rate in N/m of a linear clutch spring; raises ValueError for a sampled characteristic."""
     if isinstance(model.clutch, TabulatedSpring):
         raise ValueError("clutch: the rate of a TabulatedSpring depends on its travel; give a ClutchSpring(rate=...)")
     return model.clutch.rate
 
 
 class CamActuator(ClutchActuator, partial=True):
-    """Motor, planetary gearhead, cam and master cylinder, and what all actuators share.
+    """Base class of actuators with a planetary gearhead, a cam and a master cylinder.
 
-    The gearhead is a stage whose ring the housing holds, or a train with a housing of its own. The stops of the cam are
-    left out unless they are given: without them a motor that stays on turns the cam past its highest point.
+    The gearhead is a stage whose ring is fixed to the housing, or a train with its own housing. The stops of the cam
+    are optional. Without them, a motor that stays on turns the cam past its highest point.
     """
 
     gearbox: PlanetaryGearbox | PlanetaryTrain
     cam: Cam
     master: MasterCylinder
     cam_stops: ShaftStops | None = None
-    housing: Fixed | None = Fixed()  # none with a train
+    housing: Fixed | None = Fixed()  # None with a train
+
     friction: SmoothStribeckFriction | None = None  # dry friction on the motor's shaft
 
     def connections(self) -> Connections:
@@ -107,7 +108,7 @@ class CamActuator(ClutchActuator, partial=True):
 
 
 class ElectromechanicalActuator(CamActuator):
-    """Motor, planetary gearbox with its ring held, cam, master cylinder, line, slave cylinder, clutch."""
+    """Motor, planetary gearbox with fixed ring, cam, master cylinder, line, slave cylinder, clutch."""
 
     supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
 
@@ -131,9 +132,9 @@ class WormActuator(ClutchActuator):
 
 
 class PumpActuator(ClutchActuator, partial=True):
-    """Motor, fixed-displacement pump from a tank, and what all actuators share.
+    """Base class of actuators with a fixed-displacement pump and a tank.
 
-    The relief valve is left out unless it is given: without it a motor that stays on presses until it stalls.
+    The relief valve is optional. Without it, a motor that stays on builds up pressure until it stalls.
     """
 
     pump: Pump
@@ -152,7 +153,7 @@ class PumpActuator(ClutchActuator, partial=True):
 
 
 class PumpParts(TypedDict):
-    """The parts that actuators with a pump differ by in numbers only."""
+    """The parts that all actuators with a pump have in common."""
 
     motor: DCMotor
     pump: Pump
@@ -164,7 +165,7 @@ class PumpParts(TypedDict):
 
 
 def pump_parts(actuator: PumpActuator) -> PumpParts:
-    """The parts of an actuator with a pump, for another one with the same numbers."""
+    """The common parts of an actuator with a pump, to build another one with the same parameters."""
     return PumpParts(
         motor=actuator.motor,
         pump=actuator.pump,
@@ -186,10 +187,10 @@ class ElectrohydraulicActuator(PumpActuator):
 
 
 class StickingActuator(PumpActuator):
-    """The electrohydraulic actuator with what can keep it from moving at once.
+    """The electrohydraulic actuator with effects that delay its motion.
 
-    That is a supply that takes time to rise or comes late, dry friction on the shaft, which sticks (`StribeckFriction`,
-    by events) or creeps (`SmoothStribeckFriction`, smoothed), and a pocket in the line that has to be filled first.
+    These are a supply that rises slowly or late, dry friction on the shaft, which sticks (`StribeckFriction`, with
+    events) or creeps (`SmoothStribeckFriction`, smoothed), and a pocket in the line that must be filled first.
     """
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]

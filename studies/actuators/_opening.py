@@ -1,4 +1,4 @@
-"""How long an actuator takes to open the clutch."""
+"""Opening time of an actuator."""
 
 from typing import Any
 
@@ -7,8 +7,8 @@ from acausal import Scalar, Solution, simulate
 from ._models import ClutchActuator
 
 STROKE = 12e-3  # m, travel of the slave at which the clutch is open
-WORN_LOAD = 800.0  # N at the slave with the clutch open, with limited wear, as the thesis states it
-LONGEST = 5.0  # s, given up after this time: the slowest design that opens is the present one, in 0.4 s
+WORN_LOAD = 800.0  # N, load at the slave of the open clutch with limited wear, stated in the thesis
+LONGEST = 5.0  # s, limit of a run; the slowest design that opens is the present one, in 0.4 s
 
 
 def opening(
@@ -21,10 +21,10 @@ def opening(
     throw: bool = False,
     **options: Any,
 ) -> Solution:
-    """The run from rest until the slave has travelled `stroke` in m, of `t_max` in s at most.
+    """Simulates from rest until the slave has travelled `stroke` in m, or until `t_max` in s.
 
-    Nothing is raised for a design that does not get there: `t1` of the solution is infinite and `result` says why;
-    unless `throw` asks for it. Other `options` are those of `simulate`.
+    If the clutch does not open, `t1` of the solution is infinite and `result` states the reason; `throw=True` raises
+    an error instead. Other `options` are those of `simulate`.
     """
     return simulate(model, t_max, until=lambda s: s.slave.rod.s - stroke, save=save, rtol=rtol, throw=throw, **options)
 
@@ -32,9 +32,9 @@ def opening(
 def opening_time(
     model: ClutchActuator, *, stroke: Scalar = STROKE, rtol: Scalar = 1e-9, t_max: Scalar = LONGEST
 ) -> Scalar:
-    """The time in s after which the slave has travelled `stroke` in m; infinite if that takes more than `t_max` in s.
+    """The time in s after which the slave has travelled `stroke` in m; infinite if it exceeds `t_max` in s.
 
-    Differentiable in both modes, and goes under `jit` and `vmap`. An infinite time has a derivative of zero; the
-    reason for it is `opening(model).result`.
+    Differentiable in both modes, and works under `jit` and `vmap`. An infinite time has a zero derivative;
+    `opening(model).result` states its reason.
     """
     return opening(model, stroke=stroke, rtol=rtol, t_max=t_max, save="end").t1

@@ -1,4 +1,4 @@
-"""The best ratio, displacement or other sizes of an actuator within limits, with a certificate."""
+"""Optimal ratio, displacement or other sizes of an actuator within limits, with a certificate."""
 
 import functools as ft
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,7 @@ PEAKS: Mapping[str, Peak] = MappingProxyType(
         "gear torque": lambda s: s.cam.shaft.tau,
     }
 )
-# Results of a run by name, with the unit to show them in. Those of the hold leave friction and gear losses out.
+# Results of a run by name, with their display units. Results of the hold neglect friction and gear losses.
 RESULTS: Mapping[str, tuple[Read, str]] = MappingProxyType(
     {
         "opening time": (lambda s: s.t1, "ms"),
@@ -41,7 +41,7 @@ RESULTS: Mapping[str, tuple[Read, str]] = MappingProxyType(
         "lift for a worn clutch": (lambda s: lift_share(s.final, WORN), "1"),
     }
 )
-LATEST = 1.0  # s, given up after this time
+LATEST = 1.0  # s, limit of a run
 
 
 def optimum(
@@ -54,23 +54,23 @@ def optimum(
     rtol: float = 1e-9,
     **options: Any,
 ) -> Design[Any]:
-    """The sizes of an actuator that minimise one of `RESULTS` while others keep their limits.
+    """Minimises one of `RESULTS` over sizes of an actuator, subject to limits on others.
 
         optimum(electromechanical("FISE", 12.0), limits={"peak current": "<= 70 A", "holding current": "<= 20 A"})
 
-    - `free`: bounds by path; unless it is given, the ratio of the gearhead or the displacement of the pump, from a
-      fifth to five times what it is.
-    - `minimise`: a name of `RESULTS`; `limits`: limits of others, as text.
-    - `temperatures`: in C. Limits are kept at each of them; minimised is the result at the first one. The parameters of
-      the model are those at 25 C, as are those of data sheets.
+    - `free`: bounds by path. The default is the ratio of the gearhead or the displacement of the pump, from a fifth of
+      to five times its value.
+    - `minimise`: a name in `RESULTS`; `limits`: limits of others, as strings.
+    - `temperatures`: in C. The limits hold at each of them; the objective is the result at the first one. The
+      parameters of the model are those at 25 C, like those of data sheets.
 
-    Other `options` are those of `acausal.design.optimise`. Raises `ArgumentError` for an unknown name and for a gear
-    train, whose ratio is that of several stages.
+    Other `options` are those of `acausal.design.optimise`. Raises `ArgumentError` for an unknown name, and for a gear
+    train without `free`, because its ratio is divided among several stages.
     """
     limits = dict(limits or {})
     for name in (minimise, *limits):
         if name not in RESULTS:
-            raise ArgumentError(f"optimum knows no result {name!r}. It has {', '.join(RESULTS)}.")
+            raise ArgumentError(f"optimum has no result {name!r}. The results are {', '.join(RESULTS)}.")
     wanted = {name: PEAKS[name] for name in (minimise, *limits) if name in PEAKS}
     run = ft.partial(_runs, wanted=wanted, temperatures=tuple(temperatures) or (SHEETS - 273.15,), rtol=rtol)
     read, unit = RESULTS[minimise]
@@ -110,7 +110,7 @@ def _free(model: ClutchActuator) -> dict[str, tuple[float, float]]:
         size, path, least = model.gearbox.ratio, "gearbox.ratio", 1.05
     else:
         raise ArgumentError(
-            f"optimum does not know which size of {type(model).__name__} is free. Give `free`, bounds by path; for the "
-            "ratio of a gear train take a single ratio as the gearhead."
+            f"optimum has no default for the free sizes of {type(model).__name__}. Give `free`, bounds by path. To "
+            "optimise the ratio of a gear train, use a single ratio as the gearhead."
         )
     return {path: (max(0.2 * float(size), least), 5.0 * float(size))}

@@ -1,4 +1,4 @@
-"""Actuators of one's own parts: from order names, data sheets, components or bare numbers."""
+"""Actuators from the user's parts: order names, data sheets, components or numbers."""
 
 import math
 from typing import Any
@@ -18,12 +18,12 @@ from ._stops import RodStops, ShaftStops
 from ._warm import SHEETS
 
 LEADS = 0.1  # ohm, between battery and motor; assumed
-MESH = 0.97  # efficiency of the meshes of a planetary stage: 3 % are lost (Meloni, chapter 6)
-SLIP = 5e-9  # C_s of Wilson, within his usual range; the thesis has none
-HIGHEST = 4e6  # Pa, at which the relief valve opens: 33.4 bar for the 800 N of a worn clutch, and a reserve
-STOPS = (-0.5e-3, 15e-3)  # m, ends of the slave's stroke; assumed
-CAM_STOPS = (-0.1, 0.95 * math.pi)  # rad, just below the lowest and the highest point of the cam; assumed
-PIPE = (4e-3, 1.0)  # m, inner diameter and length of a usual steel pipe for brakes and clutches; assumed
+MESH = 0.97  # efficiency of the meshes of a planetary stage (Meloni, chapter 6)
+SLIP = 5e-9  # Wilson's slip coefficient C_s, a typical value; the thesis has none
+HIGHEST = 4e6  # Pa, opening pressure of the relief valve: 33.4 bar for the 800 N of a worn clutch, and a reserve
+STOPS = (-0.5e-3, 15e-3)  # m, end stops of the slave; assumed
+CAM_STOPS = (-0.1, 0.95 * math.pi)  # rad, just before the lowest and the highest point of the cam; assumed
+PIPE = (4e-3, 1.0)  # m, inner diameter and length of a typical steel pipe for brakes and clutches; assumed
 _CAM = ema_fise().cam
 
 
@@ -41,17 +41,17 @@ def electromechanical(
     pipe: tuple[Scalar, Scalar] | None = PIPE,
     stops: bool = True,
 ) -> ElectromechanicalActuator:
-    """Motor, gearhead, cam, master cylinder, line, slave cylinder and clutch: an EMA of one's own parts.
+    """An electromechanical actuator: motor, gearhead, cam, master cylinder, line, slave cylinder and clutch.
 
-    - `motor`: an order name of the catalogue, a data sheet, or a `DCMotor`, which is taken as it is, without `leads`
-      and `friction`.
-    - `gearhead`: an order name, a data sheet, a planetary stage or train, or a ratio: a stage that loses 3 % in its
-      meshes.
-    - `clutch`: a spring of the rig's 58 N/mm unless it is given; `cam`: that of the thesis.
-    - `friction`: of all that turns with the motor, viscous, in N.m.s/rad. Unless it is given, it is that of the motor's
-      no-load current alone; the thesis identified 4e-3 on two prototypes, some hundred times as much.
+    - `motor`: an order name of the catalogue, a data sheet, or a `DCMotor`. A `DCMotor` is used unchanged, without
+      `leads` and `friction`.
+    - `gearhead`: an order name, a data sheet, a planetary stage or train, or a ratio, which stands for a stage that
+      loses 3 % in its meshes.
+    - `clutch`: a spring, by default that of the test rig, 58 N/mm; `cam`: by default that of the thesis.
+    - `friction`: viscous friction in N.m.s/rad of all parts that turn with the motor. The default is the friction of
+      the no-load current of the motor. The thesis identified 4e-3 on two prototypes, about a hundred times as much.
     - `voltage` in V, `leads` in ohm, bores in m, `pipe`: inner diameter and length in m, None for no pressure drop.
-    - `stops`: whether cam and slave have ends of their ways.
+    - `stops`: whether cam and slave have end stops.
 
     Line, piston and seal are those of the thesis.
     """
@@ -82,13 +82,14 @@ def electrohydraulic(
     pipe: tuple[Scalar, Scalar] | None = PIPE,
     stops: bool = True,
 ) -> ElectrohydraulicActuator:
-    """Motor, pump from a tank, line, slave cylinder and clutch: an EHS of one's own parts.
+    """An electrohydraulic actuator: motor, pump with tank, line, slave cylinder and clutch.
 
-    - `pump`: an order name, a data sheet, a `Pump`, which is taken as it is, or a displacement in m3/rad, as in
-      `quantity(1.25, "cm3/rev")`. `slip` is Wilson's C_s: D C_s dp/mu goes back, with the viscosity of DOT 4 at 25 C.
-    - `relief`: the pressure in Pa at which the relief valve opens, None for none.
+    - `pump`: an order name, a data sheet, a `Pump`, which is used unchanged, or a displacement in m3/rad, as in
+      `quantity(1.25, "cm3/rev")`. `slip` is Wilson's C_s: the leakage is D C_s dp/mu with the viscosity mu of DOT 4 at
+      25 C.
+    - `relief`: the opening pressure of the relief valve in Pa, or None for no relief valve.
 
-    All else as for `electromechanical`. Sheets of pumps state neither slip, nor inertia, nor friction.
+    Other arguments are those of `electromechanical`. Pump data sheets state no slip, inertia or friction.
     """
     valve = None if relief is None else ReliefValve(conductance=2e-10, cracking_pressure=relief)
     return ElectrohydraulicActuator(
@@ -122,7 +123,7 @@ def _pump(given: str | DataSheet | Pump | Scalar, slip: Scalar) -> Pump:
 
 
 def _viscosity() -> Scalar:
-    """Of DOT 4, in Pa.s, at the temperature of data sheets."""
+    """Viscosity of DOT 4 in Pa.s at the temperature of data sheets."""
     liquid = dot_4(SHEETS)
     return liquid.reference_density * liquid.kinematic_viscosity(0.0)
 
@@ -133,7 +134,7 @@ def _load(
     pipe: tuple[Scalar, Scalar] | None,
     stops: bool,
 ) -> dict[str, Any]:
-    """What is behind pump or master cylinder."""
+    """The parts downstream of the pump or master cylinder."""
     if pipe is not None and len(pipe) != 2:
         raise ArgumentError(f"pipe must be an inner diameter and a length in m, or None, got {pipe!r}.")
     drop = None

@@ -17,14 +17,14 @@ REDUCED_SUPPLY = 9.45  # V, 70 % of it
 PRESENT_RATIO = 38.0  # motor turns per turn of the cam of the present actuator, (A.2)
 LARGEST_TORQUE = 12.0 / PRESENT_RATIO  # N.m, of the FISE motor: 12 N.m behind its worm, Table 6.2
 
-# N.m.s/rad, of the EHS when its motor turns the pump from tank to tank, chapter 8. With it in place of the 4e-3 of
-# Table 8.3, the EHS has its no-load set: that is the second column wherever both are told.
+# N.m.s/rad, friction of the EHS when its motor turns the pump from tank to tank, chapter 8. In place of the 4e-3 of
+# Table 8.3, it gives the no-load set of the EHS, the second column of tables with both sets.
 NO_LOAD_FRICTION = 8e-4
 
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """A parameter of the set: its values by the name of the design, in `unit`, and where they come from."""
+    """A parameter of the set: its values in `unit` by the name of the design, and their source."""
 
     keyword: str
     name: str
@@ -33,7 +33,7 @@ class Parameter:
     source: str
 
 
-# By keyword: name, unit, and source of its values.
+# Description, unit, and source of the values, by keyword.
 SOURCES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
     {
         "voltage": (
@@ -87,7 +87,7 @@ SOURCES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
 
 
 def parameter_set(designs: Mapping[str, Callable[..., Any]]) -> list[Parameter]:
-    """The parameters of designs, each a function with keywords in SI units; those without a value are left out."""
+    """The parameters of designs, which are functions with keywords in SI units; omits keywords without a value."""
     defaults = {name: inspect.signature(build).parameters for name, build in designs.items()}
     return [
         Parameter(

@@ -1,4 +1,4 @@
-"""The open clutch at rest, without friction and gear losses: what holds it, and what that asks of a cam."""
+"""Statics of the open clutch, without friction and gear losses: the hold, and the requirements on a cam."""
 
 import dataclasses
 import functools as ft
@@ -15,33 +15,33 @@ from ._opening import STROKE
 from ._parameters import SUPPLY
 
 M = TypeVar("M", bound=ClutchActuator)
-WORN = 1.08 * STROKE  # m, of the slave with a worn clutch
-RESERVE = 1.01  # of the cam's lift
+WORN = 1.08 * STROKE  # m, stroke of the slave with a worn clutch
+RESERVE = 1.01  # reserve factor of the cam lift
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Hold:
-    """An actuator that stands still against its clutch spring."""
+    """Static equilibrium of an actuator against its clutch spring."""
 
     stroke: Scalar  # m, of the slave
     pressure: Scalar  # Pa
-    compression: Scalar  # m3, by which the liquid is compressed
+    compression: Scalar  # m3, compression of the liquid
     angle: Scalar  # rad, of the motor
-    torque: Scalar  # N.m, of the load at the motor's shaft, without friction
+    torque: Scalar  # N.m, load at the motor shaft, without friction
     current: Scalar  # A, of the motor
     power: Scalar  # W, into the motor
 
     def battery_current(self, voltage: Scalar = SUPPLY) -> Scalar:
-        """The current in A of a battery of a voltage in V, behind a lossless converter."""
+        """The battery current in A at a battery voltage in V, with a lossless converter."""
         return self.power / voltage
 
 
 def hold(model: ClutchActuator, stroke: Scalar = STROKE) -> Hold:
-    """The equilibrium at a stroke in m, by virtual work: the motor's torque per angle is the pressure times the volume.
+    """The equilibrium at a stroke in m, by virtual work: the motor torque is the pressure times dvolume/dangle.
 
-    At rest the motor takes the power R i^2. The present actuator is held by its worm, without current (section 6.1 of
-    the thesis). Where the cam's torque falls with its angle the equilibrium is unstable.
+    At rest, the motor takes the power R i^2. The present actuator is held by its worm, without current (section 6.1 of
+    the thesis). The equilibrium is unstable if the torque of the cam decreases with its angle.
     """
     pressure = line_pressure(model, stroke)
     compression = pressure / model.line.stiffness
@@ -52,7 +52,7 @@ def hold(model: ClutchActuator, stroke: Scalar = STROKE) -> Hold:
 
 
 def at_rest(model: M, rest: Hold) -> M:
-    """The model with the start values of a hold."""
+    """The model with start values of the static equilibrium."""
     starts = {"slave.rod.s": rest.stroke, "line.V": rest.compression, "motor.shaft.phi": rest.angle}
     if not isinstance(model, PumpActuator):
         assert isinstance(model, ElectromechanicalActuator | WormActuator)
@@ -61,12 +61,12 @@ def at_rest(model: M, rest: Hold) -> M:
 
 
 def line_pressure(model: ClutchActuator, stroke: Scalar = STROKE) -> Scalar:
-    """In Pa, with the slave at a stroke in m."""
+    """The line pressure in Pa with the slave at a stroke in m."""
     return model.clutch.force(stroke) / model.slave.area
 
 
 def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
-    """The volume in m3 that has left pump or master cylinder when the motor has turned by `angle` in rad."""
+    """The volume in m3 that the pump or master cylinder displaces over the motor angle `angle` in rad."""
     if isinstance(model, PumpActuator):
         return model.pump.displacement * angle
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
@@ -74,7 +74,7 @@ def delivered(model: ClutchActuator, angle: Scalar) -> Scalar:
 
 
 def angle_at(model: ClutchActuator, volume: Scalar) -> Scalar:
-    """The angle in rad by which the motor has turned when a volume in m3 has left pump or master cylinder."""
+    """The motor angle in rad for a volume in m3 displaced by the pump or master cylinder; inverse of `delivered`."""
     if isinstance(model, PumpActuator):
         return volume / model.pump.displacement
     assert isinstance(model, ElectromechanicalActuator | WormActuator)
@@ -89,17 +89,17 @@ def angle_at(model: ClutchActuator, volume: Scalar) -> Scalar:
 
 
 def holding_current(model: ClutchActuator) -> Scalar:
-    """In A, of the motor with the clutch open."""
+    """The motor current in A with the clutch open."""
     return hold(model).current
 
 
 def lift_share(model: Any, stroke: Scalar) -> Scalar:
-    """The share of the cam's lift that a stroke in m needs."""
+    """The required lift for a stroke in m, relative to the lift of the cam."""
     rest = hold(model, stroke)
     lift = (model.slave.area * stroke + rest.compression) / model.master.area
     return RESERVE * lift / (2.0 * model.cam.profile.eccentricity)
 
 
 def pressure_angle(model: Any) -> Scalar:
-    """The largest one of the cam, in rad."""
+    """The largest pressure angle of the cam, in rad."""
     return jnp.arcsin(model.cam.profile.eccentricity / model.cam.profile.radius)

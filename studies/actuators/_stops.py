@@ -1,4 +1,4 @@
-"""Elastic ends of the way of a rod and of the turn of a shaft."""
+"""Elastic end stops of a rod and of a shaft."""
 
 from typing import Self
 
@@ -9,9 +9,10 @@ from components import rotational, translational
 
 
 def _pressed(x: Scalar, width: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """Indentation of a stop by a way x beyond it, the integral of this, and its slope, from 0 to 1 over a width.
+    """Smoothed indentation of a stop at a distance x beyond it, its integral over x, and its slope.
 
-    x^2/(2 width) up to the width, and x - width/2 beyond: force and slope are continuous, and zero without contact.
+    The indentation is x^2/(2 width) up to the width, and x - width/2 beyond. Force and slope are continuous, and zero
+    without contact.
     """
     inside, beyond = jnp.clip(x, 0.0, width), jnp.maximum(x - width, 0.0)
     indentation = 0.5 * inside**2 / width + beyond
@@ -22,8 +23,9 @@ def _pressed(x: Scalar, width: Scalar) -> tuple[Scalar, Scalar, Scalar]:
 class RodStops(translational.ToGround):
     """Elastic stops that push a rod back into s_min <= s <= s_max, f = c (x_max - x_min) + d slope v.
 
-    x is the indentation of a stop, which grows with the way s beyond it, over a width w from s^2/(2 w) to s - w/2. The
-    damping grows along with it, and vanishes without contact: it takes energy, but may hold the rod as it leaves.
+    x is the smoothed indentation of a stop at a distance s beyond it: s^2/(2 w) up to the width w, and s - w/2 beyond.
+    The damping grows with the indentation and vanishes without contact. It dissipates energy, and may pull at the rod
+    as it leaves the stop.
     """
 
     s_min: Param[Scalar, "m"]
@@ -50,7 +52,7 @@ class RodStops(translational.ToGround):
 
 
 class ShaftStops(rotational.ToGround):
-    """Elastic stops that push a shaft back into phi_min <= phi <= phi_max; the law is that of `RodStops`."""
+    """Elastic stops that push a shaft back into phi_min <= phi <= phi_max, with the law of `RodStops`."""
 
     phi_min: Param[Scalar, "rad"]
     phi_max: Param[Scalar, "rad"]

@@ -1,4 +1,4 @@
-"""The use of an actuator: to close the clutch, and what its energy goes into."""
+"""Closing of the clutch, and the energies of opening and holding."""
 
 import dataclasses
 from typing import Any
@@ -9,7 +9,7 @@ from ._models import ClutchActuator
 from ._opening import LONGEST, STROKE, opening
 from ._statics import at_rest, hold
 
-CLOSED = 0.05 * STROKE  # m, below which the clutch counts as closed
+CLOSED = 0.05 * STROKE  # m, stroke below which the clutch is considered closed
 
 
 def closing(
@@ -24,11 +24,11 @@ def closing(
     throw: bool = False,
     **options: Any,
 ) -> Solution:
-    """The run from the clutch held open at `stroke` in m until it has come back to `closed` in m.
+    """Simulates the closing from the clutch held open at `stroke` in m until it has returned to `closed` in m.
 
-    The supply has a `voltage` in V: 0 short-circuits the motor, which brakes; a negative one drives it back. An open
-    circuit is that of a large resistance, `replace(model, {"motor.resistor.R": 1e6})`. Nothing is raised for an
-    actuator that stays open, as for `opening`; other `options` are those of `simulate`.
+    A supply `voltage` of 0 V short-circuits the motor, which brakes it; a negative voltage drives it back. A large
+    resistance models an open circuit: `replace(model, {"motor.resistor.R": 1e6})`. If the clutch stays open, `t1` is
+    infinite, as for `opening`. Other `options` are those of `simulate`.
     """
     start = replace(at_rest(model, hold(model, stroke)), {"supply.V": voltage})
     return simulate(
@@ -41,27 +41,27 @@ def closing(
 class Energies:
     """The energies of an opening and of the hold after it, in J."""
 
-    battery: Scalar  # given while it opens
-    winding: Scalar  # of that, turned into heat by the winding and its leads
-    clutch: Scalar  # and stored in the clutch spring
-    holding: Scalar  # given during the hold, by the motor alone
+    battery: Scalar  # supplied by the battery during the opening
+    winding: Scalar  # dissipated in the winding and its leads during the opening
+    clutch: Scalar  # stored in the clutch spring
+    holding: Scalar  # supplied by the battery during the hold by the motor alone
 
     @property
     def efficiency(self) -> Scalar:
-        """Work on the clutch over energy of the battery, of the opening."""
+        """Energy stored in the clutch over energy of the battery, for the opening."""
         return self.clutch / self.battery
 
 
 def energy(model: ClutchActuator, *, hold_time: Scalar = 10.0, rtol: Scalar = 1e-9) -> Energies:
     """The energies of an opening at full voltage and of a hold of `hold_time` in s.
 
-    The hold is that of the motor behind a lossless converter; friction and gear losses, which help it, are left out.
+    The motor holds through a lossless converter. Friction and gear losses, which would help it, are neglected.
     """
     return energies_of(opening(model, save="end", rtol=rtol, throw=True, integrals=powers), hold_time)
 
 
 def powers(s: Any) -> dict[str, Scalar]:
-    """In W, of battery, winding and clutch."""
+    """Powers in W of battery, winding and clutch."""
     return {
         "battery": -s.supply.v * s.supply.i, "winding": s.motor.resistor.v * s.motor.resistor.i,
         "clutch": s.clutch.flange.f * s.piston.v,

@@ -1,4 +1,4 @@
-"""Actuators designed for the least opening time within limits, each optimum with its certificate."""
+"""Actuators optimised for the shortest opening time within limits, each with a certificate."""
 
 from ._main import Row as Row
 from ._main import main as main

@@ -11,18 +11,19 @@ from .._output import finished, prices_of, print_table, progress, require_matplo
 from .._report import Table, write_report
 from ._problems import PROBLEMS
 
-ABOUT = """Actuators of a clutch, each with the values of some parameters that open it soonest while limits are kept.
+ABOUT = """Parameters of clutch actuators that minimise the opening time within limits.
 
-For each: the design, the margins of its limits, what each active limit costs, and what else the optimum depends on.
+Each certificate shows the design, the margins of its limits, the multipliers of the active limits, and the
+sensitivities to the fixed parameters.
 """
 HEADS = (
-    "problem", "starts", "opening time [ms]", "status", "KKT residual", "active, one unit more buys", "simulations",
+    "problem", "starts", "opening time [ms]", "status", "KKT residual", "active limits and multipliers", "simulations",
 )  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """Where one start of a problem has led; numbers in SI units, multipliers in s per unit of the limit."""
+    """The result of one start of a problem, in SI units; multipliers in s per unit of the limit."""
 
     problem: str
     start: Mapping[str, float]
@@ -39,7 +40,7 @@ class Row:
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> list[Row]:
     """Optimise, print each certificate, and write rows to the file `json` and a report to the folder `out`.
 
-    With `out`, the study goes on where it was interrupted.
+    With `out`, an interrupted study can be resumed.
     """
     if out is not None:
         require_matplotlib()
@@ -78,7 +79,7 @@ def _cells(designs: Mapping[str, Design]) -> Iterable[tuple[str, ...]]:
 def _report(designs: Mapping[str, Design], out: Path, rtol: float) -> None:
     from ._plot import plot_opening
 
-    """Pictures of all problems, and one page with them and the certificates."""
+    """Writes the pictures of all problems, and one page with them and the certificates."""
     problems = {problem.name: problem for problem in PROBLEMS}
     pictures = {name: plot_opening(problems[name], design, rtol) for name, design in designs.items()}
     for number, figure in enumerate(pictures.values(), start=1):

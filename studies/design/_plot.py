@@ -1,4 +1,4 @@
-"""The picture of a design: how it opens the clutch, beside the actuator that it was found from."""
+"""Plot of the opening with a design, compared with the start of the search."""
 
 from typing import Any
 
@@ -15,11 +15,11 @@ SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3, ""),
     ("motor.p.i", "motor current [A]", 1.0, "peak current"),
     ("line.p", "line pressure [bar]", 1e-5, "line pressure"),
-)  # path, what it is, scale, and the limit of its largest value
+)  # path, label, scale, and the limit of the peak value
 
 
 def plot_opening(problem: Problem, design: Design[Any], rtol: float) -> Figure:
-    """Stroke, current and pressure over time, before and after, with their limits."""
+    """Plots stroke, current and pressure over time, before and after, with their limits."""
     figure = Figure(figsize=(11.0, 3.6), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(SIGNALS))))
     runs = {"before": (problem.model, "0.5", "--"), "as designed": (design.model, "#0072b2", "-")}

@@ -1,4 +1,4 @@
-"""The designs that are optimised: free parameters, limits and starts."""
+"""The optimisation problems: free parameters, limits and starts."""
 
 import dataclasses
 import functools as ft
@@ -31,7 +31,7 @@ RE50 = catalogue("motors")["370354"]
 
 @dataclasses.dataclass(frozen=True)
 class Problem:
-    """The least opening time of an actuator."""
+    """Minimisation of the opening time of an actuator."""
 
     name: str
     model: ClutchActuator
@@ -48,23 +48,23 @@ class Problem:
         )  # fmt: skip
 
     def opening(self, model: ClutchActuator, rtol: float) -> Solution:
-        """The run until the clutch is open; with the largest values on the way, where there are limits."""
+        """The run until the clutch is open, with peak values if there are limits."""
         return opening(model, save="end", rtol=rtol, throw=True, peaks=largest if self.limits else None)
 
 
 def largest(s: Any) -> dict[str, Scalar]:
-    """Of which the largest values are limited."""
+    """The quantities whose peak values have limits."""
     return {"current": s.motor.p.i, "pressure": s.line.p, "speed": s.motor.rotor.w}
 
 
 def winding_rise(model: Any) -> Scalar:
-    """By how much the winding in K gets warmer than the housing while the clutch is held open for `HOLD`."""
+    """Temperature rise in K of the winding above the housing after a hold of `HOLD`."""
     power = model.motor.resistor.R * holding_current(model) ** 2
     return RE50["winding_to_housing"] * power * (1.0 - jnp.exp(-HOLD / RE50["winding_time_constant"]))
 
 
 def _limits(**changes: str) -> dict[str, Any]:
-    """Limits of the electromechanical actuator, by name."""
+    """The limits of the electromechanical actuator by name."""
     functions: dict[str, Callable[[Any], Any]] = {
         "peak current": lambda s: s.peaks["current"].value,
         "holding current": lambda s: holding_current(s.final),
@@ -79,7 +79,7 @@ def _limits(**changes: str) -> dict[str, Any]:
 
 
 def _by_factor(path: str, value: float) -> list[dict[str, float]]:
-    """Starts at a third of a value and at three times it."""
+    """Starts at a third of a value and at three times the value."""
     return [{path: value / 3.0}, {path: value * 3.0}]
 
 
@@ -107,7 +107,7 @@ PROBLEMS = (
         _limits(**_OTHERS, holding_current="<= 12 A"),
     ),
     Problem(
-        "EMA, RE50: less current to hold", _BEGIN, {**_FOUR, "master.bore": ("10 mm", "14 mm")},
+        "EMA, RE50: lower holding current", _BEGIN, {**_FOUR, "master.bore": ("10 mm", "14 mm")},
         _limits(**_OTHERS, holding_current="<= 11 A"),
     ),
     Problem(

@@ -1,8 +1,9 @@
-"""The clutch is held open for a minute, by the motor or by a valve: what it takes from the battery, and what matters.
+"""Battery energy to hold the clutch open for a minute, by the motor or by a valve, and its sensitivities.
 
-(a) The motor alone, with a PI controller; (b) a normally open valve that its coil shuts, the motor being off while the
-liquid leaks past the seals, until a two-point controller tops up. Actuator and valve are those of Meloni's thesis
-(Torino, 2012); leakage, chamber and closing time of the valve are assumed, see `studies.actuators`.
+(a) The motor holds alone, with a PI controller. (b) A normally open valve, closed by its coil, holds while the motor is
+off. Liquid leaks past the seals until a two-point controller runs the motor again (a top-up). Actuator and valve are
+those of Meloni's thesis (Torino, 2012). Leakage, chamber and closing time of the valve are assumed, see
+`studies.actuators`.
 """
 
 from ._failures import Failure as Failure

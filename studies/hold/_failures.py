@@ -1,6 +1,6 @@
-"""What the clutch does when the coil of the holding valve is lost, or the battery.
+"""Loss of the coil of the holding valve, or of the battery.
 
-The valve is normally open: without current in its coil the clutch spring presses the liquid back through the pump.
+The valve is normally open: without current in its coil, the clutch spring presses the liquid back through the pump.
 """
 
 import dataclasses
@@ -15,13 +15,13 @@ from acausal import Scalar, Solution, replace, simulate
 from ..actuators import CLOSED, at_rest, hold, valve_held
 
 WATCHED = 1.0  # s, after the failure
-OPEN_FOR_EVER = MappingProxyType({"travel.T": 1e9, "travel.x": 1.0})  # the valve, whatever its controller asks
-# By case: what is different from the actuator that holds.
+OPEN_FOR_EVER = MappingProxyType({"travel.T": 1e9, "travel.x": 1.0})  # the valve stays open
+# Changes of the held actuator by case.
 FAILURES: Mapping[str, Mapping[str, Scalar]] = MappingProxyType(
     {
         "coil lost, motor switched off": {"drive.k": 0.0},  # short-circuited, which brakes it
         "battery lost": {"motor.resistor.R": 1e6},  # an open circuit
-        "coil lost, controller goes on": {},
+        "coil lost, controller active": {},
     }
 )
 FAILURE_HEADS = ("failure of the held EHS", "closed after [ms]", "lowest [mm]", "power of the motor, mean [W]")
@@ -29,7 +29,7 @@ FAILURE_HEADS = ("failure of the held EHS", "closed after [ms]", "lowest [mm]", 
 
 @dataclasses.dataclass(frozen=True)
 class Failure:
-    """What follows a failure within `WATCHED`, in SI units; `closed` is None where the clutch stays open."""
+    """Results of a failure within `WATCHED`, in SI units; `closed` is None if the clutch stays open."""
 
     case: str
     closed: float | None
@@ -38,19 +38,19 @@ class Failure:
 
 
 def run_failure(case: str, rtol: Scalar = 1e-9) -> Solution:
-    """From the clutch held open, with the valve open from then on, for `WATCHED`."""
+    """Simulates `WATCHED` seconds from the clutch held open, with the valve open from then on."""
     model = valve_held()
     failed = replace(at_rest(model, hold(model)), {**OPEN_FOR_EVER, **FAILURES[case], "controller.is_on": 0.0})
     return simulate(failed, WATCHED, rtol=rtol, integrals=_power, max_events=512, max_steps=50_000)
 
 
 def failures(rtol: Scalar = 1e-9) -> list[Failure]:
-    """All of them."""
+    """The results of all failures."""
     return [_failure(case, run_failure(case, rtol)) for case in FAILURES]
 
 
 def failure_cells(found: Iterable[Failure]) -> list[tuple[str, ...]]:
-    """The table as texts."""
+    """The table cells as text."""
     return [
         (
             one.case, "stays open" if one.closed is None else f"{1e3 * one.closed:.1f}", f"{1e3 * one.lowest:.2f}",
@@ -71,5 +71,5 @@ def _failure(case: str, solution: Solution) -> Failure:
 
 
 def _power(s: Any) -> dict[str, Scalar]:
-    """From the battery, in W."""
+    """Battery power in W."""
     return {"motor": -s.supply.v * s.supply.i}

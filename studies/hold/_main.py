@@ -15,28 +15,28 @@ from ._runs import DESIGNS, DURATION, run, static_current, static_power, top_up_
 from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
 
 HEADS = (
-    "how it is held", "motor, held [A]", "battery, mean [A]", "power, mean [W]", "motor [J]", "coil [J]", "total [J]",
+    "method", "motor, held [A]", "battery, mean [A]", "power, mean [W]", "motor [J]", "coil [J]", "total [J]",
     "top-ups", "lowest [mm]", "highest [mm]",
 )  # fmt: skip
 SENSITIVITY_HEADS = ("parameter", *(f"energy, {ACTUATOR_NAMES[name]}" for name in DESIGNS), "time between top-ups")
 SWEEP_HEADS = ("leakage resistance [bar.s/cm3]", *(f"{ACTUATOR_NAMES[name]} [J]" for name in DESIGNS), "top-ups")
-ABOUT = """The clutch is held open for a minute, by the motor or by a valve, and what that takes from the battery.
+ABOUT = """Battery energy to hold the clutch open for a minute, by the motor or by a valve.
 
-The motor alone has a controller that keeps the stroke. A valve is shut by its coil; the motor is off while liquid leaks
-past the seals, until a two-point controller tops up. Elasticities are changes in per cent for one per cent more of a
-parameter. Leakage, chamber and closing time of the valve are assumed; the thesis has none.
+If the motor holds alone, a controller keeps the stroke. If a valve holds, it is closed by its coil, and the motor is
+off. Liquid leaks past the seals until a two-point controller runs the motor again (a top-up). Elasticities are changes
+in per cent for one per cent more of a parameter. Leakage, chamber and closing time of the valve are assumed; the thesis
+does not state them.
 
-The thesis names a magnetic brake that would hold the actuator with the FISE motor (section 7.1.1). Its power is
-assumed.
+The thesis mentions a magnetic brake to hold the actuator with the FISE motor (section 7.1.1). Its power is assumed.
 """
-BRAKE = 10.0  # W, of the coil of a brake of some tenths of N.m; assumed
+BRAKE = 10.0  # W, coil power of a brake of a few tenths of N.m; assumed
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
     """A hold of `DURATION` with the opening before it, in SI units; positions are those of the slave, once open.
 
-    `motor_current` is that at the end; battery current and power are means, behind a lossless converter.
+    `motor_current` is the final value. Battery current and power are means, with a lossless converter.
     """
 
     actuator: str
@@ -64,8 +64,8 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     tables = [
         (f"Clutch held open for {DURATION:g} s", HEADS, list(_cells(rows))),
         ("Elasticities", SENSITIVITY_HEADS, list(_sensitivity_cells(slopes))),
-        ("With other leaks", SWEEP_HEADS, list(_sweep_cells(leaks))),
-        ("Coil or battery lost while the valve holds", FAILURE_HEADS, failure_cells(lost)),
+        ("Other leakage resistances", SWEEP_HEADS, list(_sweep_cells(leaks))),
+        ("Loss of the coil or of the battery while the valve holds", FAILURE_HEADS, failure_cells(lost)),
     ]
     for table in tables:
         print_table(*table)
@@ -82,7 +82,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         parts = [
             *((title, Table(heads, cells), []) for title, heads, cells in tables),
             ("A magnetic brake", _brake(), []),
-            ("The hold in time", "", [pictures["hold"]]),
+            ("The hold over time", "", [pictures["hold"]]),
             ("Energy from the battery", "", [pictures["hold_energy"]]),
         ]
         write_report(out, "hold", "The clutch held open by motor or by valve", parts, ABOUT)
@@ -116,12 +116,12 @@ def _fise_rows() -> list[Row]:
 
 
 def _brake() -> str:
-    """The torque that a brake has to hold, in words."""
+    """A sentence with the torque that a brake must hold."""
     model = ema_fise()
     torque = float(hold(model).torque)
     return (
-        f"The brake of the FISE has to hold {torque:.3f} N.m on the motor's shaft, or "
-        f"{float(model.gearbox.ratio) * torque:.2f} N.m on that of the cam."
+        f"The brake of the FISE must hold {torque:.3f} N.m at the motor shaft, or "
+        f"{float(model.gearbox.ratio) * torque:.2f} N.m at the camshaft."
     )
 
 

@@ -18,12 +18,12 @@ SIGNALS = (
     ("motor.p.v", "motor voltage [V]", 1.0),
     ("motor.p.i", "motor current [A]", 1.0),
 )
-MEASURED = (18.0, 20.0)  # A, with which the motor held in the thesis
-BEFORE, AFTER = 5e-3, 20e-3  # s, of the zoom on a top-up
+MEASURED = (18.0, 20.0)  # A, holding current of the motor in the thesis
+BEFORE, AFTER = 5e-3, 20e-3  # s, window of the zoom on a top-up
 
 
 def plot_runs(runs: Mapping[str, Solution]) -> Figure:
-    """Stroke, pressure, voltage and current: over the hold, as the opening ends, and in the first top-up."""
+    """Plots stroke, pressure, voltage and current over the hold, at the end of the opening, and in the first top-up."""
     figure = Figure(figsize=(13.0, 10.0), layout="constrained")
     panels = np.asarray(figure.subplots(len(SIGNALS), 3, width_ratios=(2, 1, 1)))
     top_up = float(top_up_times(runs["valve_held"])[0])
@@ -55,7 +55,7 @@ def _draw(panel: Axes, actuator: str, x: np.ndarray, y: np.ndarray) -> None:
 
 
 def plot_energies(runs: Mapping[str, Solution], leaks: list[Leaking]) -> Figure:
-    """Energy from the battery over time, and after the whole hold over the leakage."""
+    """Plots the battery energy over time, and its final value over the leakage resistance."""
     figure = Figure(figsize=(12.0, 5.2), layout="constrained")
     over_time, over_leakage = np.ravel(np.asarray(figure.subplots(1, 2)))
     for actuator, run in runs.items():
@@ -76,7 +76,7 @@ def plot_energies(runs: Mapping[str, Solution], leaks: list[Leaking]) -> Figure:
 
 
 def _leakage(row: Leaking) -> float:
-    """In bar.s/cm3."""
+    """The leakage resistance in bar.s/cm3."""
     return displayed(row.leakage_resistance, "Pa.s/m3")[0]
 
 

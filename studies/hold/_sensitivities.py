@@ -1,4 +1,4 @@
-"""How the energy of a hold depends on the design: by derivatives, and over the leakage."""
+"""Sensitivities of the energy of a hold to the design, and a sweep over the leakage."""
 
 import dataclasses
 import inspect
@@ -24,7 +24,7 @@ OF_THE_VALVE: Mapping[str, float] = MappingProxyType(
 KEYWORDS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {"motor_held": COMMON, "valve_held": MappingProxyType({**COMMON, **OF_THE_VALVE})}
 )
-SWEEP_RTOL = 1e-7  # at least: the energies are then still right to 1e-8, and a strong leak takes many steps
+SWEEP_RTOL = 1e-7  # at least: sufficient for energies accurate to 1e-8, and strong leakage takes many steps
 LEAKAGES = tuple(np.geomspace(3e13, 3e15, 7).tolist())  # Pa.s/m3
 
 
@@ -32,8 +32,8 @@ LEAKAGES = tuple(np.geomspace(3e13, 3e15, 7).tolist())  # Pa.s/m3
 class Sensitivity:
     """Elasticities d ln(y) / d ln(parameter).
 
-    The number of top-ups is piecewise constant, so the derivative of the energy does not see how it changes; that of
-    the time between two of them does.
+    The number of top-ups is piecewise constant, so the derivative of the energy does not include its changes. The
+    derivative of the time between two top-ups shows them.
     """
 
     actuator: str
@@ -44,7 +44,7 @@ class Sensitivity:
 
 @dataclasses.dataclass(frozen=True)
 class Leaking:
-    """What a hold comes to with a leak of the given resistance in Pa.s/m3; energy in J."""
+    """Results of a hold with a leakage resistance in Pa.s/m3; energy in J."""
 
     actuator: str
     leakage_resistance: float
@@ -53,7 +53,7 @@ class Leaking:
 
 
 def sensitivities(actuator: str, rtol: float = 1e-9) -> list[Sensitivity]:
-    """Of the base case, to each keyword, in forward mode."""
+    """Elasticities of the base case with respect to each keyword, in forward mode."""
     base = KEYWORDS[actuator]
     found, slopes = evaluate(actuator, [{}] * len(base), list(base), rtol)
     return [
@@ -68,7 +68,7 @@ def sensitivities(actuator: str, rtol: float = 1e-9) -> list[Sensitivity]:
 
 
 def sweep(actuator: str, rtol: float = 1e-9) -> list[Leaking]:
-    """Holds with leaks of all kinds."""
+    """Holds over a range of leakage resistances."""
     changes = [{"leakage_resistance": value} for value in LEAKAGES]
     found, _ = evaluate(actuator, changes, ["leakage_resistance"] * len(changes), max(rtol, SWEEP_RTOL))
     return [Leaking(actuator, value, float(found.energy[i]), int(found.top_ups[i])) for i, value in enumerate(LEAKAGES)]
@@ -77,7 +77,7 @@ def sweep(actuator: str, rtol: float = 1e-9) -> list[Leaking]:
 def evaluate(
     actuator: str, changes: Sequence[Mapping[str, float]], names: Sequence[str], rtol: float
 ) -> tuple[Outcome, Outcome]:
-    """Outcomes with changed keywords, and their derivatives y' = dy / d ln(name)."""
+    """The outcomes with changed keywords, and their derivatives y' = dy / d ln(name)."""
     members = [{**KEYWORDS[actuator], **change} for change in changes]
     keywords = {key: jnp.asarray([member[key] for member in members]) for key in KEYWORDS[actuator]}
     directions = {

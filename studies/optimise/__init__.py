@@ -1,4 +1,4 @@
-"""Gear ratio and pump displacement of minimum opening time, by the derivative of that time."""
+"""Gear ratio and pump displacement of minimum opening time, from the derivative of the opening time."""
 
 from ._main import Row as Row
 from ._main import main as main

@@ -15,12 +15,12 @@ HEADS = (
     "actuator", "parameter", "unit", "start", "optimum", "time at start [ms]", "time at optimum [ms]",
     "gradient [ms per unit]", "simulations", "best of the sweep",
 )  # fmt: skip
-ABOUT = """Which gear ratio, and which displacement of the pump, opens the clutch soonest, all else as in the thesis.
+ABOUT = """Gear ratio and pump displacement that open the clutch soonest, with all other parameters as in the thesis.
 
-Found by the derivative of the opening time, and checked against a sweep.
+The search uses the derivative of the opening time. A sweep verifies each optimum.
 """
 SHOWN = (
-    "Diamonds are the thesis' prototypes as they were measured; the curves are of the model, which `validate` compares."
+    "Curves are computed with the model. Diamonds are the measured prototypes of the thesis; `validate` compares both."
 )
 
 
@@ -41,7 +41,7 @@ class Row:
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """The optimiser's path and the sweep that checks it."""
+    """The path of the optimiser and the sweep that verifies it."""
 
     problem: Problem
     path: list[Point]
@@ -61,16 +61,18 @@ class Outcome:
         return float(self.values[np.argmin(self.times)])
 
     def check(self) -> None:
-        """Raise unless the optimum is better than all of the sweep, and next to its best."""
+        """Raises an error unless the optimum is at least as good as the best point of the sweep, and next to it."""
         best = int(np.argmin(self.times))
         around = self.values[max(best - 1, 0)], self.values[min(best + 1, len(self.values) - 1)]
         last = self.path[-1]
         if not (around[0] <= last.x <= around[1] and last.value <= self.times[best] * (1.0 + 1e-6)):
-            raise AssertionError(f"The optimum {last} is not that of the sweep, {self.best_of_sweep}.")
+            raise AssertionError(
+                f"The optimum {last} disagrees with the best point of the sweep, {self.best_of_sweep}."
+            )
 
 
 def solve(problem: Problem, rtol: float = 1e-9, points: int = 64) -> Outcome:
-    """Optimise, and check the optimum against a sweep."""
+    """Optimise, and verify the optimum with a sweep."""
     outcome = Outcome(problem, problem.solve(rtol), *problem.sweep(points, rtol))
     outcome.check()
     return outcome
@@ -105,7 +107,7 @@ def _report(outcomes: list[Outcome], cells: list[tuple[str, ...]], out: Path) ->
 
 
 def _cells(outcomes: list[Outcome]) -> Iterable[tuple[str, ...]]:
-    """Texts, in display units."""
+    """Table cells, in display units."""
     for outcome in outcomes:
         scale, row = outcome.problem.scale, outcome.row
         yield (

@@ -1,16 +1,16 @@
-"""Minimum of a function of one positive number, from its slope, where the function may be infinite."""
+"""Minimisation over one positive variable with derivatives. The function may be infinite in places."""
 
 import dataclasses
 import math
 from collections.abc import Callable
 
-LONGEST_STEP = math.log(2.0)  # of log(x), while the minimum is not enclosed
-RETREATS = 6  # factors of two that are tried on either side of a start of infinite value
+LONGEST_STEP = math.log(2.0)  # of log(x), until the minimum is bracketed
+RETREATS = 6  # number of factors of two to try on either side of an infinite start
 
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """A place where the function was evaluated."""
+    """An evaluation of the function."""
 
     x: float
     value: float
@@ -31,19 +31,20 @@ class Point:
 
 
 class NoMinimumError(Exception):
-    """The search has not come to an end."""
+    """The search found no minimum."""
 
 
 def minimise(
     evaluate: Callable[[float], tuple[float, float]], start: float, *, tolerance: float = 1e-6, most: int = 60
 ) -> list[Point]:
-    """The path to a local minimum of f over x > 0; its last point is the minimum, to the relative `tolerance` in x.
+    """Returns the path to a local minimum of f over x > 0. Its last point is the minimum, to the relative `tolerance`.
 
-    `evaluate(x)` gives f and df/dx. The zero of df/dlog(x) is searched by secants between two bounds: the slope tells
-    on which side of a point the minimum is, and from a point of infinite f the search steps back.
+    `evaluate(x)` returns f and df/dx. A bracketed secant search finds the zero of df/dlog(x). The sign of the slope
+    updates the bracket, and the search steps back from points where f is infinite.
 
-    The line searches of scipy and optimistix do not start where f is infinite, take several evaluations a step and do
-    not enclose the minimum; a bracketing root finder has to be given an enclosure that is finite all through.
+    Library routines do not fit: the line searches of scipy and optimistix cannot start where f is infinite, need
+    several evaluations per step and do not bracket the minimum, and bracketing root finders need an initial bracket in
+    which f is finite.
     """
     path = _until_finite(evaluate, start)
     while len(path) < most:
@@ -56,11 +57,11 @@ def minimise(
             return path
         x = math.exp(target)
         path.append(Point(x, *evaluate(x)))
-    raise NoMinimumError(f"{most} evaluations from {start:g} on did not lead to a minimum; the last was at {path[-1]}.")
+    raise NoMinimumError(f"{most} evaluations, starting at {start:g}, found no minimum; the last was {path[-1]}.")
 
 
 def _until_finite(evaluate: Callable[[float], tuple[float, float]], start: float) -> list[Point]:
-    """The start, and, while the value is infinite, places ever farther from it on both sides in turn."""
+    """Evaluates the start and, while the value is infinite, points at increasing distance on alternating sides."""
     path: list[Point] = []
     for factor in (2.0 ** (sign * k) for k in range(RETREATS + 1) for sign in ((1, -1) if k else (1,))):
         path.append(Point(factor * start, *evaluate(factor * start)))
@@ -70,9 +71,9 @@ def _until_finite(evaluate: Callable[[float], tuple[float, float]], start: float
 
 
 def _step(finite: list[Point]) -> float:
-    """The step of log(x) to where the slope should vanish."""
+    """The secant step in log(x) to the zero of the slope."""
     last = finite[-1]
-    step = -last.log_slope / (abs(last.value) or 1.0)  # as for a curvature of log(f) over log(x) of one
+    step = -last.log_slope / (abs(last.value) or 1.0)  # assumes d2 log(f) / d log(x)2 = 1
     if len(finite) > 1:
         curvature = (last.log_slope - finite[-2].log_slope) / (last.log_x - finite[-2].log_x)
         step = -last.log_slope / curvature if curvature > 0.0 else math.copysign(math.inf, step)
@@ -80,7 +81,7 @@ def _step(finite: list[Point]) -> float:
 
 
 def _bounds(path: list[Point], here: Point) -> tuple[float, float]:
-    """The nearest places below and above, of log(x), between which the minimum must be."""
+    """The bracket of the minimum in log(x): the nearest points below and above."""
     below = [p.log_x for p in path if p.x <= here.x and (p.slope < 0.0 or not p.is_finite)]
     above = [p.log_x for p in path if p.x >= here.x and (p.slope > 0.0 or not p.is_finite)]
     return max(below, default=-math.inf), min(above, default=math.inf)

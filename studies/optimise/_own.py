@@ -1,4 +1,4 @@
-"""The optimum of an actuator of one's own: `python -m studies optimise --actuator FILE.toml`."""
+"""Optimum of a user's actuator: `python -m studies optimise --actuator FILE.toml`."""
 
 import dataclasses
 from pathlib import Path
@@ -31,5 +31,5 @@ def own(task: Task, json: Path | None = None, out: Path | None = None, rtol: flo
     if out is not None:
         from .._report import write_report
 
-        write_report(out, "optimise", "An actuator of your own", [("The optimum", str(design), [design.plot()])], None)
+        write_report(out, "optimise", "Your own actuator", [("The optimum", str(design), [design.plot()])], None)
     return design

@@ -10,11 +10,11 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from .._output import ACTUATOR_NAMES, COLORS, legend
 from ._main import Outcome
 
-TALLEST = 2.2  # of the vertical axis, in opening times of the optimum
+TALLEST = 2.2  # upper end of the vertical axis, relative to the optimum
 
 
 def plot_optima(outcomes: Sequence[Outcome]) -> Figure:
-    """Opening time over the parameter: the sweep, the optimum, the prototype, and where the clutch never opens."""
+    """Plots the opening time over the parameter: sweep, optimum, prototype, and the range that never opens."""
     figure = Figure(figsize=(5.0 * len(outcomes), 5.2), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(outcomes))))
     for panel, outcome in zip(panels, outcomes, strict=True):
@@ -57,7 +57,7 @@ def _draw_optimum(panel: Axes, outcome: Outcome) -> None:
 
 
 def _gaps(x: np.ndarray, finite: np.ndarray) -> list[tuple[float, float]]:
-    """Stretches of the sweep without a finite time, up to half way to the next one that has."""
+    """Intervals of the sweep without a finite time, extended half way to the neighbouring finite points."""
     edges = np.concatenate([x[:1], np.sqrt(x[1:] * x[:-1]), x[-1:]])
     starts = np.flatnonzero(~finite & np.concatenate([[True], finite[:-1]]))
     ends = np.flatnonzero(~finite & np.concatenate([finite[1:], [True]]))

@@ -1,4 +1,4 @@
-"""The designs that are optimised, each in one parameter."""
+"""The optimisation problems, each with one parameter."""
 
 import dataclasses
 import functools as ft
@@ -23,7 +23,7 @@ CM3_PER_REV = 1e-6 / (2.0 * math.pi)  # m3/rad
 
 @dataclasses.dataclass(frozen=True)
 class Problem:
-    """The opening time of an actuator over one of its parameters."""
+    """The opening time of an actuator as a function of one of its parameters."""
 
     actuator: str
     build: Callable[..., ClutchActuator]
@@ -33,7 +33,7 @@ class Problem:
     low: float  # of the sweep
     high: float
     built: float  # in the thesis' prototype
-    measured: float  # opening time in s of that, in the thesis
+    measured: float  # opening time in s of the prototype, measured in the thesis
 
     @property
     def scale(self) -> Scale:
@@ -50,11 +50,11 @@ class Problem:
         return float(time), float(slope)
 
     def solve(self, rtol: float = 1e-9) -> list[Point]:
-        """The optimiser's path from the start to the optimum."""
+        """The path of the optimiser from the start to the optimum."""
         return minimise(ft.partial(self.evaluate, rtol=rtol), self.start)
 
     def sweep(self, points: int = 64, rtol: float = 1e-9) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Values of the parameter, evenly spaced by their logarithm, and the opening times; one run under `vmap`."""
+        """Logarithmically spaced values of the parameter, and the opening times; one run under `vmap`."""
         values = np.geomspace(self.low, self.high, points)
         return values, np.asarray(_times(jax.vmap(self.model)(jnp.asarray(values)), rtol))
 
@@ -70,13 +70,13 @@ def _times(models: Any, rtol: Scalar) -> Any:
 
 
 def _measured(actuator: str) -> float:
-    """Opening time in s of the prototype at full voltage."""
+    """Measured opening time in s of the prototype at full voltage."""
     found = measured(actuator, "opening time")
     assert found is not None
     return found
 
 
-# The starts: the ratio of the thesis, twice it, and half the displacement of the thesis.
+# Start values: the ratio of the thesis, twice the ratio, and half the displacement.
 PROBLEMS = (
     Problem("ema_fise", ema_fise, "ratio", "1", 12.0, 3.6, 16.0, 12.0, _measured("ema_fise")),
     Problem("ema_maxon", ema_maxon, "ratio", "1", 8.6, 1.6, 10.0, 4.3, _measured("ema_maxon")),

@@ -96,7 +96,7 @@ def test_an_electrohydraulic_actuator_left_on_ends_at_its_stop_and_its_relief_va
 
 @pytest.mark.parametrize("arguments", [{}, {"motor": "nobody"}], ids=["no motor", "unknown motor"])
 def test_a_motor_is_needed(arguments: dict[str, Any]) -> None:
-    with pytest.raises(ArgumentError, match=r"A motor is needed|motors.csv has no 'nobody'"):
+    with pytest.raises(ArgumentError, match=r"A motor is required|motors.csv has no 'nobody'"):
         task(**arguments)
 
 
@@ -117,14 +117,14 @@ def test_a_file_tells_parts_and_what_is_asked(tmp_path: Path) -> None:
     assert found.asked["temperatures"] == [-30.0]
     assert found.asked["minimise"] == "holding current"
     assert found.asked["free"] == {"slave.bore": ("14 mm", "22 mm")}
-    with pytest.raises(ArgumentError, match=r"has 2 rows: choose one, as in .*mine.csv:ORDER. It has M, N"):
+    with pytest.raises(ArgumentError, match=r"has 2 rows: choose one, as in .*mine.csv:ORDER. The rows are M, N"):
         task(file, motor=str(tmp_path / "mine.csv"))
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("concept = ", r"is no TOML file"),
+        ("concept = ", r"is not a valid TOML file"),
         ('concept = "magic"', r"concept must be electromechanical or electrohydraulic, got 'magic'"),
         ('concept = "electrohydraulic"\nmotor = "FISE"', r"electrohydraulic cannot be built: .*'pump'"),
         ('concept = "electrohydraulic"\nmotor = "mine.csv"\npump = 1e-7', r"mine.csv does not exist"),
@@ -146,9 +146,9 @@ def test_changes_on_the_command_line_are_checked() -> None:
 
 
 def test_an_optimum_is_asked_for_by_names() -> None:
-    with pytest.raises(ArgumentError, match=r"optimum knows no result 'mass'. It has opening time, "):
+    with pytest.raises(ArgumentError, match=r"optimum has no result 'mass'. The results are opening time, "):
         optimum(electromechanical(MOTOR, 4.0), limits={"mass": "<= 2 kg"})
-    with pytest.raises(ArgumentError, match=r"take a single ratio as the gearhead"):
+    with pytest.raises(ArgumentError, match=r"use a single ratio as the gearhead"):
         optimum(electromechanical(MOTOR, "203115"))
 
 
@@ -190,7 +190,7 @@ def test_a_held_actuator_without_friction_stays() -> None:
 def test_the_command_line_says_what_it_lacks(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["optimise", "--temperature", "-30"])
-    assert "A motor is needed" in capsys.readouterr().err
+    assert "A motor is required" in capsys.readouterr().err
 
 
 @pytest.mark.slow
