@@ -86,7 +86,7 @@ def named(name: str) -> Architecture:
 
 
 def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
-    """The table as texts."""
+    """The table cells as text."""
     for row in rows:
         yield (
             row.architecture, f"{1e3 * row.opening_time:.1f}", _under(row, NO_LOAD, "opening_time", 1e3, ".1f"),

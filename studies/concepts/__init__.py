@@ -1,7 +1,7 @@
-"""The thesis' two concepts designed anew under its targets, with all free that it fixed by hand.
+"""Redesign of the two concepts of the thesis for its targets, with all manually chosen sizes free.
 
-The least opening time within limits for each motor below 250 W that is on sale, under the 800 N of a worn clutch; and
-how far the prototypes of 2012 were from it.
+The study minimises the opening time within limits for each catalogue motor below 250 W, under the 800 N of a worn
+clutch, and compares the prototypes of 2012 with these optima.
 """
 
 from ._concepts import CONCEPTS as CONCEPTS

@@ -1,7 +1,7 @@
-"""The two concepts with all that the thesis fixed by hand free, and the motors to drive them.
+"""The two concepts with all manually chosen sizes free, and their motors.
 
-Resistances of the prototypes' motors are those that the thesis identified, those of others the data sheets' with leads.
-The identified friction is that of all that turns with a motor; it is kept with another motor.
+Motors of the prototypes have the resistance that the thesis identified; others have that of the data sheet with leads.
+The identified friction covers all parts that turn with the motor, and is the same for other motors.
 """
 
 import dataclasses
@@ -33,17 +33,17 @@ from ._targets import (
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Motor:
-    """A motor to buy."""
+    """A motor on the market."""
 
     name: str
     power: float  # W, rated
-    mass: float | None  # kg, None where it is not stated
-    gearhead: float  # kg, of the gearhead that goes with it
+    mass: float | None  # kg, None if not stated
+    gearhead: float  # kg, mass of a matching gearhead
     values: Mapping[str, float]  # of the model, by path
 
 
 def _listed(order: str, gearhead: float) -> Motor:
-    """A motor of the catalogue that the thesis did not use; its rated power is that of the nominal point."""
+    """A motor of the catalogue that the thesis did not use; the rated power is that of the nominal operating point."""
     sheet = catalogue("motors")[order]
     values = {
         "motor.resistor.R": sheet["resistance"] + LEADS, "motor.emf.k": sheet["torque_constant"],
@@ -54,7 +54,7 @@ def _listed(order: str, gearhead: float) -> Motor:
 
 
 def _built(name: str, model: ClutchActuator, power: float, mass: float, gearhead: float) -> Motor:
-    """A motor of a prototype, with power and mass as the thesis states them."""
+    """A motor of a prototype, with power and mass from the thesis."""
     motor: Any = model.motor
     values = {
         "motor.resistor.R": float(motor.resistor.R), "motor.emf.k": float(motor.emf.k),
@@ -76,39 +76,39 @@ ALLOWED = tuple(motor for motor in MOTORS if motor.power < POWER)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Concept:
-    """A kind of actuator to be designed."""
+    """A kind of actuator to optimise."""
 
     name: str
     model: ClutchActuator
     free: Mapping[Any, Any]
     limits: Mapping[str, Any]
     pump_mass: float | None  # kg, None with a gearhead
-    rest: float  # kg, of all but motor and transmission: what the thesis' total leaves
+    rest: float  # kg, total mass in the thesis without motor and transmission
     valve: bool = False  # whether a valve holds
 
     def of(self, motor: Motor) -> ClutchActuator:
-        """The actuator before it is optimised, with a motor and with the load of a worn clutch."""
+        """The actuator before the optimisation, with a motor and the load of a worn clutch."""
         values = {path: value for path, value in motor.values.items() if path != "motor.bearing.C"}
         friction = motor.values.get("motor.bearing.C", float(self.model.motor.bearing.C))  # pyright: ignore
         return replace(self.model, {**values, "motor.bearing.C": friction, "clutch.rate": WORN_LOAD / STROKE})
 
     def mass(self, motor: Motor) -> float | None:
-        """In kg."""
+        """The total mass in kg, or None."""
         if motor.mass is None:
             return None
         transmission = motor.gearhead if self.pump_mass is None else self.pump_mass
         return motor.mass + transmission + self.rest + (VALVE_MASS if self.valve else 0.0)
 
     def holding_energy(self, model: Any) -> float:
-        """In J, of a hold."""
+        """The energy of a hold in J."""
         return HOLD * COIL_POWER if self.valve else float(targets.holding_energy(model))
 
     def solve(self, motor: Motor) -> Design[Any]:
-        """The least opening time; what was asked for before is not computed again."""
+        """The design of minimum opening time; cached."""
         return _fastest(self, motor)
 
-    def thriftiest(self, motor: Motor, time: float) -> Design[Any]:
-        """The least energy of a hold by the motor, with an opening time in s at most."""
+    def least_energy(self, motor: Motor, time: float) -> Design[Any]:
+        """The design of minimum holding energy by the motor that opens within `time` in s."""
         limits = {**self.limits, "opening time": (lambda s: s.t1, f"<= {time} s")}
         return optimise(
             self.of(motor), self.free, HOLDING_ENERGY, run=opening, constraints=limits, progress=False,
@@ -116,7 +116,7 @@ class Concept:
         )  # fmt: skip
 
     def front(self, motor: Motor, points: int) -> Front[Any]:
-        """Opening time, within the target, against the energy of a hold."""
+        """The Pareto front of opening time, within the target, and holding energy."""
         return pareto(
             self.of(motor), self.free, OPENING_TIME | HOLDING_ENERGY, points=points, run=opening,
             constraints={**self.limits, **TARGET}, progress=False,
@@ -139,7 +139,7 @@ _EMA_FREE = {
 }  # fmt: skip
 _EHS_FREE = {"pump.displacement": ("0.25 cm3/rev", "6.25 cm3/rev"), **_SLAVE, **_SUPPLY}
 
-# Total masses of the prototypes are 2.5 kg (RE50) and 1.8 kg (RE40, its holding valve included).
+# Total masses of the prototypes are 2.5 kg (RE50) and 1.8 kg (RE40, including its holding valve).
 EMA = Concept("EMA", ema_maxon(eccentricity=7e-3), _EMA_FREE, CAM | BY_MOTOR, None, 2.5 - 1.1 - 0.46)
 EHS = Concept("EHS, motor holds", ehs_maxon(), _EHS_FREE, PUMP | BY_MOTOR, 0.9, 1.8 - 0.48 - 0.9 - VALVE_MASS)
 EHS_VALVE = dataclasses.replace(EHS, name="EHS, valve holds", limits=PUMP, valve=True)

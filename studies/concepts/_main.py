@@ -27,12 +27,12 @@ from ._rows import (
     with_less_friction,
 )
 
-ABOUT = """Two ways to open the clutch of a car, as in Meloni's thesis (Torino, 2012): by motor, gearbox, cam and
-master cylinder (EMA), and by motor and pump (EHS), where either the motor holds the clutch open, or a valve.
+ABOUT = """Two concepts that open the clutch of a car, as in Meloni's thesis (Torino, 2012): motor, gearbox, cam and
+master cylinder (EMA), and motor and pump (EHS), where either the motor or a valve holds the clutch open.
 
-All that the thesis fixed by hand is free: ratio or displacement, bores, cam, supply and motor. Its targets are kept:
-open within 200 ms, the EHS within 100 ms, motors below 250 W, 800 N at the slave. Limits of currents, pressure, speed
-and cam are those that its parts have, or usual ones.
+All sizes that the thesis chose by hand are free: ratio or displacement, bores, cam, supply and motor. The targets are
+those of the thesis: an opening time of 200 ms, for the EHS 100 ms, motors below 250 W, 800 N at the slave. The limits
+on current, pressure, speed and cam are those of the parts, or typical values.
 """
 POINTS = 7  # of a front
 FRONTS = [(concept, motor) for concept in (EMA, EHS) for motor in MOTORS[1:3]]
@@ -52,10 +52,12 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         for row in on_front(concept, motor, concept.front(motor, POINTS))
     ]
     print_table("Designs under 800 N", HEADS, cells(rows))
-    print(f"What holds the optima, and what one unit more buys\n{prices(rows)}\n")
-    print_table("How far the prototypes were from the best of their kind", DISTANCE_HEADS, distance_cells(away))
-    print_table("Fronts of opening time and energy of a hold, within the target of 200 ms", HEADS, cells(fronts))
-    print_table("Products, none worse in time, energy and mass", products.HEADS, products.cells(bought))
+    print(f"Active limits of the optima and their multipliers\n{prices(rows)}\n")
+    print_table("Prototypes compared with the optimum of their concept", DISTANCE_HEADS, distance_cells(away))
+    print_table("Pareto fronts of opening time and holding energy, within the target of 200 ms", HEADS, cells(fronts))
+    print_table(
+        "Pareto-optimal products in opening time, holding energy and mass", products.HEADS, products.cells(bought)
+    )
     print(f"{choice}\n")
     print_table("Ratios", STATEMENT_HEADS, _said(said))
     if json is not None:
@@ -66,7 +68,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 
 def study(rtol: float = 1e-9) -> list[Row]:
-    """The prototypes, and the optimum of each concept with each motor that is allowed, the fastest first."""
+    """Rows of the prototypes, then of the optimum of each concept with each admissible motor, the fastest first."""
     found = [solved(concept, motor) for concept, motor in progress(optima(), "designing")]
     best = sorted((row for row in found if row is not None), key=lambda row: (row.design, row.opening_time))
     return [*prototypes(rtol), *best, with_less_friction()]
@@ -93,10 +95,10 @@ def _report(
     save(picture, out, "concepts")
     parts = [
         ("Designs under 800 N", Table(HEADS, list(cells(rows))), [picture]),
-        ("What holds the optima, and what one unit more buys", prices(rows), []),
-        ("How far the prototypes were", Table(DISTANCE_HEADS, distance_cells(away)), []),
-        ("Fronts of opening time and energy of a hold", Table(HEADS, list(cells(fronts))), []),
+        ("Active limits of the optima and their multipliers", prices(rows), []),
+        ("Prototypes compared with the optima", Table(DISTANCE_HEADS, distance_cells(away)), []),
+        ("Pareto fronts of opening time and holding energy", Table(HEADS, list(cells(fronts))), []),
         ("Products", (Table(products.HEADS, products.cells(bought)), str(choice)), []),
         ("Ratios", Table(STATEMENT_HEADS, _said(said)), []),
     ]
-    write_report(out, "concepts", "The two concepts designed anew", parts, ABOUT)
+    write_report(out, "concepts", "The two concepts redesigned", parts, ABOUT)

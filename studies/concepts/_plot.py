@@ -1,4 +1,4 @@
-"""The picture of the designs."""
+"""Plot of the designs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLORS: Mapping[str, str] = {"EMA": "#d55e00", "EHS, motor holds": "#009e73", "EHS, valve holds": "#0072b2"}
-NEAR = 0.03  # of the axes: points closer than that share a name
-ASIDE = ((7, 7), (7, -13), (-7, 7), (-7, -13), (7, 19), (7, -25), (-7, 19), (-7, -25))  # points, of labels
+NEAR = 0.03  # of the axes; points closer than this share a label
+ASIDE = ((7, 7), (7, -13), (-7, 7), (-7, -13), (7, 19), (7, -25), (-7, 19), (-7, -25))  # offsets of labels in points
 
 
 def plot_designs(rows: Sequence[Row], fronts: Sequence[Row], products: Sequence[Row]) -> "Figure":
-    """Energy of a hold over opening time: prototypes, optima, fronts, products; each point with its motor and mass."""
+    """Plots holding energy over opening time of prototypes, optima, fronts and products, with motor and mass."""
     figure, ax = plt.subplots(figsize=(11.0, 7.0), layout="constrained")
     named: list[tuple[Row, str, str]] = []
     for concept, color in COLORS.items():
@@ -51,13 +51,13 @@ def plot_designs(rows: Sequence[Row], fronts: Sequence[Row], products: Sequence[
     ax.margins(x=0.1)
     ax.grid(alpha=0.3)
     legend(figure, 4)
-    figure.draw_without_rendering()  # which settles the layout
+    figure.draw_without_rendering()  # computes the layout
     _label(ax, named)
     return figure
 
 
 def _label(ax: "Axes", named: Sequence[tuple[Row, str, str]]) -> None:
-    """Names at the points, each on the first side where it covers no other text; the same name once at near points."""
+    """Labels the points, each at the first offset without overlap. Near points with the same label share one."""
     taken = [text.get_window_extent() for text in ax.texts]
     places: list[tuple[float, float, str]] = []
     for row, text, color in named:

@@ -1,4 +1,4 @@
-"""The best products to buy: all combinations of motors, gearheads or pump, standard bores, eccentricities and holds."""
+"""Choice of products: all combinations of motors, gearheads or pump, standard bores, eccentricities and holds."""
 
 import functools as ft
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,11 +16,11 @@ from ._concepts import EHS, EHS_VALVE, EMA, MOTORS
 from ._rows import Row
 from ._targets import CAM, COIL_POWER, HOLD, POWER, TARGET, VALVE_MASS, opening
 
-HEADS = ("product", "motor", "what", "opening time [ms]", "energy of a hold [J]", "mass [kg]")
+HEADS = ("product", "motor", "parts", "opening time [ms]", "holding energy [J]", "mass [kg]")
 Tables = Mapping[str, Sequence[Mapping[str, object]]]
 Parts = Mapping[str, Mapping[str, float]]  # figures by table
 
-# A motor whose mass is not stated is left out.
+# Motors without a stated mass are omitted.
 _MOTORS = [
     {"name": motor.name, "motor.bearing.C": MOTORS[1].values["motor.bearing.C"], **motor.values}
     | {"figures": {"power": motor.power, "mass": motor.mass, "gearhead": motor.gearhead}}
@@ -31,7 +31,7 @@ _HELD = [
     {"name": "motor", "figures": {"valve": 0.0}},
     {"name": "valve", "figures": {"valve": 1.0}},
 ]
-# A cam is made to order, in quarters of a millimetre.
+# Cams are made to order, in steps of a quarter of a millimetre.
 _ECCENTRICITIES = [{"name": f"{n / 4:g} mm", "cam.profile.eccentricity": n / 4 * 1e-3} for n in range(12, 29)]
 TABLES: Mapping[str, Tables] = {
     "EMA": {
@@ -47,25 +47,25 @@ def _has_valve(parts: Parts) -> Scalar:
 
 
 def mass(s: Solution, parts: Parts) -> Scalar:
-    """In kg."""
+    """The total mass in kg."""
     is_ema = hasattr(s.final, "cam")
     rest = EMA.rest + parts["motor"]["gearhead"] if is_ema else EHS.rest + (EHS.pump_mass or 0.0)
     return parts["motor"]["mass"] + rest + VALVE_MASS * _has_valve(parts)
 
 
 def current(s: Solution, parts: Parts) -> Scalar:
-    """In A, that the motor takes to hold; none where a valve holds."""
+    """The holding current of the motor in A; zero if a valve holds."""
     return holding_current(s.final) * (1.0 - _has_valve(parts))
 
 
 def energy(s: Solution, parts: Parts) -> Scalar:
-    """In J, of a hold."""
+    """The energy of a hold in J."""
     model: Any = s.final
     return HOLD * (model.motor.resistor.R * current(s, parts) ** 2 + COIL_POWER * _has_valve(parts))
 
 
 def _of_cam(name: str) -> tuple[Callable[[Solution], Scalar], str]:
-    """A limit of the cam, met by what has none."""
+    """A limit of the cam; actuators without a cam satisfy it."""
     function, text = CAM[name]
     return lambda s: function(s) if hasattr(s.final, "cam") else 0.0, text
 
@@ -84,14 +84,14 @@ LIMITS = {
 
 
 def study() -> Choice:
-    """All combinations."""
+    """Evaluates all combinations."""
     worn = {"clutch.rate": WORN_LOAD / STROKE}
     models = {"EMA": replace(EMA.model, worn), "EHS": replace(EHS_VALVE.model, worn)}
     return choose(models, TABLES, MINIMISE, run=ft.partial(opening, rtol=RTOL), constraints=LIMITS)
 
 
 def front(choice: Choice) -> list[Row]:
-    """The products of which no other ones are better in time, energy and mass alike, the fastest first."""
+    """The Pareto-optimal products in time, energy and mass, the fastest first."""
     return [_row(choice, i) for i in choice.front]
 
 
@@ -107,7 +107,7 @@ def _row(choice: Choice, i: int) -> Row:
 
 
 def cells(rows: Iterable[Row]) -> list[tuple[str, ...]]:
-    """The table as texts."""
+    """The table cells as text."""
     return [
         (
             row.design, row.motor, row.remark, f"{1e3 * row.opening_time:.4g}", f"{row.holding_energy:.4g}",

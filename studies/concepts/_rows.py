@@ -1,4 +1,4 @@
-"""One row for each design: optimum, prototype or product; and what the thesis says of its ratios."""
+"""Rows of the designs, which are optima, prototypes or products; and the thesis' statements on ratios."""
 
 import dataclasses
 import functools as ft
@@ -34,14 +34,14 @@ from ._targets import HOLD, POWER, holding_energy, opening
 _CURRENTS = ("holding current", "peak current")
 HEADS = (
     "design", "motor", "opening time [ms]", "measured [ms]", "motor, held [A]", "measured [A]", "battery, held [A]",
-    "power, held [W]", "energy of a hold [J]", "mass [kg]", "what is built",
+    "power, held [W]", "holding energy [J]", "mass [kg]", "sizes",
 )  # fmt: skip
 DISTANCE_HEADS = (
-    "prototype under 800 N", "opening time [ms]", "best within limits [ms]", "energy of a hold [J]",
-    "best as fast [J]", "limits it does not keep",
+    "prototype under 800 N", "opening time [ms]", "optimum within limits [ms]", "holding energy [J]",
+    "minimum at equal time [J]", "violated limits",
 )  # fmt: skip
-# Variables by path: their names, and their SI units.
-SPOKEN: Mapping[str, str] = {
+# Short names and SI units of the variables, by path.
+SHORT: Mapping[str, str] = {
     "gearbox.ratio": "ratio", "cam.profile.eccentricity": "eccentricity", "cam.profile.radius": "cam radius",
     "master.bore": "master", "slave.bore": "slave", "supply.V": "supply", "pump.displacement": "pump",
 }  # fmt: skip
@@ -49,14 +49,14 @@ UNITS: Mapping[str, str] = {
     "cam.profile.eccentricity": "m", "cam.profile.radius": "m", "master.bore": "m", "slave.bore": "m", "supply.V": "V",
     "pump.displacement": "m3/rad",
 }  # fmt: skip
-STATEMENT_HEADS = ("statement", "thesis", "found", "why")
+STATEMENT_HEADS = ("statement", "thesis", "model", "remark")
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A design under the load of 800 N, in SI units; figures of the thesis where it has some, at its 696 N.
+    """A design under the load of 800 N, in SI units; measured values of the thesis are at 696 N.
 
-    `holding_energy` is that of a hold of 10 s; `active` has the multipliers of limits and bounds, in s per unit.
+    `holding_energy` is that of a hold of 10 s. `active` holds the multipliers of limits and bounds, in s per unit.
     """
 
     design: str
@@ -75,18 +75,18 @@ class Row:
 
     @property
     def holding_power(self) -> float:
-        """In W, from the battery."""
+        """Battery power in W during the hold."""
         return self.holding_energy / HOLD
 
     @property
     def battery_current(self) -> float:
-        """In A, of the hold."""
+        """Battery current in A during the hold."""
         return self.holding_power / SUPPLY
 
 
 @dataclasses.dataclass(frozen=True)
 class Statement:
-    """What the thesis says of a ratio, and what the model says."""
+    """A statement of the thesis on a ratio, and the result of the model."""
 
     statement: str
     thesis: float
@@ -95,7 +95,7 @@ class Statement:
 
 
 def prototypes(rtol: float = 1e-9) -> list[Row]:
-    """Those of 2012 with the rig's spring and with the load of 800 N; their measured times and currents beside."""
+    """Rows of the prototypes of 2012 with the spring of the test rig, with measured values, and with 800 N."""
     built: Sequence[tuple[str, str, Concept, ClutchActuator, Motor, float]] = (
         ("EMA", "ema_fise", EMA, ema_fise(), MOTORS[0], 2.5),
         ("EMA", "ema_maxon", EMA, ema_maxon(), MOTORS[1], 2.5),
@@ -123,9 +123,10 @@ def prototypes(rtol: float = 1e-9) -> list[Row]:
 
 @dataclasses.dataclass(frozen=True)
 class Distance:
-    """How far a prototype was from the best of its kind with its motor, under 800 N, in SI units.
+    """A prototype compared with the optimum of its concept with the same motor, under 800 N, in SI units.
 
-    The best time is that within all limits, the best energy that with the opening time of the prototype at any current.
+    The best time is that within all limits. The best energy is that at the opening time of the prototype, without a
+    limit on the current.
     """
 
     prototype: str
@@ -133,29 +134,29 @@ class Distance:
     best_opening_time: float
     holding_energy: float
     best_holding_energy: float
-    breaks: str  # which limits the prototype does not keep
+    breaks: str  # limits that the prototype violates
 
 
 def distances(built: Sequence[Row]) -> list[Distance]:
-    """Those of the prototypes under 800 N."""
+    """The comparisons of the prototypes under 800 N."""
     found = []
     loaded = [row for row in built if "2012" in row.design and "spring" not in row.design]
     for row, concept, motor, model in zip(
         loaded, (EMA, EMA, EHS), MOTORS[:3], (ema_fise(), ema_maxon(), ehs_maxon()), strict=True
     ):
         limits = {name: limit for name, limit in concept.limits.items() if name not in _CURRENTS}
-        thrifty = dataclasses.replace(concept, limits=limits).thriftiest(motor, row.opening_time)
+        cheapest = dataclasses.replace(concept, limits=limits).least_energy(motor, row.opening_time)
         found.append(
             Distance(
                 f"{row.design.partition(',')[0]}, {motor.name}", row.opening_time, concept.solve(motor).objective,
-                row.holding_energy, thrifty.objective, _broken(row, motor, model),
+                row.holding_energy, cheapest.objective, _broken(row, motor, model),
             )
         )  # fmt: skip
     return found
 
 
 def _broken(row: Row, motor: Motor, model: Any) -> str:
-    """Limits that a prototype does not keep."""
+    """The limits that a prototype violates."""
     worn = lift_share(model, WORN) if hasattr(model, "cam") else 0.0
     figures = (
         ("rated power", motor.power, POWER, "W"), ("holding current", row.holding_current, 20.0, "A"),
@@ -166,7 +167,7 @@ def _broken(row: Row, motor: Motor, model: Any) -> str:
 
 
 def distance_cells(found: Iterable[Distance]) -> list[tuple[str, ...]]:
-    """The table as texts."""
+    """The table cells as text."""
     return [
         (
             one.prototype, _text(one.opening_time, 1e3), _text(one.best_opening_time, 1e3), _text(one.holding_energy),
@@ -187,14 +188,14 @@ def optimum(concept: Concept, motor: Motor, design: Design[Any], name: str = "")
 
 
 def _prices(design: Design[Any]) -> str:
-    """What holds the optimum, with its price."""
+    """The active limits with their multipliers, or the limits in conflict."""
     if design.conflict:
         return f"in conflict: {', '.join(design.conflict)}"
     return prices_of(design)
 
 
 def solved(concept: Concept, motor: Motor) -> Row | None:
-    """The optimum of a concept with a motor; None where no design opens the clutch."""
+    """The optimum of a concept with a motor; None if no design opens the clutch."""
     try:
         design = concept.solve(motor)
     except RuntimeError:
@@ -203,43 +204,44 @@ def solved(concept: Concept, motor: Motor) -> Row | None:
 
 
 def optima() -> list[tuple[Concept, Motor]]:
-    """What is optimised."""
+    """The concepts and motors to optimise."""
     return [(concept, motor) for concept in CONCEPTS for motor in ALLOWED]
 
 
 def with_less_friction() -> Row:
-    """The electrohydraulic actuator with the no-load set."""
+    """The optimum of the electrohydraulic actuator with the no-load set."""
     motor = dataclasses.replace(MOTORS[2], values={**MOTORS[2].values, "motor.bearing.C": NO_LOAD_FRICTION})
     return optimum(EHS_VALVE, motor, EHS_VALVE.solve(motor), "EHS, valve holds, no-load set")
 
 
 def statements(rtol: float = 1e-9) -> list[Statement]:
-    """What the thesis says of its two ratios, with all else as it was, and with all else free."""
+    """The statements of the thesis on its two ratios, compared with the model, with other sizes fixed and free."""
     free = EMA.solve(MOTORS[1]).values["gearbox.ratio"]
     fise = EMA.solve(MOTORS[0]).values["gearbox.ratio"]
     return [
         Statement(
             "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), LARGEST_TORQUE, STROKE),
-            "found, if the motor gives no more than 12 N.m/38; its stall torque at 13.5 V is twice that",
+            "reproduced if the motor torque is limited to 12 N.m/38, half its stall torque at 13.5 V",
         ),
         Statement(
             "minimum ratio 1/11, FISE", 11.0, least_ratio(ema_fise(), _stall_torque(ema_fise()), STROKE),
-            "not found with the stall torque at 13.5 V",
+            "not reproduced with the stall torque at 13.5 V",
         ),
         Statement(
             "minimum ratio 1/11, FISE", 11.0, fise,
-            "not the best one either, with all else free and 20 A to hold: more ratio holds with less current",
+            "not optimal with all sizes free and a limit of 20 A: a larger ratio needs less holding current",
         ),
         Statement(
             "best ratio 1/4, RE50", 4.0, best_ratio(ft.partial(ema_maxon, voltage=REDUCED_SUPPLY), rtol),
-            "found at 70 % of the voltage, 9.45 V",
+            "reproduced at 70 % of the voltage, 9.45 V",
         ),
         Statement(
-            "best ratio 1/4, RE50", 4.0, best_ratio(ema_maxon, rtol), "not found at 13.5 V, where less ratio is better"
+            "best ratio 1/4, RE50", 4.0, best_ratio(ema_maxon, rtol),
+            "not reproduced at 13.5 V, where a smaller ratio is optimal",
         ),
         Statement(
             "best ratio 1/4, RE50", 4.0, free,
-            "found again at 13.5 V with all else free, 800 N and 20 A to hold, which the ratio has to bring about",
+            "reproduced at 13.5 V and 800 N with all sizes free and a holding current of 20 A, which sets the ratio",
         ),
     ]  # fmt: skip
 
@@ -249,7 +251,7 @@ def _stall_torque(model: Any) -> float:
 
 
 def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
-    """The table as texts."""
+    """The table cells as text."""
     for row in rows:
         yield (
             row.design, row.motor, _text(row.opening_time, 1e3), _text(row.thesis_opening_time, 1e3),
@@ -261,7 +263,7 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
 def built(row: Row) -> str:
     """The variables of a design in display units."""
     return ", ".join(
-        f"{SPOKEN.get(path, path)} {scale.value(value):.4g}{scale.text}"
+        f"{SHORT.get(path, path)} {scale.value(value):.4g}{scale.text}"
         for path, value in row.variables.items()
         for scale in [Scale.of(UNITS.get(path, "1"))]
     )
@@ -273,7 +275,7 @@ def on_front(concept: Concept, motor: Motor, front: Front[Any]) -> list[Row]:
 
 
 def prices(rows: Iterable[Row]) -> str:
-    """What holds each optimum, as text."""
+    """The active limits of each optimum with their multipliers, as text."""
     return "\n".join(f"{row.design}, {row.motor}: {row.remark}" for row in rows if row.remark)
 
 

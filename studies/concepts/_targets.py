@@ -1,4 +1,4 @@
-"""What the thesis asks of an actuator, as limits of a design, and what a design is measured by."""
+"""Targets of the thesis as limits of a design, and the objectives."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,18 +19,18 @@ from ..actuators import (
 )
 from ..actuators import opening as run_until_open
 
-OVERALL, HYDRAULIC = 0.2, 0.1  # s, within which any actuator has to open, and the electrohydraulic one
-POWER = 250.0  # W, rated, above which no motor is taken
-HOLD = 10.0  # s, of a hold
-LONGEST = 1.0  # s, given up after this time
-COIL_POWER = SUPPLY**2 / COIL  # W, of the thesis' holding valve at the full voltage, 19.4 W at 12 V
+OVERALL, HYDRAULIC = 0.2, 0.1  # s, target opening times of all actuators, and of the electrohydraulic one
+POWER = 250.0  # W, largest rated power of a motor
+HOLD = 10.0  # s, duration of a hold
+LONGEST = 1.0  # s, limit of a run
+COIL_POWER = SUPPLY**2 / COIL  # W, holding valve of the thesis at full voltage; 19.4 W at 12 V
 VALVE_MASS = 0.29  # kg, with its coil
 
 _CAM = ema_fise().cam
 
 
 def cam_inertia(profile: Any) -> Scalar:
-    """Of a steel disc off its centre, J ~ R^2 (R^2/2 + e^2) at one thickness, through that of the thesis' cam."""
+    """Inertia of an eccentric disc, J ~ R^2 (R^2/2 + e^2) at constant thickness, scaled from the thesis' cam."""
 
     def size(profile: Any) -> Scalar:
         return profile.radius**2 * (0.5 * profile.radius**2 + profile.eccentricity**2)
@@ -39,14 +39,14 @@ def cam_inertia(profile: Any) -> Scalar:
 
 
 def opening(model: Any, rtol: float = 1e-9) -> Solution:
-    """The run until the clutch is open, with the largest speed of the motor; a cam's inertia follows its size."""
+    """The run until the clutch is open, with the peak speed of the motor. The inertia of a cam depends on its size."""
     if hasattr(model, "cam"):
         model = replace(model, {"cam.J": cam_inertia(model.cam.profile)})
     return run_until_open(model, t_max=LONGEST, save="end", rtol=rtol, peaks=lambda s: {"speed": s.motor.rotor.w})
 
 
 def holding_energy(model: ClutchActuator) -> Scalar:
-    """In J, of a hold by the motor."""
+    """The energy in J of a hold by the motor."""
     return HOLD * model.motor.resistor.R * holding_current(model) ** 2
 
 

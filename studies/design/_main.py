@@ -50,7 +50,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         print(f"\n{problem.name}\n{'=' * len(problem.name)}\n{designs[problem.name]}")
     rows = [_row(name, end) for name, best in designs.items() for end in (best, *best.others)]
     print()
-    print_table("Least opening times", HEADS, _cells(designs))
+    print_table("Shortest opening times", HEADS, _cells(designs))
     if json is not None:
         write_json(json, rows)
     if out is not None:
@@ -87,4 +87,4 @@ def _report(designs: Mapping[str, Design], out: Path, rtol: float) -> None:
     parts = [(name, str(design), [pictures[name]]) for name, design in designs.items()]
     parts += [(f"{name}: the search", "", [design.plot()]) for name, design in designs.items()]
     overview = ("Overview", Table(HEADS, list(_cells(designs))), [])
-    write_report(out, "design", "Least opening times", [overview, *parts], ABOUT)
+    write_report(out, "design", "Shortest opening times within limits", [overview, *parts], ABOUT)
