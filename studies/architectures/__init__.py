@@ -1,7 +1,7 @@
-"""Kinds of clutch actuators compared: valve-controlled, hydrostatic, electromechanical, all of one size and one duty.
+"""Comparison of clutch actuators: valve-controlled, hydrostatic and electromechanical, with equal sizes on one duty.
 
-Each opens the clutch in the least time that its controller can, holds it for 10 s, and closes it along a profile; after
-the taxonomy of Meloni's thesis (Politecnico di Torino, 2012, figure 1.2). All are assembled from the library's parts.
+Each opens the clutch as fast as its controller can, holds it for 10 s, and closes it along a profile. The taxonomy is
+that of Meloni's thesis (Politecnico di Torino, 2012, figure 1.2). All consist of library parts.
 """
 
 from ._architecture import Architecture as Architecture

@@ -1,4 +1,4 @@
-"""What a study knows of an architecture beside its model."""
+"""Description of an architecture: its model, main sizes and masses."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -11,12 +11,12 @@ M = TypeVar("M", bound=Component)
 
 
 def as_built(model: M) -> M:
-    """The start values stay those that were built in."""
+    """Keeps the start values of the model."""
     return model
 
 
 def at_the_pump(s: Any) -> Flow:
-    """Pressure and flow that a pump delivers from its tank."""
+    """Delivery pressure and flow of a pump with a tank."""
     return s.pump.b.p, -s.pump.b.q
 
 
@@ -31,13 +31,13 @@ def at_the_master(s: Any) -> Flow:
 
 
 def at_the_accumulator(s: Any) -> Flow:
-    """Pressure and flow that an accumulator gives to the valves behind it."""
+    """Pressure and flow from an accumulator to its valves."""
     return s.inlet.a.p, s.inlet.q
 
 
 @dataclasses.dataclass(frozen=True)
 class Architecture:
-    """A kind of actuator: how to build it, its main sizes, and what its parts weigh where that is published."""
+    """A kind of actuator: its builder, main sizes, and published masses of its parts."""
 
     name: str
     title: str
@@ -46,6 +46,6 @@ class Architecture:
     masses: Mapping[str, float]  # kg
     weightless: str  # parts without a published mass
     _: dataclasses.KW_ONLY
-    start: Callable[[Any], Any] = as_built  # what a model with other sizes starts from
-    delivered: Callable[[Any], Flow] = at_the_pump  # what its source of flow gives
-    taken: Callable[[Any], Flow] = at_the_slave  # what the clutch takes of it
+    start: Callable[[Any], Any] = as_built  # sets the start values of a model with other sizes
+    delivered: Callable[[Any], Flow] = at_the_pump  # pressure and flow of its source
+    taken: Callable[[Any], Flow] = at_the_slave  # pressure and flow of the clutch

@@ -1,7 +1,7 @@
-"""Other conditions of the duty: the no-load set, cold, hot, and with a worn clutch.
+"""Operating conditions of the duty: the no-load set, cold, hot, and with a worn clutch.
 
-All sizes are those at 40 C; away from it the liquid is DOT 4, windings are of copper, and magnets of neodymium.
-The friction of the drives does not change with the temperature: the liquid's part in it is not known.
+The base temperature is 40 C. The temperature dependence is that of DOT 4, copper windings and NdFeB magnets. The
+friction of the drives does not depend on the temperature, because the share of the liquid in it is not known.
 """
 
 from collections.abc import Callable, Mapping

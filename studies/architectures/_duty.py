@@ -1,7 +1,7 @@
-"""The duty that all architectures are put to: open in the least time, hold for 10 s, close along a profile.
+"""The duty of all architectures: open in minimum time, hold for 10 s, close along a profile.
 
-While it opens, the demanded position lies so far beyond the stroke that every controller is at its limit. From the
-moment at which the stroke is reached it is the stroke, and for the last part it follows the profile of closing.
+During the opening, the demanded position is so far beyond the stroke that every controller saturates. When the stroke
+is reached, the demand becomes the stroke. After the hold, it follows the closing profile.
 """
 
 from typing import Any
@@ -16,18 +16,18 @@ from components.rotational import Polynomial345
 from ..actuators import LONGEST, STROKE
 
 HOLD = 10.0  # s
-CLOSING = 1.0  # s, by the 3-4-5 polynomial, so that it starts and ends at rest
+CLOSING = 1.0  # s, with the 3-4-5 polynomial, which starts and ends at rest
 SETTLING = 0.2  # s, after the end of the profile
-METERED = 0.3  # s, of an opening along the profile, in which valves are partly open
+METERED = 0.3  # s, opening along the profile, with partly open valves
 BEYOND = 10e-3  # m, above the stroke while it opens
 NEVER = 1e3  # s and m, beyond any run
-MAX_STEPS = 100_000  # a closed circuit rings at 1.3 kHz after the opening; at -30 C that alone takes some 20,000
+MAX_STEPS = 100_000  # a closed circuit rings at 1.3 kHz after the opening, which takes some 20,000 steps at -30 C
 
 
 class Demand(Component):
-    """The demanded position y is beyond the stroke up to `beyond.start_time`, then that of the profile.
+    """The demanded position y: beyond the stroke until `beyond.start_time`, then that of the profile.
 
-    The signal `closes` is 1 from when the profile falls.
+    The signal `closes` is 1 from the start of the closing profile.
     """
 
     beyond: Step
@@ -47,7 +47,7 @@ class Demand(Component):
 
 
 def demand() -> Demand:
-    """What is demanded of an actuator that opens; `whole_duty` sets the times of what follows."""
+    """The demand during the opening; `whole_duty` sets the times of hold and closing."""
     share = jnp.linspace(0.0, 1.0, 11)
     values = STROKE * (1.0 - Polynomial345().share(share))
     return Demand(
@@ -74,9 +74,9 @@ def _open_by_profile() -> dict[str, Scalar]:
 def run(
     model: Any, t1: Scalar, level: Scalar, *, rtol: Scalar, save: object = "steps", account: bool = True
 ) -> Solution:
-    """The run until the slave has travelled `level` in m, of t1 in s at most; one program for opening and whole duty.
+    """Simulates until the slave has travelled `level` in m, or until t1 in s; one program for opening and whole duty.
 
-    With an account, the integral is the "energy" in J that the battery gives.
+    With an energy account, the integral "energy" is the battery energy in J.
     """
     return simulate(
         model, t1, until=lambda s: s.piston.a.s - level, save=save, energy=account, rtol=rtol, throw=False,
@@ -90,12 +90,12 @@ def _battery(s: Any) -> dict[str, Scalar]:
 
 
 def open_clutch(model: Component, *, rtol: Scalar, save: object = "steps", account: bool = True) -> Solution:
-    """From rest until the clutch is open."""
+    """Simulates from rest until the clutch is open."""
     return run(model, LONGEST, STROKE, rtol=rtol, save=save, account=account)
 
 
 def whole_duty(model: Component, opened: Scalar, *, rtol: Scalar) -> Solution:
-    """From rest through opening, which takes the time `opened` in s, hold and closing."""
+    """Simulates opening, which takes the time `opened` in s, hold and closing."""
     times = {
         "demand.beyond.start_time": opened,
         "demand.profile.times": _closing(opened),
@@ -105,5 +105,5 @@ def whole_duty(model: Component, opened: Scalar, *, rtol: Scalar) -> Solution:
 
 
 def half_open_by_profile(model: Component, *, rtol: Scalar) -> Solution:
-    """From rest to half the stroke, on the way of an opening that follows the profile in `METERED`."""
+    """Simulates to half the stroke, during an opening along the profile in `METERED`."""
     return run(replace(model, _open_by_profile()), LONGEST, 0.5 * STROKE, rtol=rtol)

@@ -1,4 +1,4 @@
-"""Electromechanical actuators: a motor moves the master cylinder over a transmission."""
+"""Electromechanical actuators: a motor moves the master cylinder through a transmission."""
 
 import math
 from typing import Any
@@ -22,7 +22,7 @@ from components.rotational import (
 from ..actuators import SUPPLY, ema_maxon, sila
 from ._parts import Controlled, Positioned, load, motor_control, re50
 
-TOLERANCE = 0.1e-3  # m, within which the motor of a drive that locks itself is off
+TOLERANCE = 0.1e-3  # m, position error below which the motor of a self-locking drive is off
 
 
 class MasterDriven(Controlled, partial=True):
@@ -87,9 +87,9 @@ class BallScrewActuator(MasterDriven):
 
 
 class SelfLocking(Positioned, partial=True):
-    """A drive that stays where it is without current: its motor is off as long as the position is near enough.
+    """A self-locking drive: its motor is off while the position error is within a tolerance.
 
-    An integral part would break it loose again and again.
+    With integral action, it would break loose repeatedly.
     """
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -113,7 +113,7 @@ class SelfLocking(Positioned, partial=True):
 
 
 class WormActuator(SelfLocking):
-    """Motor, worm, cam that lifts evenly, master cylinder: the present actuator."""
+    """Motor, worm, linear cam, master cylinder: the present actuator."""
 
     worm: LossyGear
     cam: Cam
@@ -146,26 +146,26 @@ def eccentric() -> EccentricActuator:
 
 
 def crank() -> CrankActuator:
-    """As `eccentric`, with a crank of the same radius and a connecting rod of 40 mm."""
+    """Like `eccentric`, with a crank of the same radius and a connecting rod of 40 mm."""
     slider = CrankSlider(crank=5.5e-3, rod_length=40e-3)
     return CrankActuator(turned=Disc(delta_phi=math.pi), crank=slider, **_geared())
 
 
 def ball_screw() -> BallScrewActuator:
-    """As `eccentric`, with a ball screw whose lead asks of the open clutch's motor about what the cam does."""
+    """Like `eccentric`, with a ball screw whose lead gives about the same motor torque with the clutch open."""
     thread = LossyGearR2T.screw(diameter=20e-3, lead=20e-3, mu=0.01)
     return BallScrewActuator(spindle=Inertia(J=1.2e-5), screw=thread, **_geared())
 
 
 def worm() -> WormActuator:
-    """The present actuator with FISE motor; its worm has just enough friction to lock itself: an efficiency of 49 %."""
+    """The present actuator with FISE motor; its worm has just enough friction to be self-locking: efficiency 49 %."""
     base = sila()
     helix = Helix.of_worm(starts=1.0, quotient=10.0, mu=0.095)
     return WormActuator(motor=base.motor, worm=helix.gear(38.0), cam=base.cam, master=base.master, **_locking())
 
 
 def screw() -> ScrewActuator:
-    """RE50 motor and a trapezoidal thread Tr 14x3, steel on bronze."""
+    """RE50 motor and a trapezoidal screw Tr 14x3, steel on bronze."""
     thread = LossyGearR2T.screw(diameter=12.5e-3, lead=3e-3, mu=0.1, flank=math.radians(15.0))
     return ScrewActuator(motor=re50(), screw=thread, master=ema_maxon().master, **_locking())
 

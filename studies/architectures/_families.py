@@ -1,4 +1,4 @@
-"""All architectures that are compared."""
+"""The list of architectures."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -9,7 +9,7 @@ from ._hydrostatic import across_the_piston, across_the_pump, servo_motor, servo
 from ._stored import automated_gearbox, charged, holding_valve, purge_valve
 from ._valve_controlled import bleed_off, constant_pressure, load_sensing, power_matched, pressure_compensated
 
-# In kg, as the thesis states them (tables 6.2 to 6.4, conclusions).
+# Masses in kg, from the thesis (tables 6.2 to 6.4, conclusions).
 _PUMP: Mapping[str, float] = MappingProxyType({"motor RE40": 0.48, "pump": 0.9})
 _RELIEVED: Mapping[str, float] = MappingProxyType({**_PUMP, "relief valve": 0.05})
 _VARIABLE: Mapping[str, float] = MappingProxyType({"motor RE40": 0.48, "relief valve": 0.05})

@@ -1,4 +1,4 @@
-"""Electrohydrostatic actuators: the pump moves the slave without a valve between them."""
+"""Electrohydrostatic actuators: the pump moves the slave directly, without a valve."""
 
 from typing import Any
 
@@ -23,13 +23,13 @@ from ..actuators import SUPPLY, ehs_maxon
 from ._duty import Demand
 from ._parts import Controlled, drain, liquid, load, motor_control, pump_data, re40, relief, spool, valve_control
 
-BIAS = 2e5  # Pa, of both sides at rest
-ROD = 8e-3  # m, on both sides of the piston
-CHAMBER = 1e-5  # m3, of each side at its end: stiff as the line of the others
+BIAS = 2e5  # Pa, pressure of both sides at rest
+ROD = 8e-3  # m, rod diameter on both sides of the piston
+CHAMBER = 1e-5  # m3, dead volume of each side; as stiff as the line of the other actuators
 
 
 class ClosedCircuit(Component, partial=True):
-    """Pump and synchronous cylinder; an accumulator makes up through check valves for what relief valves let out."""
+    """Pump and synchronous cylinder. An accumulator replaces the flow of the relief valves through check valves."""
 
     supply: ConstantVoltage | SignalVoltage
     motor: DCMotor
@@ -63,7 +63,7 @@ class ClosedCircuit(Component, partial=True):
 
 
 class ServoMotorActuator(ClosedCircuit):
-    """A motor that turns both ways as far as it is needed, with a fixed pump."""
+    """A reversible servo motor with a fixed pump."""
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -73,7 +73,7 @@ class ServoMotorActuator(ClosedCircuit):
 
 
 class ServoPumpActuator(ClosedCircuit):
-    """A motor that turns all the time, with a pump whose displacement is set to either side."""
+    """A motor that turns continuously, with a pump whose displacement is reversible."""
 
     supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     pump: ServoPump  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -83,9 +83,9 @@ class ServoPumpActuator(ClosedCircuit):
 
 
 class VariablePurgeActuator(Controlled):
-    """A motor that turns all the time, with a variable pump from a tank and a purge valve between pump and slave.
+    """A motor that turns continuously, a variable pump with a tank, and a purge valve between pump and slave.
 
-    One controller drives both: it sets the displacement to open and hold, and opens the purge valve to close.
+    One controller acts on both: it sets the displacement to open and hold, and opens the purge valve to close.
     """
 
     supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -116,26 +116,26 @@ def across_the_pump(s: Any) -> Any:
 
 
 def across_the_piston(s: Any) -> Any:
-    """Pressure difference that opens the clutch, and flow into the cylinder."""
+    """Pressure difference across the piston, and flow into the cylinder."""
     return s.slave.p_a - s.slave.p_b, s.slave.a.q
 
 
 def servo_motor() -> ServoMotorActuator:
-    """EHA-SM; the equations of a brushed motor stand for the brushless machine behind its electronics."""
+    """EHA with servo motor. The equations of a brushed motor represent the brushless machine with its electronics."""
     return ServoMotorActuator(
         supply=SignalVoltage(), pump=FixedPump(**pump_data()), controller=motor_control(), **_closed()
     )
 
 
 def servo_pump() -> ServoPumpActuator:
-    """EHA-SP; a battery has no induction motor, so a direct-current motor turns the pump."""
+    """EHA with servo pump. The supply is a battery, so a DC motor instead of an induction motor turns the pump."""
     return ServoPumpActuator(
         supply=ConstantVoltage(V=SUPPLY), pump=_variable(), controller=valve_control(), **_closed()
     )
 
 
 def variable_purge() -> VariablePurgeActuator:
-    """The pump on demand with purge valve of Honda's patent; the thesis says no more of it."""
+    """The on-demand pump with purge valve of Honda's patent; the thesis gives no details."""
     return VariablePurgeActuator(
         supply=ConstantVoltage(V=SUPPLY), motor=re40(), forward=Limiter(u_min=0.0, u_max=1.0), back=Sum(k2=-1.0),
         pump=_variable(), spool=spool(), purge=drain(), controller=valve_control(), **load(),

@@ -31,22 +31,23 @@ OTHER: Mapping[str, tuple[str, float, str]] = MappingProxyType(
         "Battery current of the hold [A]": ("battery_current", 1.0, "z.2f"),
         "Energy of the duty [J]": ("energy", 1.0, "z.0f"),
     }
-)  # by title: a figure of a row, its factor and format
-ABOUT = """Ways to open the clutch of a car, all of one size and on one duty: open in the least time, hold for 10 s,
-close along a profile of 1 s. The clutch takes 12 mm and 58 N/mm; the supply has 13.5 V.
+)  # attribute of a row, its factor and format, by title
+ABOUT = """Actuators that open the clutch of a car, with equal sizes and on one duty: open in minimum time, hold for
+10 s, close along a profile of 1 s. The clutch has a stroke of 12 mm and 58 N/mm; the supply has 13.5 V.
 
-Currents "peak" and "motor" are the motor's, at the end of the hold; battery current and power are means over the hold,
-behind a lossless converter. Energies are what the battery gives; the imbalance is that of their account, over what is
-supplied. The friction of all drives is that of the set of all studies, which was fitted to openings. The no-load
-set, of drives with a pump, has that of the thesis' test without load, in chapter 8."""
-MEASURED = """The thesis measured two of these. Its RE50 opened sooner than the resistance of Table 8.2 lets it. Its
-actuator with pump and valve did not move for 30 ms; the study of the prototypes says what that leaves open."""
-AREAS = """The whole area is the power that pump, accumulator or master cylinder give; its parts are the power to the
-clutch, and what is lost in the valve or as surplus flow."""
-RTOL = 1e-8  # at least, of the runs: the accounts are then balanced far better than to 1e-6
+"peak" is the motor current during the opening, and "motor, held" the motor current at the end of the hold. Battery
+current and power are means over the hold, with a lossless converter. Energies are supplied by the battery; the
+imbalance of the energy account is relative to the supplied energy. The friction of all drives is that of the set of
+all studies, which was fitted to openings. The no-load set of drives with a pump has the friction of the thesis' test
+without load, in chapter 8."""
+MEASURED = """The thesis measured two of these. Its RE50 opened sooner than the resistance of Table 8.2 allows. Its
+actuator with pump and valve did not move for 30 ms; the study of the prototypes discusses possible causes."""
+AREAS = """The whole area is the power of the pump, accumulator or master cylinder. Its parts are the power to the
+clutch, the loss in the valve, and the surplus flow."""
+RTOL = 1e-8  # at least, of the runs; the energy accounts then close far better than to 1e-6
 STORED = Path(__file__).parent / "rows.json"
-WORKERS = 2  # processes; each compiles programs of its own
-LONGEST = "automated gearbox"  # to simulate, by far; run among the last, it would leave the other processes idle
+WORKERS = 2  # processes; each compiles its own programs
+LONGEST = "automated gearbox"  # slowest to simulate by far; started first, so that no process waits for it at the end
 
 
 def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) -> list[Row]:
@@ -55,8 +56,8 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) 
         require_matplotlib()
     rows = study(max(rtol, RTOL))
     print_table("Clutch actuators: one duty for all", HEADS, cells(rows))
-    print_table("As measured, and in `validate`", MEASURED_HEADS, measured_cells())
-    print_table("What limits each", LIMIT_HEADS, limit_cells(rows))
+    print_table("Measured opening times, and those of `validate`", MEASURED_HEADS, measured_cells())
+    print_table("Limits of the opening time", LIMIT_HEADS, limit_cells(rows))
     for title in OTHER:
         print_table(f"{title}, no-load set, cold, hot, and with a worn clutch", OTHER_HEADS, _other_cells(rows, title))
     if json is not None:
@@ -67,7 +68,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) 
 
 
 def study(rtol: float = RTOL, names: Sequence[str] | None = None) -> list[Row]:
-    """The rows of all architectures, or of those with the given names, in processes side by side."""
+    """The rows of all architectures, or of those with the given names, computed in parallel processes."""
     chosen = [item.name for item in ARCHITECTURES if names is None or item.name in names]
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(min(WORKERS, len(chosen)), context) as pool:
@@ -97,7 +98,7 @@ def cells(rows: Iterable[Row]) -> Iterable[tuple[str, ...]]:
 
 
 def measured_cells() -> list[tuple[str, ...]]:
-    """Opening times of the two prototypes that were measured, beside those of `validate` with either set."""
+    """Measured opening times of two prototypes, and those of `validate` with either set."""
     return [
         (
             ACTUATOR_NAMES[row.actuator], f"{1e3 * (row.thesis or 0.0):.0f}", f"{1e3 * row.model:.1f}",
@@ -110,12 +111,12 @@ def measured_cells() -> list[tuple[str, ...]]:
 
 
 def limit_cells(rows: Iterable[Row]) -> list[tuple[str, ...]]:
-    """What limits each, as texts."""
+    """The cells of the table of limits as text."""
     return [limits(row, named(row.architecture).build()) for row in rows]
 
 
 def _other_cells(rows: Iterable[Row], title: str) -> Iterable[tuple[str, ...]]:
-    """A figure under all conditions."""
+    """The cells of a figure under all conditions."""
     name, factor, form = OTHER[title]
     for row in rows:
         others = [_under(row, condition, name, factor, form) for condition in CONDITIONS]
@@ -123,13 +124,13 @@ def _other_cells(rows: Iterable[Row], title: str) -> Iterable[tuple[str, ...]]:
 
 
 def _under(row: Row, condition: str, name: str, factor: float, form: str) -> str:
-    """A figure under a condition; a dash where the architecture has none, and where the run gave up before."""
+    """A figure under a condition; a dash if the architecture lacks it, or if the run failed earlier."""
     value = row.conditions.get(condition, {}).get(name)
     return "-" if value is None else format(factor * value, form)
 
 
 def report(rows: Sequence[Row], out: Path) -> None:
-    """Pictures of all architectures, and one page with them."""
+    """Writes the pictures of all architectures, and one page with them."""
     from .._output import save
     from .._report import Table, write_report
     from ._plot import plot_areas, plot_energies, plot_figures
@@ -148,23 +149,27 @@ def report(rows: Sequence[Row], out: Path) -> None:
     parts = [
         (
             "Opening, hold and whole duty",
-            [Table(HEADS, list(cells(rows))), Table(MEASURED_HEADS, measured_cells(), "As measured"), MEASURED],
+            [
+                Table(HEADS, list(cells(rows))),
+                Table(MEASURED_HEADS, measured_cells(), "Measured opening times"),
+                MEASURED,
+            ],
             [],
         ),
-        ("What limits each", Table(LIMIT_HEADS, limit_cells(rows)), []),
-        ("What the opening time hangs on", Table(SHARE_HEADS, shares), []),
+        ("Limits of the opening time", Table(LIMIT_HEADS, limit_cells(rows)), []),
+        ("Sensitivities of the opening time", Table(SHARE_HEADS, shares), []),
         ("No-load set, cold, hot, and with a worn clutch", others, []),
         ("Opening, hold and energy", "", [figures]),
         ("Energy of one operation", "", [energies]),
         ("Pressure over flow", AREAS, [areas]),
         ("Masses", Table(("architecture", "published", "not published"), list(map(_masses, ARCHITECTURES))), []),
-        ("Assumed", Table(("what", "why"), list(ASSUMED.items())), []),
+        ("Assumptions", Table(("assumption", "reason"), list(ASSUMED.items())), []),
     ]
     write_report(out, "architectures", "Architectures of clutch actuators", parts, ABOUT)
 
 
 def stored() -> list[Row]:
-    """The rows as they were when the documentation was written: `python -m studies architectures --json` gives them."""
+    """The rows shown in the documentation, written by `python -m studies architectures --json`."""
     return read_json(STORED, rows=Row)["rows"]
 
 
@@ -174,17 +179,17 @@ def as_text(rows: Sequence[Row]) -> str:
 
 
 def measured_as_text() -> str:
-    """The two prototypes that were measured, beside `validate`: a line for each."""
+    """The table of the measured prototypes and `validate`, with a line for each."""
     return plain_table(MEASURED_HEADS, measured_cells())
 
 
 def limits_as_text(rows: Sequence[Row]) -> str:
-    """What limits each: a line for each row."""
+    """The table of limits, with a line for each row."""
     return plain_table(LIMIT_HEADS, limit_cells(rows))
 
 
 def conditions_as_text(rows: Sequence[Row]) -> str:
-    """The duty under other conditions: tables with a line for each row."""
+    """The tables of the other conditions, with a line for each row."""
     return "\n\n".join(f"{title}\n{plain_table(OTHER_HEADS, list(_other_cells(rows, title)))}" for title in OTHER)
 
 

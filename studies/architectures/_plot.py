@@ -1,4 +1,4 @@
-"""Pictures: where power and energy go."""
+"""Plots of power, energy and main results."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -35,7 +35,7 @@ FIGURES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
         "motor_current": ("motor current, held [A]", 1.0, "z.2f"),
         "energy": ("energy of one operation [J]", 1.0, "z.0f"),
     }
-)  # of a row: what it is, its factor and format
+)  # label, factor and format, by attribute of a row
 THESIS: Mapping[str, Mapping[str, Datum]] = MappingProxyType(
     {
         "eccentric": {
@@ -44,13 +44,13 @@ THESIS: Mapping[str, Mapping[str, Datum]] = MappingProxyType(
         },
         "holding valve": {"opening_time": DEAD_TIME["opening time"]},
     }
-)  # what was measured on prototypes of these kinds
+)  # measurements on prototypes of these kinds
 SURPLUS = ("relief", "compensator", "bleed")
 TO_BAR, TO_LITRES = 1e-5, 6e4  # from Pa, and from m3/s to l/min
 
 
 def kind_of(path: str) -> str:
-    """The kind of a loss, by the component that it arises in."""
+    """The kind of a loss, from the path of the component."""
     first = path.split(".")[0]
     if path.endswith(("resistor", "coil")):
         return "winding"
@@ -64,7 +64,7 @@ def kind_of(path: str) -> str:
 
 
 def plot_areas(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Pressure over flow: the whole area is the power of the source, its parts those of the clutch and the losses."""
+    """Plots pressure over flow. The whole area is the power of the source; its parts are the clutch and the losses."""
     figure = figure or Figure(figsize=(10.0, 2.3 * len(rows) + 0.6), layout="constrained")
     panels = np.asarray(figure.subplots(len(rows), len(WHEN), squeeze=False, sharex=True, sharey=True))
     widest = max(row.flows[when]["source_q"] for row in rows for when in row.flows)
@@ -104,9 +104,9 @@ def _area(panel: Axes, name: str, x: float, y: float, width: float, height: floa
 
 
 def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Energy of one operation: what is lost, by kinds, and what the battery gives, by parts of the duty.
+    """Plots the energy of one operation: losses by kind, and battery energy by part of the duty.
 
-    Both differ by what is stored at the end.
+    Both differ by the energy stored at the end.
     """
     figure = figure or Figure(figsize=(12.0, 0.42 * len(rows) + 2.2), layout="constrained")
     losses, parts = np.ravel(np.asarray(figure.subplots(1, 2, sharex=True, sharey=True)))
@@ -134,7 +134,7 @@ def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure
 
 
 def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure | None = None) -> Figure:
-    """Opening times, currents and energies, beside what the thesis measured on its prototypes of these kinds."""
+    """Plots opening times, currents and energies, with the measurements of the thesis on its prototypes."""
     figure = figure or Figure(figsize=(12.0, 0.36 * len(rows) + 1.6), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(1, len(FIGURES), sharey=True)))
     places = range(len(rows))

@@ -1,4 +1,4 @@
-"""What an architecture comes to: one row of the table."""
+"""Results of an architecture: one row of the table."""
 
 import dataclasses
 import functools as ft
@@ -19,19 +19,20 @@ from ._duty import CLOSING, HOLD, half_open_by_profile, open_clutch, whole_duty
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """An architecture put to the duty, in SI units.
+    """Results of an architecture on the duty, in SI units.
 
-    Currents are the motor's, except `battery_current`; a converter between battery and motor is lossless. The peak is
-    that of the opening, where both are the same at full voltage. `motor_current` is that at the end of the hold,
-    `battery_current` and `holding_power` are means over the hold, and energies what the battery gives.
+    Currents are motor currents, except `battery_current`; the converter between battery and motor is lossless. The peak
+    current is that of the opening, where both currents are equal at full voltage. `motor_current` is that at the end of
+    the hold; `battery_current` and `holding_power` are means over the hold. Energies are battery energies.
 
-    `losses` by component, `stored` and `compression` are over the whole duty; `compression` is what the account counts
-    as supplied beside the battery: a `LinearLiquid` of energy density e that a cylinder takes in, the integral of e dV.
-    `gradients` are those of the opening time by the path of a size, `modes` the largest difference between both modes
-    of differentiation, over the largest one. `lowest` and `highest` bound the position from a second after the opening
-    to the end of the hold. `flows` are pressure and flow of the source and of the clutch: at half the stroke as it
-    opens at full speed and, metered, along a profile, and in the hold. `conditions` has some of these figures for the
-    duty with the no-load set, cold, hot and worn.
+    `losses` by component, `stored` and `compression` are totals over the whole duty. `compression` is the energy that
+    the account books as supplied in addition to the battery: the integral of e dV over the volume that a cylinder takes
+    in, with the energy density e of a `LinearLiquid`. `gradients` are the derivatives of the opening time by the path
+    of a size; `modes` is the largest difference between forward and reverse mode, relative to the largest gradient.
+    `lowest` and `highest` bound the position from a second after the opening to the end of the hold. `flows` are
+    pressure and flow of the source and of the clutch: at half the stroke during the opening at full speed and, metered,
+    along a profile, and in the hold. `conditions` holds some of these figures for the duty with the no-load set, cold,
+    hot and worn.
     """
 
     architecture: str
@@ -46,7 +47,7 @@ class Row:
     stored: float
     compression: float
     mass: float
-    imbalance: float  # of the account, over what is supplied
+    imbalance: float  # of the energy account, relative to the supplied energy
     gradients: Mapping[str, float]
     modes: float
     lowest: float
@@ -57,7 +58,7 @@ class Row:
 
 
 def row_of(architecture: Architecture, rtol: float, *, differentiated: bool = True) -> Row:
-    """Simulate an architecture and, unless told otherwise, differentiate its opening time."""
+    """Simulate an architecture and, by default, differentiate its opening time."""
     model = architecture.build()
     opened, duty = _done(architecture.name, model, rtol)
     energies = _energies(duty, opened)
@@ -103,10 +104,10 @@ def _done(name: str, model: Component, rtol: float) -> tuple[float, Solution]:
 
 
 def _figures(name: str, model: Component, rtol: float) -> dict[str, float]:
-    """What is compared under other conditions."""
+    """The figures that are compared under other conditions."""
     opened, duty = _done(name, model, rtol)
     if duty.ts[-1] < opened + HOLD + CLOSING:
-        # The run gave up on the way, and its energies are not those of the duty.
+        # The run failed before the end, so its energies are not those of the duty.
         return {"opening_time": opened}
     return {
         "opening_time": opened,
@@ -134,7 +135,7 @@ def sizes_of(architecture: Architecture, model: Component) -> Array:
 
 
 def gradients_of(architecture: Architecture, model: Component, rtol: float) -> tuple[dict[str, float], float]:
-    """The derivatives of the opening time by the main sizes, and how far both modes differ, relative to the largest."""
+    """The derivatives of the opening time by the main sizes, and the relative difference between both modes."""
     time, sizes = opening_time_of(architecture, model, rtol), sizes_of(architecture, model)
     forward, reverse = map(np.asarray, jax.jit(ft.partial(_both_modes, time))(sizes))
     scaled = np.asarray(sizes) * np.stack([forward, reverse])
@@ -143,7 +144,7 @@ def gradients_of(architecture: Architecture, model: Component, rtol: float) -> t
 
 
 def _both_modes(time: Callable[[Array], Scalar], sizes: Array) -> tuple[Array, Array]:
-    """Derivatives pushed forward along each size, and pulled back from the time; both by one linearised run."""
+    """The derivatives in forward and in reverse mode, from one linearised run."""
     moment, push = jax.linearize(time, sizes)
     (pulled,) = jax.linear_transpose(push, sizes)(jnp.ones_like(moment))
     return jax.vmap(push)(jnp.eye(len(sizes))), pulled
@@ -155,17 +156,17 @@ def _energies(duty: Solution, opened: float) -> dict[str, float]:
 
 
 def _integral(duty: Solution, time: float) -> float:
-    """Energy in J that the battery has given until a time."""
+    """Battery energy in J until a time."""
     return float(np.interp(time, np.asarray(duty.ts), np.asarray(duty.integrals["energy"])))
 
 
 def _holding_power(duty: Solution, opened: float) -> float:
-    """Mean over the hold in W."""
+    """Mean power in W over the hold."""
     return (_integral(duty, opened + HOLD) - _integral(duty, opened)) / HOLD
 
 
 def _during(duty: Solution, begin: float, end: float) -> np.ndarray:
-    """Which saved times are in between."""
+    """Mask of the saved times in an interval."""
     times = np.asarray(duty.ts)
     return (times >= begin) & (times <= end)
 

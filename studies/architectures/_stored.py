@@ -1,4 +1,4 @@
-"""Actuators whose motor rests while the clutch is held: by a valve, by a check valve, or from an accumulator."""
+"""Actuators whose motor is off during the hold: with a holding valve, a check valve, or an accumulator."""
 
 from typing import Any
 
@@ -35,12 +35,12 @@ from ._parts import (
     valve_control,
 )
 
-BAND = 0.5e-3  # m, between topping up and switching off
+BAND = 0.5e-3  # m, between start and end of a top-up
 CHARGED, CHARGING_BAND = 4.2e6, 2e5  # Pa, mean pressure of the accumulator and its band
 
 
 class Leaking(Controlled, partial=True):
-    """Motor and fixed pump from a tank; the seals of the slave leak, so that it has to be topped up."""
+    """Motor and fixed pump with a tank. The seals of the slave leak, so that it must be topped up."""
 
     supply: SignalVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     pump: FixedPump
@@ -59,9 +59,9 @@ class Leaking(Controlled, partial=True):
 
 
 class HoldingValveActuator(Leaking):
-    """The thesis' prototype: a normally open valve shuts to hold.
+    """The prototype of the thesis: a normally open valve closes to hold the clutch.
 
-    To close it opens, and the motor follows the profile.
+    To close the clutch, the valve opens, and the motor follows the profile.
     """
 
     top_up: TwoPointController
@@ -95,7 +95,7 @@ class HoldingValveActuator(Leaking):
 
 
 class PurgeActuator(Leaking):
-    """A check valve holds; to close, the motor rests and a purge valve lets the liquid back to the tank."""
+    """A check valve holds. To close the clutch, the motor is off, and a purge valve returns the liquid to the tank."""
 
     top_up: TwoPointController
     idle: Constant
@@ -126,10 +126,10 @@ class PurgeActuator(Leaking):
 
 
 class AccumulatorActuator(Leaking):
-    """As in automated gearboxes: an accumulator that a pump recharges feeds a three-way valve.
+    """As in automated gearboxes, an accumulator that a pump recharges supplies a three-way valve.
 
-    An on/off valve joins accumulator and three-way valve, another one this and the line; both are shut in the hold,
-    except for topping up.
+    One on/off valve connects the accumulator to the three-way valve, another one the three-way valve to the line. Both
+    are closed during the hold, except to top up.
     """
 
     wanted: Constant
@@ -203,10 +203,10 @@ def automated_gearbox() -> AccumulatorActuator:
 
 
 def charged(model: AccumulatorActuator) -> AccumulatorActuator:
-    """With the accumulator, whatever its size, and what is open to it at the mean pressure.
+    """The model with the accumulator, whatever its size, and the parts connected to it at the mean pressure.
 
-    That is the middle of the band in which the pump charges it, where the pump is off and stays off for a while: the
-    duty begins away from all pressures at which it switches.
+    The mean pressure is the middle of the charging band, where the pump is off and stays off for some time. The duty
+    therefore begins away from all switching pressures.
     """
     gas = model.accumulator
     share = ((gas.precharge + gas.atmosphere) / (CHARGED + gas.atmosphere)) ** (1.0 / gas.n)

@@ -1,4 +1,4 @@
-"""Valve-controlled actuators: a pump that turns all the time, and a valve that meters what the clutch gets."""
+"""Valve-controlled actuators: a pump that turns continuously, and a valve that meters the flow to the clutch."""
 
 from typing import Any
 
@@ -33,14 +33,14 @@ from ._parts import (
     valve_control,
 )
 
-MARGIN = 7e5  # Pa, of load sensing above the load: the valve's drop at its rated flow, and the band
-ABOVE = 1e6  # Pa, of relief valves above what variable pumps are set to
+MARGIN = 7e5  # Pa, load-sensing margin: the pressure drop of the valve at its rated flow, and the band
+ABOVE = 1e6  # Pa, setting of relief valves above that of variable pumps
 SWING = 0.02  # s, time constant of a swash plate
 BAND = 3e5  # Pa, over which load sensing and pressure compensation act
 
 
 class PumpSupplied(Controlled, partial=True):
-    """The motor turns a pump at the voltage of the battery; the controller moves the spool of a valve."""
+    """The motor turns a pump at battery voltage; the controller moves the spool of a valve."""
 
     supply: ConstantVoltage  # pyright: ignore[reportIncompatibleVariableOverride]
     pump: FixedPump | PressureCompensatedPump | LoadSensingPump
@@ -57,9 +57,10 @@ class PumpSupplied(Controlled, partial=True):
 
 
 class Metered(PumpSupplied, partial=True):
-    """A three-way valve joins the line with the pump to open, with the tank to close; a relief valve bounds its supply.
+    """A three-way valve connects the line to the pump to open, and to the tank to close.
 
-    With a fixed pump it sets the pressure; a variable one needs it for as long as its swash plate takes to swing back.
+    A relief valve limits the supply pressure. With a fixed pump, it sets this pressure. A variable pump needs it while
+    its swash plate swings back.
     """
 
     chamber: Volume
@@ -77,13 +78,13 @@ class Metered(PumpSupplied, partial=True):
 
 
 class ConstantPressureActuator(Metered):
-    """What the valve does not take goes through the relief valve."""
+    """The surplus flow returns through the relief valve."""
 
     pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 class LoadSensingActuator(Metered):
-    """A compensator lets the surplus go at a pressure that is a margin above that of the load."""
+    """A compensator returns the surplus flow at the load pressure plus a margin."""
 
     pump: FixedPump  # pyright: ignore[reportIncompatibleVariableOverride]
     compensator: BypassCompensator
@@ -98,13 +99,13 @@ class LoadSensingActuator(Metered):
 
 
 class PressureCompensatedActuator(Metered):
-    """The pump gives what the valve takes, at one pressure."""
+    """The pump delivers the flow of the valve at constant pressure."""
 
     pump: PressureCompensatedPump  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 class PowerMatchedActuator(Metered):
-    """The pump gives what the valve takes, at a pressure that is a margin above that of the load."""
+    """The pump delivers the flow of the valve at the load pressure plus a margin."""
 
     pump: LoadSensingPump  # pyright: ignore[reportIncompatibleVariableOverride]
 
@@ -113,7 +114,7 @@ class PowerMatchedActuator(Metered):
 
 
 class BleedOffActuator(PumpSupplied):
-    """The pump is on the line, and a valve bleeds off what the clutch does not take, at the pressure of the load."""
+    """The pump supplies the line directly, and a valve bleeds off the surplus flow at the load pressure."""
 
     bleed: VariableOrifice
 

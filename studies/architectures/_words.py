@@ -1,4 +1,4 @@
-"""What limits an architecture, in words for those who have not read the code."""
+"""Limits of the opening time of an architecture, with descriptive names of sizes and losses."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -7,7 +7,7 @@ from acausal import Component, parameters
 
 from ._rows import Row
 
-# Main sizes by their path in the model
+# Names of the main sizes, by path.
 SIZES: Mapping[str, str] = MappingProxyType(
     {
         "accumulator.volume": "volume of the accumulator",
@@ -29,7 +29,7 @@ SIZES: Mapping[str, str] = MappingProxyType(
         "valve.rated_flow": "rated flow of the valve",
     }
 )
-# Components that lose energy
+# Names of the losses, by path of the component.
 LOSSES: Mapping[str, str] = MappingProxyType(
     {
         "accumulator": "inlet of the accumulator",
@@ -59,19 +59,19 @@ LOSSES: Mapping[str, str] = MappingProxyType(
     }
 )
 WINDING = "motor.resistor.R"
-HALF = 0.5  # share of the pressure lost in valves, and elasticity, from which on these limit the opening
+HALF = 0.5  # threshold of the pressure share lost in valves, and of the elasticity, to limit the opening
 HEADS = (
-    "architecture", "opening is limited by", "main size that it hangs on most", "1 % more of it: time",
-    "most of the energy goes into",
+    "architecture", "opening is limited by", "size of largest effect", "time for 1 % more of it",
+    "largest loss",
 )  # fmt: skip
 
 
 def limits(row: Row, model: Component) -> tuple[str, ...]:
     """A line of the table with `HEADS`.
 
-    Throughout the opening all controllers are at their limits. Valves bound it where they take most of the pressure at
-    half the stroke. Else it is the motor: its current where the time follows the resistance of the winding, its speed
-    without load where it does not.
+    All controllers saturate during the opening. If the valves take most of the pressure at half the stroke, they limit
+    the opening. Otherwise the motor limits it: its current if the time depends strongly on the winding resistance, and
+    its no-load speed if not.
     """
     shares = elasticities(row, model)
     size = max(shares.keys() - {WINDING}, key=lambda path: abs(shares[path]), default=None)
@@ -85,13 +85,13 @@ def _bound(row: Row, shares: Mapping[str, float]) -> str:
     flows = row.flows["opening"]
     dropped = 1.0 - flows["clutch_p"] / flows["source_p"]
     if dropped > HALF:
-        return f"its valves: they take {100.0 * dropped:.0f} % of the pressure"
+        return f"valves: {100.0 * dropped:.0f} % of the pressure drops there"
     if shares.get(WINDING, 0.0) > HALF:
-        return f"current of the motor: 1 % more resistance, {shares[WINDING]:.2f} % more time"
-    return "speed of the motor at full voltage"
+        return f"motor current: 1 % more resistance, {shares[WINDING]:.2f} % more time"
+    return "motor speed at full voltage"
 
 
 def elasticities(row: Row, model: Component) -> dict[str, float]:
-    """By how many per cent the opening time changes for a per cent of each main size, by path."""
+    """Elasticities of the opening time with respect to the main sizes, by path."""
     values = parameters(model)
     return {path: slope * float(values[path]) / row.opening_time for path, slope in row.gradients.items()}

@@ -1,6 +1,6 @@
-"""What the thesis left open: the load of a real clutch, the line, temperatures, passages, courses of voltage, series.
+"""Extensions of the thesis: load of a real clutch, line, temperature, passages, voltage profiles, series production.
 
-Each as far as components and design tools go, beside what the thesis states; what had to be assumed is said there.
+Each is compared with the statements of the thesis, and lists its assumptions.
 """
 
 from ._main import ITEMS as ITEMS

@@ -1,8 +1,8 @@
-"""The load of a real clutch: diaphragm spring with wear, cushion of the facings, friction of the release bearing.
+"""The load of a real clutch: diaphragm spring with wear, cushion spring of the facings, release bearing with friction.
 
-The thesis' rig has a linear spring instead; its figure 3.3 shows the release curve of a clutch without numbers. The
-spring here has usual sizes; with limited wear it takes the 800 N that the thesis states. Fork, cushion and friction of
-the bearing are assumed.
+The test rig of the thesis has a linear spring instead; its figure 3.3 shows the release curve of a clutch without
+numbers. The diaphragm spring has typical sizes. With limited wear, it takes the 800 N that the thesis states. Fork,
+cushion and bearing friction are assumed.
 """
 
 import dataclasses
@@ -29,18 +29,18 @@ from ._prototypes import PROTOTYPES, RE50, Prototype
 from ._row import Row
 
 ITEM = "clutch load"
-# A clutch of 228 mm with H/t = 1.7: closed by 4.4 kN, it takes 803 N at the slave with limited wear.
+# A clutch of 228 mm with H/t = 1.7: clamp load 4.4 kN, release load at the slave 803 N with limited wear.
 SPRING = Diaphragm(R=114.5e-3, r=89e-3, R_1=112.5e-3, r_1=90.5e-3, r_f=29e-3, t=2.6e-3, H=4.42e-3)
-FORK = 2.0  # travel of the slave over that of the release bearing
-CUSHION = 0.6e-3  # m, travel of the plate in which new facings give way
-ENGAGED, WEAR = 3.2e-3, 1.0e-3  # m, deflection of the closed spring with new facings, and what limited wear takes of it
-BEARING = 0.05  # friction of the release bearing on its guide, of the strongest load
-LATEST = 1.0  # s, given up after this time
+FORK = 2.0  # travel of the slave relative to the release bearing
+CUSHION = 0.6e-3  # m, compression of new facings
+ENGAGED, WEAR = 3.2e-3, 1.0e-3  # m, deflection of the closed spring with new facings, and its reduction by limited wear
+BEARING = 0.05  # friction of the release bearing on its guide, relative to the peak load
+LATEST = 1.0  # s, limit of a run
 RIG, NEW, WORN, STIFF = "rig's spring", "new facings", "worn facings", "worn facings, bearing friction"
 
 
 class ReleaseMechanism(Component):
-    """Fork, release bearing with its friction, diaphragm spring, and the cushion that carries it while it is closed."""
+    """Fork, release bearing with friction, diaphragm spring, and the cushion spring that supports it when closed."""
 
     fork: Lever
     bearing: SmoothStribeckFriction
@@ -58,7 +58,7 @@ class ReleaseMechanism(Component):
 
 
 def slave_load(mechanism: ReleaseMechanism, s: Scalar) -> Scalar:
-    """In N at the slave, its travel s in m; without friction and inertia."""
+    """The load in N at the slave travel s in m, without friction and inertia."""
     spring, x = mechanism.spring.spring, s / FORK
     release = spring.force(mechanism.spring.engaged - mechanism.spring.wear + x / spring.lever) / spring.lever
     carried = mechanism.cushion.c * jnp.maximum(mechanism.cushion.s_rel0 - x, 0.0)
@@ -66,7 +66,7 @@ def slave_load(mechanism: ReleaseMechanism, s: Scalar) -> Scalar:
 
 
 def mechanism(wear: Scalar = 0.0, friction: Scalar = 0.0) -> ReleaseMechanism:
-    """The clutch with a wear in m of its facings and a friction in N of the bearing."""
+    """The clutch with facing wear in m and bearing friction in N."""
     stiffness = SPRING.force(ENGAGED) / (SPRING.lever**2 * CUSHION)
     closed = SPRING.force(ENGAGED - wear) / SPRING.lever
     return ReleaseMechanism(
@@ -83,7 +83,7 @@ def loads() -> dict[str, ReleaseMechanism]:
 
 
 def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Travel of the slave in m and loads in N, for the picture."""
+    """Travel of the slave in m and loads in N, for the plot."""
     travel = np.linspace(0.0, STROKE, 241)
     found = {
         name: np.asarray(jax.vmap(ft.partial(slave_load, one))(jnp.asarray(travel))) for name, one in loads().items()
@@ -92,12 +92,12 @@ def curves() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def rows(rtol: float = 1e-9, actuators: Mapping[str, Prototype] = PROTOTYPES) -> list[Row]:
-    """Opening times of the prototypes with each load, and the work that it takes."""
+    """Rows of the opening times of the prototypes with each load, and of the work to open."""
     travel, found = curves()
     table = [
         Row(
             ITEM, name, "work to open", "J", float(np.trapezoid(load, travel)),
-            remark=f"largest {np.max(load):.0f} N, open {load[-1]:.0f} N",
+            remark=f"peak {np.max(load):.0f} N, open {load[-1]:.0f} N",
         )
         for name, load in found.items()
     ]  # fmt: skip

@@ -7,17 +7,18 @@ from .._output import print_table, progress, require_matplotlib, write_json
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._row import HEADS, Row, cells
 
-ABOUT = """Meloni's thesis (Torino, 2012) left open what a real clutch, a line, temperatures, the passages of the
-housing, a soft landing and series production make of its three clutch actuators: two by motor, gearbox, cam and
-master cylinder (EMA), one by motor and pump (EHS). Here they are computed, beside what the thesis states.
+ABOUT = """Effects on the three clutch actuators of Meloni's thesis (Torino, 2012) that the thesis did not compute: a
+real clutch, the line, temperature, the passages of the housing, a soft landing and series production. Two actuators
+have motor, gearbox, cam and master cylinder (EMA), one has motor and pump (EHS). Statements of the thesis are shown for
+comparison.
 """
 RTOL = 1e-8  # at least, of all runs
 ITEMS: Mapping[str, tuple[str, Callable[[float], list[Row]]]] = {
-    _load.ITEM: ("A real clutch instead of the rig's spring", _load.rows),
+    _load.ITEM: ("A real clutch instead of the spring of the test rig", _load.rows),
     _line.ITEM: ("Inertia of the liquid and length of the line", lambda rtol: _line.rows(max(rtol, 1e-6))),
     _temperature.ITEM: ("Temperature, and operations per minute", _temperature.rows),
     _passages.ITEM: ("Drilled passages of the housing", lambda rtol: _passages.rows()),
-    _profiles.ITEM: ("Soft landing, soonest", _profiles.rows),
+    _profiles.ITEM: ("Fastest soft landing", _profiles.rows),
     _series.ITEM: ("Series production", _series.rows),
 }
 
@@ -50,4 +51,4 @@ def _report(rows: Sequence[Row], out: Path) -> None:
         figure = PICTURES[name](own)
         save(figure, out, f"beyond_{name.replace(' ', '_')}")
         parts.append((title, Table(HEADS, cells(own)), [figure]))
-    write_report(out, "beyond", "Where the thesis stopped", parts, ABOUT)
+    write_report(out, "beyond", "Beyond the thesis", parts, ABOUT)

@@ -1,7 +1,7 @@
-"""The drilled passages of the electrohydraulic actuator's housing: their pressure drop, and the lightest ones.
+"""Drilled passages in the housing of the electrohydraulic actuator: pressure drop, and diameters of minimum mass.
 
-The thesis says of its CFD, stationary and laminar with transformer oil, that the drop is small, without a number, and
-gives no lengths: those of the passages, of their corners and of the walls around them are assumed.
+According to the thesis, its steady laminar CFD with transformer oil shows a small pressure drop; it gives no number and
+no lengths. The lengths of the passages, their corners and the wall thickness are assumed.
 """
 
 import math
@@ -18,22 +18,22 @@ from ._row import Row
 
 ITEM = "passages"
 LAMINAR = 2300.0  # Reynolds number up to which the flow in a pipe is laminar
-DIAMETER = 4e-3  # m, as the bore of the holding valve
-ERGAL = 2810.0  # kg/m3, of 7075-T6, the housing of the thesis
-WALL = 4e-3  # m, of metal around a passage
-DROP = 0.2e5  # Pa, allowed on the pressure side; half of it on the suction side
+DIAMETER = 4e-3  # m, equal to the bore of the holding valve
+ERGAL = 2810.0  # kg/m3, density of 7075-T6, the material of the housing in the thesis
+WALL = 4e-3  # m, wall thickness around a passage
+DROP = 0.2e5  # Pa, allowed pressure drop on the pressure side; half of it on the suction side
 CELSIUS = 20.0
 SECTIONS = {"suction": (40e-3, 1.0), "pump": (35e-3, 1.0), "valve": (45e-3, 1.0), "outlet": (25e-3, 0.0)}
 
 
 def metal(passage: DrilledPassage) -> Scalar:
-    """In kg, of a square bar with walls around the hole."""
+    """The mass in kg of a square bar around the hole."""
     side = passage.diameter + 2.0 * WALL
     return ERGAL * passage.length * (side**2 - 0.25 * jnp.pi * passage.diameter**2)
 
 
 class Housing(Component):
-    """Tank, suction, and on the pressure side three passages in series, through which the pump sends its flow."""
+    """Tank, suction passage, and three passages in series on the pressure side, with the flow of the pump."""
 
     suction: DrilledPassage
     pump: DrilledPassage
@@ -54,23 +54,23 @@ class Housing(Component):
 
     @property
     def drop(self) -> Scalar:
-        """In Pa, of the pressure side."""
+        """The pressure drop in Pa of the pressure side."""
         return self.pump.dp + self.valve.dp + self.outlet.dp
 
     @property
     def mass(self) -> Scalar:
-        """In kg."""
+        """The mass in kg around all passages."""
         return metal(self.suction) + metal(self.pump) + metal(self.valve) + metal(self.outlet)
 
 
 def largest_flow(rtol: float = 1e-8) -> float:
-    """In m3/s, that the slave takes while it opens."""
+    """The peak flow in m3/s into the slave during the opening."""
     run = opening(ehs_maxon(), rtol=rtol)
     return float(jnp.max(run.piston.v) * ehs_maxon().slave.area)
 
 
 def housing(flow: float, liquid: AnyLiquid) -> Housing:
-    """The housing as it was, at a flow in m3/s."""
+    """The housing as built, at a flow in m3/s."""
     parts: dict[str, Any] = {
         name: DrilledPassage(diameter=DIAMETER, length=length, corners=corners, liquid=liquid)
         for name, (length, corners) in SECTIONS.items()
@@ -79,12 +79,12 @@ def housing(flow: float, liquid: AnyLiquid) -> Housing:
 
 
 def steady(model: Housing) -> Housing:
-    """The drops at this flow."""
+    """The steady state at this flow."""
     return simulate(model, 1.0, save="end").final
 
 
 def lightest(flow: float, drop: float = DROP) -> Design[Housing]:
-    """The diameters that make the housing lightest at a given drop."""
+    """The design of minimum mass within a given pressure drop."""
     return optimise(
         housing(flow, dot_4(CELSIUS + 273.15)), {f"{name}.diameter": ("1 mm", "10 mm") for name in SECTIONS},
         {"mass": (lambda s: s.mass, "g")}, run=steady,
@@ -96,7 +96,7 @@ def lightest(flow: float, drop: float = DROP) -> Design[Housing]:
 
 
 def rows() -> list[Row]:
-    """Drops of the housing as it was, and the lightest housing."""
+    """Rows of the pressure drops of the housing as built, and of the housing of minimum mass."""
     flow = largest_flow()
     open_pressure = float(line_pressure(ehs_maxon()))
     table = [Row(ITEM, "opening, EHS, RE40", "largest flow", "m3/s", flow)]
@@ -105,10 +105,10 @@ def rows() -> list[Row]:
     }
     for name, liquid in liquids.items():
         state = steady(housing(flow, liquid))
-        share = f"{100.0 * float(state.drop) / open_pressure:.2g} % of the pressure at 12 mm; the thesis: small"
-        table.append(Row(ITEM, f"{name}, all 4 mm", "drop", "Pa", float(state.drop), None, share))
+        share = f"{100.0 * float(state.drop) / open_pressure:.2g} % of the pressure at 12 mm; thesis: small"
+        table.append(Row(ITEM, f"{name}, all 4 mm", "pressure drop", "Pa", float(state.drop), None, share))
         number = float(state.valve.reynolds)
-        remark = "" if number < LAMINAR else "past the laminar range: friction up to twice what is computed"
+        remark = "" if number < LAMINAR else "not laminar: the actual friction is up to twice as large"
         table.append(Row(ITEM, f"{name}, all 4 mm", "Reynolds number", "1", number, None, remark))
     before = float(steady(housing(flow, dot_4(CELSIUS + 273.15))).mass)
     table.append(Row(ITEM, "all 4 mm", "mass around the passages", "kg", before))
@@ -118,5 +118,5 @@ def rows() -> list[Row]:
     table.append(Row(ITEM, case, "mass around the passages", "kg", found.objective, None, residual))
     table += [Row(ITEM, case, name, "m", value) for name, value in found.values.items()]
     price = found.multipliers.get("drop", math.nan)
-    table.append(Row(ITEM, case, "mass saved per drop allowed", "kg/Pa", price))
+    table.append(Row(ITEM, case, "mass saved per allowed drop", "kg/Pa", price))
     return table

@@ -1,4 +1,4 @@
-"""A picture of each item, from its rows."""
+"""Plots of each item, from its rows."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OPENING = "opening time"
-TARGET = 200.0  # ms, of the thesis for all actuators
+TARGET = 200.0  # ms, target of the thesis for all actuators
 
 
 def _bars(ax: "Axes", rows: Sequence[Row], scale: float, label: str) -> None:
-    """A bar for each row, the thesis' figures beside as diamonds."""
+    """Draws a bar for each row, and the figures of the thesis as diamonds."""
     names = [row.case for row in rows]
     ax.barh(names, [scale * row.value for row in rows], color="tab:blue", height=0.6)
     measured = [(row.case, scale * row.thesis) for row in rows if row.thesis is not None]
@@ -40,7 +40,7 @@ def _of(rows: Sequence[Row], quantity: str, *, within: str = "") -> list[Row]:
 
 
 def plot_load(rows: Sequence[Row]) -> "Figure":
-    """Loads over the travel, and what they do to the opening times."""
+    """Plots the loads over the travel, and the opening times."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.6), layout="constrained")
     travel, loads = _load.curves()
     for (name, load), color in zip(loads.items(), ("0.5", "tab:blue", "tab:red"), strict=True):
@@ -56,7 +56,7 @@ def plot_load(rows: Sequence[Row]) -> "Figure":
 
 
 def plot_line(rows: Sequence[Row]) -> "Figure":
-    """Opening time over the length of the pipe."""
+    """Plots the opening time over the length of the pipe."""
     figure, axes = plt.subplots(1, len(_line.ACTUATORS), figsize=(10.0, 4.0), layout="constrained")
     for ax, name in zip(axes, _line.ACTUATORS, strict=True):
         for what, style in ((_line.SPRING, ":"), (_line.FRICTION, "--"), (_line.WHOLE, "o-")):
@@ -70,7 +70,7 @@ def plot_line(rows: Sequence[Row]) -> "Figure":
 
 
 def plot_temperature(rows: Sequence[Row]) -> "Figure":
-    """Opening time over the temperature, and how often the motor may open."""
+    """Plots the opening time over the temperature, and the allowed number of operations."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.0, 5.0), layout="constrained", width_ratios=(1.0, 1.1))
     for name, color in zip(_temperature.ACTUATORS, ("#d55e00", "#009e73"), strict=True):
         for what, style in (("all", "o-"), ("liquid alone", "s--")):
@@ -91,15 +91,15 @@ def plot_temperature(rows: Sequence[Row]) -> "Figure":
 
 
 def plot_passages(rows: Sequence[Row]) -> "Figure":
-    """Drops of the housing as it was; the thesis calls what its CFD gives small, without a number."""
+    """Plots the pressure drops of the housing as built; the thesis calls the result of its CFD small."""
     figure, ax = plt.subplots(figsize=(8.0, 3.0), layout="constrained")
-    _bars(ax, _of(rows, "drop"), 1e-5, "drop of the pressure side at the largest flow [bar]")
+    _bars(ax, _of(rows, "pressure drop"), 1e-5, "drop of the pressure side at the largest flow [bar]")
     ax.set_title("Passages as built; the thesis calls the drop small, without a number", loc="left", fontsize="medium")
     return figure
 
 
 def plot_profiles(rows: Sequence[Row]) -> "Figure":
-    """Voltage, travel and speed over time, at full voltage and softly."""
+    """Plots voltage, travel and speed over time, at full voltage and with a soft landing."""
     names = list(PROTOTYPES)
     figure, axes = plt.subplots(3, len(names), figsize=(12.0, 6.6), layout="constrained", sharex="col")
     for name, (top, middle, bottom) in zip(names, axes.T, strict=True):
@@ -122,9 +122,9 @@ def plot_profiles(rows: Sequence[Row]) -> "Figure":
 
 
 def plot_series(rows: Sequence[Row]) -> "Figure":
-    """Which tolerances to tighten."""
+    """Plots the effect of tightening each tolerance."""
     figure, ax = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
-    own = _of(rows, "less deviation")
+    own = _of(rows, "reduction of the deviation")
     _bars(ax, own, 1e3, "decrease of the standard deviation [ms]")
     for i, row in enumerate(own):
         ax.annotate(

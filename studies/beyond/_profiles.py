@@ -1,8 +1,8 @@
-"""Courses of the voltage that land softly, soonest, against full voltage.
+"""Time-optimal voltages with a soft landing, compared with full voltage.
 
-Without limits the soonest course is full voltage. Where the piston may not arrive faster than at 5 mm/s, it is full
-voltage with a brake at the end, to within what the compression of the line asks for: two values, the instant between
-them free. With a limit of the current and with the least heat see `python -m studies control`.
+Without limits, the time-optimal voltage is full voltage. If the final speed of the piston is limited to 5 mm/s, it is
+full voltage with braking at the end, apart from a small effect of the compression of the line: two values with a free
+switching time. `python -m studies control` limits the current and minimises the heat.
 """
 
 import functools as ft
@@ -24,7 +24,7 @@ SOFT = 5e-3  # m/s
 
 @ft.cache
 def landing(name: str, rtol: float) -> Course[Any]:
-    """The soonest course that lands softly."""
+    """The time-optimal voltage with a soft landing."""
     actuator = PROTOTYPES[name].build()
     full = float(opening(actuator, save="end", rtol=rtol).t1)
     command: Any = Staircase(times=jnp.array([0.0, 0.9 * full, full]), values=jnp.array([13.0, -8.0]))
@@ -39,7 +39,7 @@ def landing(name: str, rtol: float) -> Course[Any]:
 
 
 def rows(rtol: float = RTOL) -> list[Row]:
-    """Times and speeds of arrival at full voltage and softly."""
+    """Rows of the times and final speeds, at full voltage and with a soft landing."""
     table = []
     for name, (build, _) in PROTOTYPES.items():
         full = opening(build(), save="end", rtol=rtol, throw=True)
@@ -50,13 +50,13 @@ def rows(rtol: float = RTOL) -> list[Row]:
             Row(ITEM, f"{name}, soft", "opening time", "s", course.duration, None, f"{course.design.status}"),
             Row(ITEM, f"{name}, soft", "speed of arrival", "m/s", float(course["piston.v"][-1])),
             Row(ITEM, f"{name}, soft", "largest current", "A", float(jnp.max(jnp.abs(course["motor.p.i"])))),
-            Row(ITEM, f"{name}, soft", "brake before the end", "s", _brake(course)),
+            Row(ITEM, f"{name}, soft", "braking at the end", "s", _brake(course)),
         ]
     return table
 
 
 def _brake(course: Course[Any]) -> float:
-    """For how long before the end the voltage is below zero."""
+    """Duration in s of the negative voltage at the end."""
     model: Any = course.model
     times, values = model.command.times, model.command.values
     return course.duration - float(next((t for t, v in zip(times, values, strict=True) if v < 0.0), course.duration))

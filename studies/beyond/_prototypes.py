@@ -1,4 +1,4 @@
-"""The prototypes that the items start from, with the opening times that the thesis measured on them."""
+"""The prototypes, with the opening times measured in the thesis."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -11,7 +11,7 @@ Build: TypeAlias = Callable[[], ElectromechanicalActuator | ElectrohydraulicActu
 
 
 class Prototype(NamedTuple):
-    """What builds a prototype, and its measured opening time in s."""
+    """The builder of a prototype, and its measured opening time in s."""
 
     build: Build  # an actuator
     measured: float

@@ -1,4 +1,4 @@
-"""What every item of the study gives: figures, each with its unit and what the thesis says of it."""
+"""Rows of results, each with its unit and its value in the thesis."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -10,7 +10,7 @@ HEADS = ("case", "quantity", "value", "unit", "thesis", "remark")
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A figure; `thesis` is None where the thesis is silent."""
+    """A result; `thesis` is None if the thesis has no value."""
 
     item: str
     case: str
@@ -22,7 +22,7 @@ class Row:
 
 
 def cells(rows: Iterable[Row]) -> list[Sequence[str]]:
-    """The table as texts, in display units."""
+    """The table cells as text, in display units."""
     return [_line(row) for row in rows]
 
 

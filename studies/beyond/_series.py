@@ -1,7 +1,7 @@
-"""How the opening time scatters in series production, and which tolerance to tighten.
+"""Scatter of the opening time in series production, and the tolerances to tighten.
 
-Tolerances are usual ones of data sheets and drawings, taken as uniform, since parts are sorted out at their limits; the
-seal, the clutch and the loss of the drive as assumed.
+Tolerances are typical of data sheets and drawings. They are uniform, because parts are sorted at their limits. Those of
+the seal, the clutch and the friction of the drive are assumed.
 """
 
 import functools as ft
@@ -21,11 +21,11 @@ ANY = {
 }  # fmt: skip
 CAM = ANY | {"cam.profile.eccentricity": 0.5, "master.bore": 0.3}
 PUMP = ANY | {"pump.displacement": 3.0}
-SPOKEN = {
+SHORT = {
     "motor.resistor.R": "winding", "motor.emf.k": "magnets", "motor.rotor.J": "rotor", "motor.bearing.C": "friction",
-    "clutch.rate": "clutch spring", "line.stiffness": "stiffness of the liquid", "line.damping": "its damping",
-    "slave.bore": "slave cylinder", "supply.V": "supply", "cam.profile.eccentricity": "cam",
-    "master.bore": "master cylinder", "pump.displacement": "pump",
+    "clutch.rate": "clutch spring", "line.stiffness": "stiffness of the liquid",
+    "line.damping": "damping of the liquid", "slave.bore": "slave cylinder", "supply.V": "supply",
+    "cam.profile.eccentricity": "cam", "master.bore": "master cylinder", "pump.displacement": "pump",
 }  # fmt: skip
 SHARES = {FISE: CAM, RE50: CAM, RE40: PUMP}  # in per cent
 
@@ -39,16 +39,17 @@ def study(name: str, rtol: float = 1e-9) -> Tolerance[Any]:
 
 
 def tightened(spread: Spread) -> dict[str, float]:
-    """By how much the standard deviation falls in s where one tolerance is halved; the best one first.
+    """Reduction in s of the standard deviation if one tolerance is halved; the largest first.
 
-    To first order the variances add: without 3/4 of a share f of it, the deviation is sqrt(1 - 3 f/4) of what it was.
+    To first order, the variances add. Halving the tolerance of a parameter with the share f of the variance multiplies
+    the standard deviation by sqrt(1 - 3 f/4).
     """
     gains = {name: spread.std * (1.0 - (1.0 - 0.75 * share) ** 0.5) for name, share in spread.shares.items()}
     return dict(sorted(gains.items(), key=lambda item: -item[1]))
 
 
 def rows(rtol: float = 1e-9, members: int = MEMBERS) -> list[Row]:
-    """Spreads of the three prototypes, and what halving a tolerance would do."""
+    """Rows of the spreads of the three prototypes, and of the effect of halving a tolerance."""
     table = []
     for name, (_, measured) in PROTOTYPES.items():
         tolerance = study(name, rtol)
@@ -56,14 +57,20 @@ def rows(rtol: float = 1e-9, members: int = MEMBERS) -> list[Row]:
         drawn = tolerance.monte_carlo(members, seed=SEED)["opening time"]
         table += [
             Row(ITEM, name, "mean opening time", "s", drawn.mean, measured, f"{members} specimens"),
-            Row(ITEM, name, "standard deviation", "s", drawn.std, None, f"to first order {1e3 * first.std:.3g} ms"),
-            Row(ITEM, name, "opening time of 99 %", "s", drawn.percentile(99.0)),
+            Row(ITEM, name, "standard deviation", "s", drawn.std, None, f"first order: {1e3 * first.std:.3g} ms"),
+            Row(ITEM, name, "99th percentile", "s", drawn.percentile(99.0)),
         ]
         for path, gain in list(tightened(first).items())[:4]:
             remark = f"{100.0 * first.shares[path]:.0f} % of the variance"
             table.append(
                 Row(
-                    ITEM, f"{name}: {SPOKEN[path]} within half its tolerance", "less deviation", "s", gain, None, remark
+                    ITEM,
+                    f"{name}: {SHORT[path]} within half its tolerance",
+                    "reduction of the deviation",
+                    "s",
+                    gain,
+                    None,
+                    remark,
                 )
             )
     return table

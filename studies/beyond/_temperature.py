@@ -1,7 +1,7 @@
-"""What the temperature does: to the opening time by liquid, winding and magnets, and to how often a motor may open.
+"""Effect of the temperature on the opening time, through liquid, winding and magnets, and on the allowed operations.
 
-A pipe of a metre holds the liquid whose viscosity changes; friction of seals and bearings stays what it was when
-identified. Thermal figures are those of the data sheets of RE 40 and RE 50; the FISE has none.
+The viscosity of the liquid acts in a pipe of one metre. The friction of seals and bearings stays at its identified
+value. Thermal data are those of the data sheets of RE 40 and RE 50; the FISE has none.
 """
 
 import dataclasses
@@ -24,18 +24,18 @@ from ._prototypes import PROTOTYPES, RE40, RE50, Build
 from ._row import Row
 
 ITEM = "temperature"
-LENGTH = 1.0  # m, of the pipe
+LENGTH = 1.0  # m, length of the pipe
 TEMPERATURES = (-30.0, 0.0, 25.0, 80.0, 120.0)  # degC
-LATEST = 2.0  # s, given up after this time
+LATEST = 2.0  # s, limit of a run
 ORDERS: Mapping[str, str] = MappingProxyType({RE40: "148867", RE50: "370354"})  # of the motors, 24 V
 HOLDERS: Mapping[str, tuple[str, ...]] = MappingProxyType({RE40: ("motor", "valve"), RE50: ("motor",)})
 HOLDS = (0.0, 1.0, 10.0)  # s
-HOT = 80.0  # degC, beside an engine
+HOT = 80.0  # degC, near an engine
 ACTUATORS = {name: PROTOTYPES[name].build for name in (RE50, RE40)}
 
 
 def at_temperature(build: Build, liquid: Scalar, motor: Scalar) -> ClutchActuator:
-    """An actuator with a pipe, whose liquid and motor have temperatures in K."""
+    """An actuator with a pipe, with the temperatures of liquid and motor in K."""
     base, oil, cool = build(), dot_4(liquid), dot_4(293.15)
     stiffness = base.line.stiffness * oil.bulk_modulus_at(1e6) / cool.bulk_modulus_at(1e6)
     viscosity = oil.reference_density * oil.kinematic_viscosity(0.0)
@@ -57,7 +57,7 @@ def _time(model: ClutchActuator, rtol: float) -> Scalar:
 def opening_rows(
     rtol: float = 1e-8, actuators: Mapping[str, Build] = ACTUATORS, temperatures: Sequence[float] = TEMPERATURES
 ) -> list[Row]:
-    """Opening times where all is as warm, and where only the liquid is."""
+    """Rows of the opening times with all parts at a temperature, and with only the liquid at it."""
     rows = []
     for name, build in actuators.items():
         for celsius in temperatures:
@@ -72,19 +72,19 @@ def opening_rows(
 
 
 class Allowed(NamedTuple):
-    """What a motor may do for ever in an ambient."""
+    """The operations that a motor can repeat indefinitely."""
 
-    per_minute: float  # operations; none where the first one is too much
+    per_minute: float  # operations; zero if the first operation exceeds the limit
     cycle: Cycle
-    limit: float  # K, of the winding
-    heat: float  # J, into the winding in an operation at its limit
+    limit: float  # K, limit of the winding temperature
+    heat: float  # J, winding heat of an operation at the limit
 
 
 def allowed(name: str, ambient: float, hold: float, valve: bool = False, rtol: float = 1e-8) -> Allowed:
-    """How often a prototype may open and hold, so that its winding never exceeds its limit.
+    """The rate at which a prototype can open and hold without exceeding the limit of its winding.
 
-    It opens with the winding at that limit, and with magnets as warm as the housing is behind a winding that is always
-    there. The heat of closing, of 4 J at most with the pump, and that of the pump are left out.
+    The opening starts with the winding at its limit, and with magnets at the steady temperature of the housing for this
+    winding temperature. The heat of the closing, at most 4 J with the pump, and that of the pump are neglected.
     """
     sheet, built = catalogue("motors")[ORDERS[name]], PROTOTYPES[name].build()
     inner, outer, limit = (
@@ -93,7 +93,7 @@ def allowed(name: str, ambient: float, hold: float, valve: bool = False, rtol: f
     housing = ambient + (limit - ambient) * outer / (inner + outer)
     resistance = sheet["resistance"] * winding(limit)
     k = sheet["torque_constant"] * magnets(housing)
-    # What was identified beyond the winding of the data sheet is that of leads and brushes.
+    # The identified resistance beyond that of the data sheet belongs to leads and brushes.
     leads = built.motor.resistor.R - sheet["resistance"]
     model = replace(built, {"motor.resistor.R": resistance + leads, "motor.emf.k": k})
     opened = opening(model, t_max=LATEST, rtol=rtol, integrals=lambda s: {"heat": s.motor.p.i**2})
@@ -105,7 +105,7 @@ def allowed(name: str, ambient: float, hold: float, valve: bool = False, rtol: f
 
 
 def thermal_rows(rtol: float = 1e-8) -> list[Row]:
-    """Heat and number of operations by prototype, ambient, hold, and what holds."""
+    """Rows of the winding heat and the allowed operations by prototype, ambient, hold, and holding part."""
     rows = []
     for name, celsius, hold in itertools.product(ORDERS, (25.0, HOT), HOLDS):
         for holder in HOLDERS[name]:
@@ -115,26 +115,26 @@ def thermal_rows(rtol: float = 1e-8) -> list[Row]:
             rows += [
                 Row(ITEM, case, "operations allowed", "1/min", one.per_minute, remark=_bound(one)),
                 Row(ITEM, case, "winding after the first operation", "degC", once),
-                Row(ITEM, case, "heat of the winding, an operation", "J", one.heat),
+                Row(ITEM, case, "winding heat per operation", "J", one.heat),
             ]
     for name in ORDERS:
         one = allowed(name, HOT + 273.15, 1.0, rtol=rtol)
         rows.append(Row(ITEM, f"{name}, at its thermal limit, {HOT:g} C", "opening time", "s", one.cycle.opening))
     one = allowed(RE40, HOT + 273.15, 1.0, rtol=rtol)
     for share in (1.2, 1.5, 2.0):
-        case = f"{RE40}, {HOT:g} C, 1 s held by its motor, {share:g} times what is allowed"
+        case = f"{RE40}, {HOT:g} C, 1 s held by its motor, {share:g} times the allowed rate"
         late = one.cycle.time_to(one.limit, 60.0 / (share * one.per_minute))
         rows.append(Row(ITEM, case, "time to the limit", "min", late / 60.0))
     return rows
 
 
 def _bound(one: Allowed) -> str:
-    """What the number of operations is limited by, where not by the heat of many."""
+    """The limit of the number of operations, if it is not the heat of many operations."""
     if one.per_minute == 0.0:
-        return f"the first one takes the winding past {one.limit - 273.15:.0f} C"
-    return "no pause between them" if one.per_minute > 59.9 / one.cycle.shortest else ""
+        return f"the first operation heats the winding above {one.limit - 273.15:.0f} C"
+    return "without a pause" if one.per_minute > 59.9 / one.cycle.shortest else ""
 
 
 def rows(rtol: float = 1e-8) -> list[Row]:
-    """All of it."""
+    """All rows."""
     return [*opening_rows(rtol), *thermal_rows(rtol)]

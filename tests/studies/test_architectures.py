@@ -266,11 +266,11 @@ def test_what_limits_is_told_in_words() -> None:
 
 
 def test_what_limits_an_opening() -> None:
-    """Valves where most of the pressure is lost, else the motor: its current, or its speed without a resistance."""
+    """Valves if most of the pressure is lost there; otherwise the motor, by its current, or by its speed without resistance."""
     base, model = ROWS["eccentric"], named("eccentric").build()
-    assert limits(base, model)[1].startswith("current of the motor")
+    assert limits(base, model)[1].startswith("motor current")
     free = dataclasses.replace(base, gradients={**base.gradients, "motor.resistor.R": 0.0})
-    assert limits(free, model)[1].startswith("speed of the motor")
+    assert limits(free, model)[1].startswith("motor speed")
     flows = {**base.flows, "opening": {"source_p": 4e6, "source_q": 1e-4, "clutch_p": 1e6, "clutch_q": 1e-4}}
     assert "75 % of the pressure" in limits(dataclasses.replace(base, flows=flows), model)[1]
     assert limits(base, model)[2:4] == ("bore of the master cylinder", "-1.45 %")
