@@ -1,1 +1,1 @@
-"""The documentation: pages whose python blocks are run, and whose outputs and pictures are what they gave."""
+"""The documentation: pages with executed Python blocks, their outputs and pictures."""

@@ -1,6 +1,6 @@
 """Regenerate the outputs and pictures of the pages and of the notebooks: `python -m docs [NAME ...]`.
 
-The commands of a study, which take minutes, are run for the pages that are named.
+The commands of studies take minutes; they run only for pages named on the command line.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Whether two texts say the same, numbers up to rounding, and how far two pictures are apart."""
+"""Comparison of texts, with numbers up to rounding, and of pictures."""
 
 import io
 import math
@@ -8,15 +8,15 @@ import matplotlib.image as mpimg
 import numpy as np
 
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:e[-+]?\d+)?(?![\w.]*:)", re.IGNORECASE)
-# Errors of an integration and of an optimum, and how long that took.
+# Integration errors, residuals of optima, and run times.
 _NOISE = re.compile(r"imbalance: \S+ J|KKT residual \S+,|\d+ designs[^\n]*, \S+ s")
 _STEPS = re.compile(r"\d+ steps accepted, \d+ rejected")
-ALIKE = 0.01  # difference of pictures that rounding may make
-MORE_STEPS = (0.1, 2)  # share and number by which rounding may change how many steps there are
+ALIKE = 0.01  # largest difference of pictures due to rounding
+MORE_STEPS = (0.1, 2)  # relative and absolute change of the number of steps due to rounding
 
 
 def first_difference(expected: str, found: str, rtol: float = 1e-4, atol: float = 1e-12) -> str | None:
-    """The first pair of lines that differ, one below the other; None where there is none."""
+    """The first pair of lines that differ, one below the other; None if there is none."""
     a, b = (_NOISE.sub("...", text).splitlines() for text in (expected, found))
     for left, right in zip(a, b, strict=False):
         if not _same(left, right, rtol, atol):
@@ -37,7 +37,7 @@ def _same(left: str, right: str, rtol: float, atol: float) -> bool:
 
 
 def picture_difference(expected: bytes, found: bytes) -> float:
-    """The root of the mean square by which the colours of two PNG pictures differ, of 1 between black and white."""
+    """The root-mean-square difference of the colours of two PNG pictures; 1 between black and white."""
     a, b = (
         np.asarray(mpimg.imread(io.BytesIO(picture), format="png"), float)[..., :3] for picture in (expected, found)
     )

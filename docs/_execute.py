@@ -1,7 +1,7 @@
-"""Markdown pages that are run.
+"""Execution of Markdown pages.
 
-A block that opens with ```` ```python ```` is executed, all blocks of a page in one namespace; the ```` ```text ````
-block right after it is what it printed. Words after `python` say more:
+Blocks that open with ```` ```python ```` are executed, all blocks of a page in one namespace. The ```` ```text ````
+block right after a block is its output. Words after `python` are options:
 
 - `raises`: the block must end in an exception, whose type and message are its output;
 - `picture=NAME`: the current matplotlib figure is saved as `docs/pictures/NAME.png` when the pages are regenerated.
@@ -26,7 +26,7 @@ import matplotlib.pyplot as plt
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PICTURES = DOCS / "pictures"
-WIDTH = 110  # of messages
+WIDTH = 110  # line width of messages
 PAGES = (ROOT / "README.md", *sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("studies/*.md")))
 _BLOCK = re.compile(
     r"^```python(?P<words>[^\n]*)\n(?P<code>.*?)^```\n(?P<output>\n```text\n.*?^```\n)?", re.DOTALL | re.MULTILINE
@@ -34,17 +34,17 @@ _BLOCK = re.compile(
 
 
 def named(path: Path) -> str:
-    """The name of a page or notebook on the command line: its path from the folder of the documentation."""
+    """The name of a page or notebook on the command line: its path relative to the documentation folder."""
     return (path.relative_to(DOCS) if path.is_relative_to(DOCS) else path.relative_to(ROOT)).as_posix()
 
 
 class PageError(Exception):
-    """A page whose code does not do what the page says."""
+    """Raised if the code of a page fails or does not raise as declared."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Block:
-    """A python block; `line` is that of its first line of code."""
+    """A Python block; `line` is the number of its first line of code."""
 
     words: tuple[str, ...]
     code: str
@@ -61,7 +61,7 @@ class Block:
 
 
 def refreshed(page: Path, pictures: Path | None = None) -> str:
-    """The text of the page with the outputs that its code gives now; its pictures are written to a folder, if given."""
+    """Executes a page and returns its text with new outputs; writes its pictures to a folder, if given."""
     text, pieces, end = page.read_text(), [], 0
     with _module(f"docs_page_{page.stem}") as module:
         for match in _BLOCK.finditer(text):
@@ -79,7 +79,7 @@ def refreshed(page: Path, pictures: Path | None = None) -> str:
 
 @contextlib.contextmanager
 def namespace(page: Path, *, blocks: int) -> Iterator[types.ModuleType]:
-    """The module in which the first blocks of a page have been executed."""
+    """Executes the first blocks of a page and yields their module."""
     text = page.read_text()
     with _module(f"docs_page_{page.stem}") as module:
         for match in list(_BLOCK.finditer(text))[:blocks]:
@@ -89,7 +89,7 @@ def namespace(page: Path, *, blocks: int) -> Iterator[types.ModuleType]:
 
 @contextlib.contextmanager
 def _module(name: str) -> Iterator[types.ModuleType]:
-    """A module for the classes of a page: their annotations are looked up in it."""
+    """A module for the classes of a page, in which their annotations are resolved."""
     module = types.ModuleType(name)
     sys.modules[name] = module
     try:

@@ -1,8 +1,8 @@
-"""What hydraulic components are called in other libraries, as far as there is one of the same purpose.
+"""Names of hydraulic components with the same purpose in other libraries.
 
-In this order: `Modelica.Fluid` of MSL 4, OpenHydraulics 2 (its Basic and Components), Simscape Fluids, Isothermal
-Liquid, whose blocks end on (IL), and `Hydraulic.IsothermalCompressible` of ModelingToolkitStandardLibrary 2. The laws
-may differ in form and in parameters.
+The libraries are, in this order: `Modelica.Fluid` of MSL 4, OpenHydraulics 2 (its Basic and Components), Simscape
+Fluids, Isothermal Liquid, whose block names end in (IL), and `Hydraulic.IsothermalCompressible` of
+ModelingToolkitStandardLibrary 2. The laws may differ in form and in parameters.
 """
 
 import types
@@ -99,19 +99,19 @@ NAMES: dict[str, tuple[str, str, str, str]] = {
     "WilsonLosses": ("-", "MechanicalPumpLosses", "-", "-"),
 }
 
-# Of parts that others have, those that have no counterpart here.
+# Parts of other libraries without a counterpart here.
 MISSING = {
-    "Modelica.Fluid": "Machines.Pump (centrifugal), Vessels with several ports at heights of their own; "
+    "Modelica.Fluid": "Machines.Pump (centrifugal), Vessels with several ports at different heights; "
     "media other than liquids at one temperature",
     "OpenHydraulics": "PostPCValve, V6_3CCLS and the other sections of load-sensing valve blocks",
     "Simscape (IL)": "Centrifugal Pump, Jet Pump, turbines, Cartridge Valve Insert, Gate Valve, Ball Valve, "
     "Partially Filled Pipe",
-    "ModelingToolkitStandardLibrary": "Open, FlowDivider (Cap is a port that nothing is connected to)",
+    "ModelingToolkitStandardLibrary": "Open, FlowDivider (Cap corresponds to an unconnected port)",
 }
 
 
 def table(package: types.ModuleType) -> str:
-    """Each component and record of the package with its names elsewhere; below, what is missing here."""
+    """The components and records of the package with their names elsewhere, then the missing parts."""
     rows = [HEADS, *((item.__name__, *NAMES[item.__name__]) for item in exported(package))]
     widths = [max(len(row[i]) for row in rows) + 2 for i in range(len(HEADS) - 1)]
     lines = ["".join(cell.ljust(width) for cell, width in zip(row, [*widths, 0], strict=True)) for row in rows]

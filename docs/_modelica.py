@@ -1,6 +1,6 @@
-"""What components are called in the Modelica Standard Library 4, below the package that heads each list.
+"""Names of components in the Modelica Standard Library 4, by package.
 
-Components that are not listed have no counterpart of the same meaning there.
+Components that are not listed have no counterpart there.
 """
 
 PACKAGES = {

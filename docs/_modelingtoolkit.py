@@ -1,6 +1,6 @@
-"""What components are called in ModelingToolkitStandardLibrary 2, below the module that heads each list.
+"""Names of components with the same purpose in ModelingToolkitStandardLibrary 2, by module.
 
-As far as there is one of the same purpose; those of `components.hydraulic` stand in `_fluid_power.py`.
+Those of `components.hydraulic` are in `_fluid_power.py`.
 """
 
 MODULES = {
@@ -59,7 +59,7 @@ MODELINGTOOLKIT = {
     for domain in MODULES
 }
 
-# Of what it has, that which has no counterpart here.
+# Its components without a counterpart here.
 MISSING = (
     "Blocks: MatrixGain, Feedback, Add3, Square, Triangular, Cosine (a Sine with its phase), and functions one by one, "
     "such as Sqrt and Atan2 (a Function); Electrical: Short, MultiSensor, PotentialSensor, transistors, digital logic; "
@@ -68,7 +68,7 @@ MISSING = (
 
 
 def names() -> str:
-    """Each component that has a counterpart, with its name there; below, what is missing here."""
+    """The components that have a counterpart, with its name there, then the missing components."""
     lines = [
         f"{domain}.{name:<{40 - len(domain)}}{MODULES[domain]}.{there}"
         for domain, known in MODELINGTOOLKIT.items()

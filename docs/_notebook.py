@@ -1,4 +1,4 @@
-"""Notebooks that are run."""
+"""Execution of notebooks."""
 
 import os
 from pathlib import Path
@@ -11,11 +11,11 @@ from ._execute import ROOT
 
 
 def executed(path: Path, timeout: float = 300.0, *, compile_fast: bool = False) -> Any:
-    """The notebook with fresh outputs; raises where a cell does. `compile_fast`: XLA leaves out most optimisations."""
+    """The notebook with new outputs; raises if a cell raises. With `compile_fast`, XLA skips most optimisations."""
     notebook = nbformat.read(path, as_version=4)
-    # A kernel is another process: it finds the packages as this one does.
+    # The kernel is another process and needs the import path of this one.
     paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    # The kernel shows pictures in its own way, whichever backend this process draws with.
+    # The kernel uses its own matplotlib backend, independent of this process.
     inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
     env = inherited | {"PYTHONPATH": paths, "ACAUSAL_PROGRESS": "off"}
     env |= {"JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} if compile_fast else {}
@@ -24,7 +24,7 @@ def executed(path: Path, timeout: float = 300.0, *, compile_fast: bool = False) 
 
 
 def write(path: Path, notebook: Any) -> None:
-    """Save without what changes from run to run: execution times, and the version of the interpreter."""
+    """Save without data that change from run to run: execution times and interpreter version."""
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
     notebook.metadata = {"kernelspec": notebook.metadata.kernelspec, "language_info": {"name": "python"}}

@@ -1,8 +1,8 @@
-"""Pages of studies: the outputs of their commands, and the pictures that they write.
+"""Execution of the commands on study pages, with their outputs and pictures.
 
-A block that opens with ```` ```console ```` holds a command; the ```` ```text ```` block right after it is what it
-printed. A study takes minutes: `python -m docs` runs the commands of the pages that are named, and slow tests run
-those of all.
+A block that opens with ```` ```console ```` contains a command; the ```` ```text ```` block right after it is its
+output. A study takes minutes: `python -m docs` runs only the commands of named pages, and slow tests run those of all
+pages.
 """
 
 import os
@@ -26,7 +26,7 @@ def commands(page: Path) -> list[str]:
 
 
 def studied(page: Path, pictures: Path | None = None) -> str:
-    """The text of the page with the outputs that its commands give now; the pictures that it shows go to a folder."""
+    """Runs the commands of a page and returns its text with new outputs; copies the pictures it shows to a folder."""
     text = page.read_text()
 
     def block(match: re.Match[str]) -> str:
@@ -37,7 +37,7 @@ def studied(page: Path, pictures: Path | None = None) -> str:
 
 
 def _output(command: str, text: str, page: Path, pictures: Path | None) -> str:
-    """The output of a command, without the names of the files that it writes."""
+    """The output of a command, without the names of the written files."""
     program, *arguments = shlex.split(command)
     if program != "python":
         raise PageError(f"{page.name}: a command begins with python, got {command!r}.")
@@ -56,7 +56,7 @@ def _output(command: str, text: str, page: Path, pictures: Path | None) -> str:
 
 
 def _keep(folder: Path, text: str, pictures: Path) -> None:
-    """Copies the pictures of a folder that the text shows."""
+    """Copies the pictures in a folder that the text refers to."""
     for picture in folder.rglob("*.png"):
         if f"/{picture.name})" in text:
             (pictures / picture.name).write_bytes(picture.read_bytes())

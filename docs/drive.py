@@ -1,4 +1,4 @@
-"""The model that the pages share: a motor winds up a spring through a gear."""
+"""The model shared by the pages: a motor winds up a spring through a gear."""
 
 from acausal import Component, Connections, connect
 from components.electrical import ConstantVoltage, DCMotor, Ground

@@ -1,4 +1,4 @@
-"""The components of the library, listed from their code."""
+"""Listing of the components of the library, generated from their code."""
 
 import dataclasses
 import inspect
@@ -19,8 +19,10 @@ _LINE = r"^ +{name}: .*?  # (?:noqa: \w+  # )?(?P<meaning>.*)$"
 
 
 def listing(package: types.ModuleType) -> str:
-    """Each component and record that a package exports: its name, that in MSL, the first line of its documentation;
-    below, its parameters with unit, default and meaning, and its ports.
+    """The components and records that a package exports.
+
+    Each has its name, its name in MSL, and the first line of its docstring, followed by its parameters with unit,
+    default and meaning, and its ports.
     """
     names = MODELICA.get(package.__name__.rpartition(".")[2], {})
     return "\n\n".join("\n".join(_entry(item, names.get(item.__name__, "-"))) for item in exported(package))
@@ -51,7 +53,7 @@ def _given(unit: str, default: Any) -> str:
 
 
 def _parameters(item: type) -> Iterator[tuple[str, str, Any, str]]:
-    """Name, unit, default and meaning of what the constructor takes as a parameter."""
+    """Name, unit, default and meaning of each parameter of the constructor."""
     hints = typing.get_type_hints(item.__init__, include_extras=True) | _field_hints(item)
     for name, argument in list(inspect.signature(item.__init__).parameters.items())[1:]:
         declaration = _declaration(hints.get(name))
@@ -65,7 +67,7 @@ def _field_hints(item: Any) -> dict[str, Any]:
 
 
 def _declaration(hint: Any) -> Any:
-    """The declaration of a field, or inside the annotation of an argument, an optional one included."""
+    """The declaration in the annotation of a field or of an argument, which can be optional."""
     if hasattr(hint, "role"):
         return hint
     found = [_declaration(part) for part in (*getattr(hint, "__metadata__", ()), *typing.get_args(hint))]
@@ -73,7 +75,7 @@ def _declaration(hint: Any) -> Any:
 
 
 def _parts(item: Any, of: Any) -> Iterator[str]:
-    """What the constructor takes, or a user connects, of some kind of parts."""
+    """The fields of a kind of parts that the constructor takes or that a user connects."""
     hints, taken = typing.get_type_hints(item), inspect.signature(item.__init__).parameters
     for field in dataclasses.fields(item):
         kinds = [hints[field.name], *typing.get_args(hints[field.name])]
@@ -83,7 +85,7 @@ def _parts(item: Any, of: Any) -> Iterator[str]:
 
 
 def _meaning(item: Any, name: str) -> str:
-    """The comment behind the line that declares a parameter, in the class or one of its bases, and its names in MSL."""
+    """The comment on the line that declares a parameter, in the class or one of its bases, and its names in MSL."""
     pattern = re.compile(_LINE.format(name=re.escape(name)), re.MULTILINE)
     elsewhere = getattr(item, "elsewhere", {}).items()
     others = [other for other, here in elsewhere if name in re.findall(r"\w+", here.split(",")[0])]

@@ -1,4 +1,4 @@
-"""The options of a function, listed from its signature and its documentation."""
+"""Table of the options of a function, generated from its signature and docstring."""
 
 import inspect
 import re

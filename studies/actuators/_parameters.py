@@ -47,23 +47,23 @@ SOURCES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
         ),
         "torque_constant": (
             "torque constant", "mN.m/A",
-            "speed without load: 500 rpm behind 38:1 (Table 6.2) at 12 to 13.5 V is 6.0 to 6.8, with 6.4 chosen; "
+            "no-load speed: 500 rpm behind 38:1 (Table 6.2) at 12 to 13.5 V gives 6.0 to 6.8, 6.4 chosen; "
             "5950 rpm (concluding table) and 7580 rpm (Table 6.4) at 24 V",
         ),
         "friction": (
             "friction of the whole drive", "mN.m.s/rad",
-            "Tables 8.1 to 8.3, fitted to the opening; the no-load set of the EHS has 0.8, of the test without load "
+            "Tables 8.1 to 8.3, fitted to the opening; the no-load set of the EHS has 0.8, from the test without load "
             "in chapter 8",
         ),
         "rotor_inertia": ("moment of inertia of the rotor", "g.cm2", "concluding table"),
         "gearbox_inertia": (
             "moment of inertia of the gearbox", "g.cm2",
-            "assumed; twice as much changes opening times by less than 0.4 %. Of the present actuator: rest of the "
-            "5370 kg of Table 4.1 at the slave",
+            "assumed; doubling it changes opening times by less than 0.4 %. Present actuator: remainder of the 5370 kg "
+            "of Table 4.1 at the slave",
         ),
         "pump_inertia": (
             "moment of inertia of pump and coupling", "g.cm2",
-            "assumed; twice as much changes the opening time by less than 0.1 %",
+            "assumed; doubling it changes the opening time by less than 0.1 %",
         ),
         "ratio": ("ratio of the gearbox", "1", "Figs. 6.6 (FISE) and 6.11 (RE50); (A.2) (present)"),
         "displacement": ("displacement of the pump", "cm3/rev", "Table 6.4"),
@@ -74,8 +74,8 @@ SOURCES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
         "master_bore": ("bore of the master cylinder", "mm", "assumed: 3/4 in, a standard bore"),
         "slave_bore": (
             "bore of the slave cylinder", "mm",
-            "11/16 in, the standard bore between 18.0 and 17.1 mm, with which the EHS is held by 18 A (caption of "
-            "Fig. 7.10) and by 20 A (text of chapter 7)",
+            "11/16 in, the standard bore between 18.0 and 17.1 mm, which give holding currents of the EHS of 18 A "
+            "(caption of Fig. 7.10) and 20 A (text of chapter 7)",
         ),
         "line_stiffness": ("stiffness of the liquid", "bar/cm3", "Table 4.1: 8.57e6 N/m at the slave"),
         "line_damping": ("damping of the liquid", "bar.s/cm3", "Tables 8.1 to 8.3"),

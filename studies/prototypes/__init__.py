@@ -1,4 +1,4 @@
-"""The three prototypes of Meloni's thesis: what its measurements tell of them, and what they cannot tell."""
+"""Parameters of the three prototypes of Meloni's thesis from its measurements, and what the data leave open."""
 
 from ._main import main as main
 from ._tables import as_text as as_text

@@ -1,4 +1,4 @@
-"""The fits: which parameters are free, which measurements they are to meet, and what is known beforehand."""
+"""The fits: free parameters, measurements and priors."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -33,7 +33,7 @@ FREE: Mapping[str, tuple[float, float]] = MappingProxyType(
         CONSTANT: (0.005, 0.1), DRY: (1e-3, 1.0), MESH: (0.3, 1.0),
     }
 )  # fmt: skip
-# Fluid and piston friction are known to a factor or so before anything is measured.
+# Priors of fluid damping and piston friction, known to a factor of about two.
 VAGUE = {LIQUID: Normal(std="100 %"), SEAL: Normal(std="100 %")}
 LONGEST = 0.6  # s
 DESIGNS: Mapping[str, Callable[..., ClutchActuator]] = MappingProxyType(
@@ -43,36 +43,36 @@ DESIGNS: Mapping[str, Callable[..., ClutchActuator]] = MappingProxyType(
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Case:
-    """One way to explain the measurements on a prototype."""
+    """A possible explanation of the measurements on a prototype."""
 
     name: str
     actuator: str
     free: tuple[str, ...]
     priors: Mapping[str, Normal] = dataclasses.field(default_factory=dict)
-    without: tuple[str, ...] = ()  # measurements that are left out
+    without: tuple[str, ...] = ()  # omitted measurements
 
 
 CASES = (
     Case("all data", "ema_fise", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
     Case(
-        "multimeter in place of the peak", "ema_fise", (RESISTANCE, FRICTION),
+        "multimeter instead of peak current", "ema_fise", (RESISTANCE, FRICTION),
         {RESISTANCE: Normal(*MULTIMETER[:2])}, ("peak current",),
     ),
     Case("times and peaks", "ema_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE, ("holding current",)),
-    Case("all data, viscous friction alone", "ema_maxon", (RESISTANCE, FRICTION)),
-    Case("all data, another torque constant", "ema_maxon", (RESISTANCE, FRICTION, CONSTANT)),
+    Case("all data, viscous friction only", "ema_maxon", (RESISTANCE, FRICTION)),
+    Case("all data, different torque constant", "ema_maxon", (RESISTANCE, FRICTION, CONSTANT)),
     Case("all data, dry friction", "ema_maxon", (RESISTANCE, FRICTION, DRY)),
-    Case("all data, losses in the gear", "ema_maxon", (RESISTANCE, FRICTION, MESH)),
+    Case("all data, gear losses", "ema_maxon", (RESISTANCE, FRICTION, MESH)),
     Case("all data", "ehs_maxon", (RESISTANCE, FRICTION, LIQUID, SEAL), VAGUE),
     Case("all data and the no-load test", "ehs_maxon", (RESISTANCE, FRICTION), {FRICTION: Normal(*NO_LOAD_TEST[:2])}),
 )  # fmt: skip
 
 
 def model_of(case: Case) -> ClutchActuator:
-    """Where a fit starts."""
+    """The start of a fit."""
     model = DESIGNS[case.actuator](**({"resistance": 0.15, "friction": 3e-3} if case.actuator == "ema_maxon" else {}))
     if DRY in case.free:
-        # Wide enough to be cheap, and far below the speeds at which the motor runs.
+        # The smoothing is wide enough to be cheap, and far below the speeds of the motor.
         rubbing = SmoothStribeckFriction(Tc=0.1, Ts=0.1, ws=10.0, w0=1.0)
         return eqx.tree_at(lambda m: m.friction, model, rubbing, is_leaf=lambda x: x is None)
     if MESH in case.free:
@@ -82,30 +82,30 @@ def model_of(case: Case) -> ClutchActuator:
 
 
 def predict(model: ElectromechanicalActuator | ElectrohydraulicActuator) -> dict[str, Scalar]:
-    """What the measurements on an actuator that opens should have been."""
+    """The predicted measurements of an opening."""
     time = opening(model, t_max=LONGEST, save="end", rtol=1e-7).t1
     stall = model.supply.V / model.motor.resistor.R
     return {
         "opening time": time,
         "moving time": time,
-        "peak current": stall,  # at rest; nothing delays the current
+        "peak current": stall,  # at rest, because the model has no inductance
     }
 
 
 def predict_held(model: ClutchActuator) -> dict[str, Scalar]:
-    """What the current should have been that holds the clutch open, at any voltage."""
+    """The predicted holding current, at any voltage."""
     return {HOLDING: held(model)}
 
 
 def held(model: ClutchActuator, direction: float = 1.0) -> Scalar:
-    """The current in A at the full stroke when the motor is on the point of opening further, -1: of giving way."""
+    """The current in A at the full stroke at which the motor is about to open further, or, with -1, to close."""
     current = hold(model).current
     if isinstance(model, ElectromechanicalActuator):
         if isinstance(model.gearbox, PlanetaryTrain):
-            raise ValueError("gearbox is a train: the current that holds is known here for one stage, PlanetaryGearbox")
+            raise ValueError("gearbox is a train: the holding current is implemented for one stage, PlanetaryGearbox")
         loss, ratio = model.gearbox.loss, model.gearbox.ratio
         if loss is not None:
-            # With the ring held a part 1 / ratio of the torque does not pass the meshes (Mueller).
+            # With a fixed ring, the share 1 / ratio of the torque does not pass through the meshes (Mueller).
             share = loss.efficiency ** (direction)
             current = current * ratio / (1.0 + (ratio - 1.0) * share)
         if model.friction is not None:
@@ -114,11 +114,11 @@ def held(model: ClutchActuator, direction: float = 1.0) -> Scalar:
 
 
 def fit(case: Case) -> Fit[ClutchActuator]:
-    """The parameters of a case with what is known of them."""
+    """Fits the parameters of a case with their priors."""
     experiments = []
     for voltage, data in MEASURED[case.actuator].items():
         chosen = {name: datum for name, datum in data.items() if name not in case.without}
-        # Apart from the rest, so that runs at several voltages predict the same and go as one batch.
+        # A separate experiment, so that runs at several voltages predict the same quantities and form one batch.
         statics = {name: chosen.pop(name) for name in (HOLDING,) if name in chosen}
         experiments.append(_experiment(predict, chosen, f"{voltage:g} V", {"supply.V": voltage}))
         if statics:

@@ -1,6 +1,6 @@
-"""Four explanations of the 30 ms in which the electrohydraulic actuator did not move, each fitted to its measurements.
+"""Four explanations of the dead time of 30 ms of the electrohydraulic actuator, each fitted to its measurements.
 
-The thesis measured them and has no model for them. The ramp and the empty volume are not in the thesis.
+The thesis measured the dead time and has no model for it. It mentions neither a ramp nor an empty volume.
 """
 
 import dataclasses
@@ -24,40 +24,40 @@ from components.rotational import SmoothStribeckFriction
 from .._measured import DEAD_TIME, FULL, NO_LOAD_TEST, UNITS
 from ..actuators import STROKE, StickingActuator, ehs_maxon, opening, pump_parts
 
-MOVED = 0.01  # of the stroke: what counts as motion
-SHEET = Normal(0.317, "10 %")  # ohm, winding of the RE40 by its data sheet, and leads
+MOVED = 0.01  # of the stroke, threshold of motion
+SHEET = Normal(0.317, "10 %")  # ohm, winding of the RE40 from its data sheet, and leads
 LONGEST = 0.4  # s
-GRID = np.linspace(0.0, 0.15, 301)  # s, on which the largest current is sought
+GRID = np.linspace(0.0, 0.15, 301)  # s, grid to find the peak current
 FRICTION, RESISTANCE = "motor.bearing.C", "motor.resistor.R"
-POCKET = 1e-6  # m3, where the fit starts
-EMPTY = 5e3  # Pa, pressure of the pocket as it is full: nothing beside the spring's
+POCKET = 1e-6  # m3, start of the fit
+EMPTY = 5e3  # Pa, pressure of the full pocket, negligible compared with that of the spring
 
 
 def late() -> StickingActuator:
-    """The voltage comes late, at once."""
+    """The voltage is a late step."""
     return _actuator(Step(height=FULL, start_time=0.03))
 
 
 def stuck() -> StickingActuator:
-    """The shaft breaks away at almost the stall torque, and passes slowly through the peak of its friction."""
+    """The shaft breaks away at almost the stall torque, and slowly passes the peak of its friction."""
     rubbing = SmoothStribeckFriction(Ts=1.2745, Tc=0.05, ws=30.0, w0=0.1)
     return _actuator(Constant(k=FULL), bearing=rubbing)
 
 
 def rising() -> StickingActuator:
-    """The voltage rises, as by a limited duty cycle, until the shaft breaks away."""
+    """The voltage rises, for example through a limited duty cycle, until the shaft breaks away."""
     rubbing = SmoothStribeckFriction(Ts=1.1, Tc=0.05, ws=30.0, w0=0.1)
     return _actuator(Ramp(height=FULL, duration=0.03), bearing=rubbing)
 
 
 def rising_slowly() -> StickingActuator:
-    """The same with the friction of the test without load, so that the ramp has to slow the opening, too."""
+    """The same with the friction of the no-load test, so that the ramp must also slow the opening."""
     rubbing = SmoothStribeckFriction(Ts=0.18342, Tc=0.05, ws=30.0, w0=0.1)
     return _actuator(Ramp(height=FULL, duration=0.09997), bearing=rubbing, resistance=0.4, friction=NO_LOAD_TEST.value)
 
 
 def empty() -> StickingActuator:
-    """The pump first fills a volume without pressure: air, or the way to the seal of the slave."""
+    """The pump first fills a volume without pressure: air, or the travel of the seal of the slave."""
     pocket = SpringAccumulator(capacity=POCKET, preload=0.0, stiffness=EMPTY / POCKET, resistance=6e7)
     return _actuator(Constant(k=FULL), pocket=pocket, friction=2.6e-3)
 
@@ -76,7 +76,7 @@ def _actuator(
 
 @dataclasses.dataclass(frozen=True)
 class Explanation:
-    """A model of the dead time, what is free in it, and the parameter that says how large the voltage is."""
+    """A model of the dead time, its free parameters, and the parameter of the supply voltage."""
 
     model: Callable[[], StickingActuator]
     free: Mapping[str, tuple[float, float]]
@@ -106,7 +106,7 @@ EXPLANATIONS: Mapping[str, Explanation] = MappingProxyType(
     }
 )  # fmt: skip
 
-# What was tried besides, and fails.
+# An additional explanation, which fails.
 REFUTED: Mapping[str, Explanation] = MappingProxyType(
     {
         "rising voltage, friction of the no-load test": Explanation(
@@ -118,7 +118,7 @@ REFUTED: Mapping[str, Explanation] = MappingProxyType(
 
 
 def predict(model: StickingActuator) -> dict[str, Scalar]:
-    """Opening time, time without motion, and largest current."""
+    """Opening time, dead time, and peak current."""
     strokes = STROKE * jnp.array([1.0, MOVED])
 
     def run(stroke: Scalar) -> tuple[Any, Any]:
@@ -133,13 +133,13 @@ def predict(model: StickingActuator) -> dict[str, Scalar]:
 def _peak(model: StickingActuator, opened: Scalar, current: Float[jax.Array, " t"]) -> Scalar:
     if isinstance(model.command, Ramp):
         return jnp.max(jnp.where(jax.lax.stop_gradient(opened) >= GRID, current, -jnp.inf))
-    # The voltage jumps while the shaft is at rest.
+    # The voltage steps while the shaft is at rest.
     voltage = model.command.height if isinstance(model.command, Step) else model.command.k
     return voltage / model.motor.resistor.R
 
 
 def fit(name: str) -> Fit[StickingActuator]:
-    """An explanation with its parameters fitted to opening time, dead time and peak current."""
+    """Fits the parameters of an explanation to opening time, dead time and peak current."""
     explanation = {**EXPLANATIONS, **REFUTED}[name]
     experiment = Experiment(
         predict,
@@ -157,11 +157,11 @@ def at_voltage(name: str, model: StickingActuator, voltage: float) -> StickingAc
 
 
 def record(model: StickingActuator, times: Float[np.ndarray, " t"]) -> Solution:
-    """What would be seen at the times in s."""
+    """The run of an explanation, saved at the times in s."""
     return simulate(model, float(times[-1]), save=times, rtol=1e-7, throw=False)
 
 
 @eqx.filter_jit
 def times(model: StickingActuator) -> dict[str, Scalar]:
-    """As `predict`, compiled."""
+    """Compiled `predict`."""
     return predict(model)

@@ -18,33 +18,34 @@ from ._proposals import GRID, of_dead_time, of_re50, predictions, proposals, sep
 from ._tables import Tables
 
 ABOUT = """Meloni's thesis (Torino, 2012) measured opening times, peak and holding currents of three clutch actuators.
-Two push the clutch open by motor, gearbox, cam and master cylinder (EMA), one by motor and pump (EHS).
+Two open the clutch by motor, gearbox, cam and master cylinder (EMA), one by motor and pump (EHS).
 
-From these measurements the parameters of the model are identified that the thesis has in its tables 8.1 to 8.3, with
-intervals. Where they do not decide between explanations, it is told which measurement would.
+The study identifies the parameters in tables 8.1 to 8.3 of the thesis from these measurements, with confidence
+intervals. If the data do not decide between explanations, it names the measurements that would.
 """
 BLURRED = (
-    "What each explanation predicts of measurements that were not made. Thick bars are two sigma of their noise, thin\n"
-    "ones with caps of noise and parameters together: where these overlap, the measurement would not tell."
+    "Predictions of measurements that were not made, by explanation. Thick bars are two standard deviations of\n"
+    "the noise, thin bars with caps those of noise and parameters combined. If the thin bars overlap, the\n"
+    "measurement does not discriminate between the explanations."
 )
 SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "prototypes_re50": (
             "RE50: resistance and friction",
-            "On each line the model opens in the measured time; in each band it has the measured peak current.\n"
-            "With viscous friction alone all meet far from Table 8.2. Fits to the current of the held clutch, too,\n"
-            "have a third parameter and lie beside the lines.",
+            "On each line, the model has the measured opening time; in each band, the measured peak current. With\n"
+            "viscous friction only, they intersect far from Table 8.2. Fits that include the holding current have\n"
+            "a third parameter and lie beside the lines.",
         ),
         "prototypes_re50_proposals": (
-            "RE50: what would have to be measured",
+            "RE50: proposed measurements",
             BLURRED,
         ),
         "prototypes_dead_time": (
             "EHS: the dead time of 30 ms",
-            "Four explanations, each fitted to opening time, dead time and peak current, as they would be recorded.",
+            "Four explanations, each fitted to opening time, dead time and peak current.",
         ),
         "prototypes_dead_time_proposals": (
-            "EHS: what would have to be measured",
+            "EHS: proposed measurements",
             BLURRED,
         ),
     }
@@ -55,7 +56,7 @@ SHOWN: Mapping[str, tuple[str, str]] = MappingProxyType(
 def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) -> None:
     """Fit, print, and write tables to the file `json`, and pictures and a report to the folder `out`.
 
-    Fits run at a tolerance of their own, 1e-7: what was measured is known to some percent.
+    Fits use a tolerance of 1e-7, because the measurements are accurate to a few per cent only.
     """
     del rtol
     if out is not None:
@@ -85,7 +86,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 
 def _competing(fits: Mapping[Case, Fit[ClutchActuator]]) -> dict[Case, Fit[ClutchActuator]]:
-    """Those of the RE50 that were given all its data, and can meet them."""
+    """The fits of the RE50 to all data with a third parameter."""
     return {case: item for case, item in fits.items() if case.actuator == "ema_maxon" and len(case.free) == 3}
 
 
@@ -105,4 +106,4 @@ def _draw(out: Path, fits: Mapping[Case, Fit[ClutchActuator]], records: Any, tab
         save(figure, out, name)
     parts = [(table[0], Shown(*table[1:]), []) for table in tables.all()]
     parts += [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
-    write_report(out, "prototypes", "The prototypes: what their measurements tell", parts, ABOUT)
+    write_report(out, "prototypes", "Parameters of three prototypes from measurements", parts, ABOUT)

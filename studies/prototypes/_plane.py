@@ -1,4 +1,4 @@
-"""The opening times of the RE50 actuator over resistance and friction."""
+"""Opening times of the RE50 actuator over resistance and friction."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ FRICTIONS = np.linspace(1e-3, 14e-3, 27)  # N.m.s/rad
 
 @eqx.filter_jit
 def opening_times() -> dict[float, Float[jax.Array, "frictions resistances"]]:
-    """In s by voltage; infinite where the clutch does not open within half a second."""
+    """Opening times in s by voltage; infinite if the clutch does not open within half a second."""
 
     def time(friction: Scalar, resistance: Scalar, voltage: Scalar) -> Scalar:
         model = ema_maxon(resistance=resistance, friction=friction, voltage=voltage)

@@ -1,4 +1,4 @@
-"""Pictures of the prototypes."""
+"""Plots of the prototypes."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -15,12 +15,12 @@ from ._plane import FRICTIONS, RESISTANCES, opening_times
 from ._proposals import GRID, Proposal
 
 HUES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-WIDTHS = (3.6, 2.8, 2.0, 1.2)  # so that of lines on each other all are seen
+WIDTHS = (3.6, 2.8, 2.0, 1.2)  # decreasing, so that coincident lines are all visible
 TABLE_8_2 = (0.309, 4e-3)  # ohm, N.m.s/rad
 
 
 def plot_plane(fits: Mapping[str, Any]) -> Figure:
-    """Which resistances and frictions give the RE50's opening times and peaks: each measurement a band of one sigma."""
+    """Plots resistances and frictions that give the measured times and peak currents of the RE50, within one sigma."""
     figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     panel = figure.subplots()
     for (voltage, found), hue in zip(opening_times().items(), HUES, strict=False):
@@ -41,12 +41,12 @@ def plot_plane(fits: Mapping[str, Any]) -> Figure:
     panel.set_ylabel("viscous friction at the motor [1e-3 N.m.s/rad]")
     panel.grid(alpha=0.3)
     legend(figure, 2)
-    figure.suptitle("EMA with the RE50: what its opening times and peak currents say")
+    figure.suptitle("EMA with the RE50: parameters that fit its opening times and peak currents")
     return figure
 
 
 def plot_dead_time(records: Mapping[str, Any]) -> Figure:
-    """Voltage, current, pressure and stroke of each explanation, with what was measured."""
+    """Plots voltage, current, pressure and stroke of each explanation, with the measurements."""
     signals = (
         ("motor.p.v", "voltage [V]", 1.0), ("motor.p.i", "current [A]", 1.0), ("line.p", "pressure [bar]", 1e-5),
         ("slave.rod.s", "stroke [mm]", 1e3),
@@ -70,7 +70,7 @@ def plot_dead_time(records: Mapping[str, Any]) -> Figure:
 
 
 def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure | None = None) -> Figure:
-    """What each explanation predicts of measurements that were not made, with two sigma of noise (thick) and of all."""
+    """Plots the predictions of further measurements, with two sigma of noise (thick) and of noise and parameters."""
     chosen = [item for item in proposals if item.subject == subject]
     measurements = list(dict.fromkeys(item.measurement for item in chosen))
     figure = figure or Figure(figsize=(4.0 * len(measurements), 4.2), layout="constrained")
@@ -78,7 +78,7 @@ def plot_proposals(proposals: Sequence[Proposal], subject: str, figure: Figure |
     for panel, measurement in zip(panels, measurements, strict=True):
         _predictions(panel, [item for item in chosen if item.measurement == measurement])
     legend(figure, 4)
-    figure.suptitle(f"{subject[0].upper()}{subject[1:]}: what measurements would tell the explanations apart")
+    figure.suptitle(f"{subject[0].upper()}{subject[1:]}: predictions of the explanations for proposed measurements")
     return figure
 
 

@@ -1,6 +1,6 @@
-"""What would have to be measured: predictions of all explanations that fit, beside what a measurement could tell.
+"""Proposed measurements: predictions of all explanations that fit, and the distances between them.
 
-Two things blur a prediction: the noise of the measurement, and what the fit leaves open of the parameters.
+A prediction has two uncertainties: the noise of the measurement, and that of the fitted parameters.
 """
 
 import dataclasses
@@ -21,21 +21,21 @@ from ._cases import held
 from ._dead_time import at_voltage, record, times
 
 LOW = 8.0  # V, at which the RE50 still opens the clutch
-BATTERY = 12.0  # V, of a car that does not run
+BATTERY = 12.0  # V, with the engine off
 THOUSAND_RPM = 1000.0 * 2.0 * math.pi / 60.0  # rad/s
-GRID = 1e-3 * np.arange(1, 131)  # s, of the records
-EARLY = 4  # place in it of 5 ms
+GRID = 1e-3 * np.arange(1, 131)  # s, sample times of the records
+EARLY = 4  # index of 5 ms in GRID
 CURRENT, STROKE = "record of the current", "record of the stroke"
-NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and measurement
+NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # unit and standard deviation, by subject and measurement
     "RE50": {
-        "voltage of the motor turned at 1000 rpm": ("V", 0.02),
-        "current of the motor and gear without cam at 13.5 V": ("A", 0.3),
-        "current at which motor and gear without cam begin to turn": ("A", 0.3),
-        "holding current as the clutch is let back": ("A", 0.5),
+        "generator voltage of the motor at 1000 rpm": ("V", 0.02),
+        "no-load current of motor and gear at 13.5 V": ("A", 0.3),
+        "breakaway current of motor and gear": ("A", 0.3),
+        "holding current when closing": ("A", 0.5),
         "opening time at 8 V": ("s", 1e-3),
     },
     "dead time": {
-        "current 5 ms after the voltage was switched on": ("A", 0.5),  # by a clamp
+        "current 5 ms after switch-on": ("A", 0.5),  # by a clamp
         "dead time at 12 V": ("s", 1e-3),
         "opening time at 12 V": ("s", 1e-3),
         CURRENT: ("A", 0.5),
@@ -46,10 +46,10 @@ NOISES: Mapping[str, Mapping[str, tuple[str, float]]] = {  # by subject and meas
 
 @dataclasses.dataclass(frozen=True)
 class Proposal:
-    """What an explanation says of a measurement that was not made; not finite where it does not come to an end.
+    """The prediction of a measurement by an explanation; not finite if the clutch does not open.
 
-    `spread` is the standard deviation that the parameters give it; not finite where they decide whether it comes to an
-    end.
+    `spread` is the standard deviation due to the parameters. It is not finite if the clutch opens for some of their
+    values only.
     """
 
     subject: str
@@ -63,7 +63,7 @@ class Proposal:
 
 @dataclasses.dataclass(frozen=True)
 class Separation:
-    """How far apart two explanations are in a measurement, in standard deviations of noise and parameters."""
+    """The distance between two explanations in a measurement, in standard deviations of noise and parameters."""
 
     subject: str
     measurement: str
@@ -72,7 +72,7 @@ class Separation:
 
 
 class Prediction(NamedTuple):
-    """Scalar, and by how much each direction in which the parameters scatter moves them in a standard deviation."""
+    """Predicted values, and their change for one standard deviation in each principal direction of the parameters."""
 
     values: Float[np.ndarray, " n"]
     moved: Float[np.ndarray, "directions n"]
@@ -84,12 +84,12 @@ Predictions = Mapping[str, Mapping[str, Prediction]]  # by explanation and measu
 def predictions(
     fits: Mapping[str, Fit[ClutchActuator]], functions: Mapping[str, Callable[[Any], Mapping[str, Scalar]]]
 ) -> Predictions:
-    """What functions of the fitted models give, by the names of the explanations."""
+    """Predictions of functions of the fitted models, by the names of the explanations."""
     return {name: _predicted(fit, functions[name]) for name, fit in fits.items()}
 
 
 def _predicted(fit: Fit[ClutchActuator], function: Callable[[Any], Mapping[str, Scalar]]) -> dict[str, Prediction]:
-    """Differences over a standard deviation in each direction of the covariance's factor."""
+    """Central differences over one standard deviation in each direction of the covariance factor."""
 
     def at(step: np.ndarray) -> Mapping[str, Scalar]:
         places = zip(fit.names, np.asarray(fit.estimates) + step, strict=True)
@@ -107,14 +107,14 @@ def _predicted(fit: Fit[ClutchActuator], function: Callable[[Any], Mapping[str, 
 
 
 def _half(more: np.ndarray, less: np.ndarray) -> np.ndarray:
-    """Half a difference; none where neither comes to an end, infinite where one of them does not."""
+    """Half the difference; zero if neither value is finite, infinite if one is not."""
     with np.errstate(invalid="ignore"):
         found = 0.5 * (np.asarray(more, float) - np.asarray(less, float))
     return np.where(np.isnan(found), 0.0, found)
 
 
 def of_re50(model: Any) -> dict[str, Scalar]:
-    """Measurements that were not made on the RE50 actuator."""
+    """Proposed measurements on the RE50 actuator."""
     motor = model.motor
     dry = 0.0 if model.friction is None else model.friction.Tc
     stall = FULL * motor.emf.k / motor.resistor.R
@@ -128,7 +128,7 @@ def of_re50(model: Any) -> dict[str, Scalar]:
 
 
 def of_dead_time(name: str, model: StickingActuator) -> dict[str, Scalar]:
-    """Measurements that were not made on the electrohydraulic actuator, by an explanation of its dead time."""
+    """Proposed measurements on the electrohydraulic actuator, predicted by an explanation of its dead time."""
     other, run = times(at_voltage(name, model, BATTERY)), record(model, GRID)
     current = run.motor.p.i
     values = (current[EARLY], other["dead time"], other["opening time"], current, run.slave.rod.s)
@@ -136,7 +136,7 @@ def of_dead_time(name: str, model: StickingActuator) -> dict[str, Scalar]:
 
 
 def proposals(subject: str, found: Predictions) -> Iterator[Proposal]:
-    """All that is a single number."""
+    """The proposals of scalar measurements."""
     for name, measurements in found.items():
         for measurement, (values, moved) in measurements.items():
             if len(values) == 1:
@@ -146,7 +146,7 @@ def proposals(subject: str, found: Predictions) -> Iterator[Proposal]:
 
 
 def separations(subject: str, found: Predictions) -> Iterator[Separation]:
-    """Of each pair of explanations in each measurement."""
+    """The distances of each pair of explanations in each measurement."""
     for measurement, (_, noise) in NOISES[subject].items():
         for a, b in itertools.combinations(found, 2):
             distance = _distance(found[a][measurement], found[b][measurement], noise)
@@ -154,11 +154,11 @@ def separations(subject: str, found: Predictions) -> Iterator[Separation]:
 
 
 def _distance(a: Prediction, b: Prediction, noise: float) -> float:
-    """Of two predictions, in the metric of all that blurs them (Mahalanobis)."""
+    """The Mahalanobis distance of two predictions, in the metric of their uncertainties."""
     moved = np.concatenate([a.moved, b.moved])
     with np.errstate(invalid="ignore"):
         apart = a.values - b.values
-    # Two are not told apart that both never come to an end, or of which parameters decide whether one does.
+    # The distance is zero if both values are infinite, or if the parameters decide whether one is finite.
     if np.any(np.isnan(apart)) or not np.all(np.isfinite(moved)):
         return 0.0
     if not np.all(np.isfinite(apart)):

@@ -22,7 +22,7 @@ THESIS: Mapping[str, Mapping[str, float]] = {
     },
     "ehs_maxon": {"motor.resistor.R": 0.4, "motor.bearing.C": 4e-3, "line.damping": 6.8e11, "seal.C": 2e-3},
 }  # fmt: skip
-OPEN = 0.5  # relative standard deviation from which a combination of parameters counts as left open
+OPEN = 0.5  # relative standard deviation above which a combination of parameters is undetermined
 STORED = Path(__file__).parent / "rows.json"
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, heads, cells
@@ -30,7 +30,7 @@ Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, heads, cell
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """An identified parameter with its interval of 95 %, in SI units; the thesis' value where it has one."""
+    """An identified parameter with its 95 % confidence interval and its value in the thesis, in SI units."""
 
     prototype: str
     case: str
@@ -44,7 +44,7 @@ class Row:
 
 @dataclasses.dataclass(frozen=True)
 class Meeting:
-    """How a fit meets a measurement."""
+    """A measurement compared with its fitted value."""
 
     prototype: str
     case: str
@@ -61,7 +61,7 @@ class Meeting:
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """The sum of squares of a fit, and the directions in which the data say next to nothing."""
+    """The sum of squares of a fit, and the combinations of parameters that the data do not determine."""
 
     prototype: str
     case: str
@@ -87,7 +87,7 @@ class Tables:
         proposals: list[Proposal],
         separations: list[Separation],
     ) -> "Tables":
-        """From fits, each with its prototype and case."""
+        """The tables of fits, each given with its prototype and case."""
         return cls(
             [row for place in found for row in _rows(*place)],
             [meeting for place in found for meeting in _meetings(*place)],
@@ -103,10 +103,10 @@ class Tables:
             (*_place(row), row.parameter, *_numbers(row.unit, row.thesis, row.estimate, row.low, row.high))
             for row in self.rows
         ]
-        return "Identified parameters, intervals of 95 %", heads, cells
+        return "Identified parameters with 95 % confidence intervals", heads, cells
 
     def met(self) -> Table:
-        """What the fits make of the measurements."""
+        """The measurements and their fitted values."""
         heads = ("prototype", "case", "measurement", "unit", "measured", "sigma", "fitted", "in sigma")
         cells = [
             (
@@ -115,19 +115,19 @@ class Tables:
             )
             for row in self.meetings
         ]  # fmt: skip
-        return "What the fits make of the measurements", heads, cells
+        return "Measurements and fitted values", heads, cells
 
     def fits(self) -> Table:
-        """How well each case fits, and what it leaves open."""
-        heads = ("prototype", "case", "chi2", "degrees of freedom", "left open by the data")
+        """The goodness of fit of each case, and the undetermined combinations."""
+        heads = ("prototype", "case", "chi2", "degrees of freedom", "not determined by the data")
         cells = [
             (*_place(row), f"{round(row.chi2, 6):.3g}", f"{row.dof}", "; ".join(row.left_open) or "-")
             for row in self.outcomes
         ]
-        return "How well each case fits, and what it leaves open", heads, cells
+        return "Goodness of fit, and parameters that the data do not determine", heads, cells
 
     def predictions(self) -> Table:
-        """What was not measured, as the explanations predict it."""
+        """The predictions of proposed measurements."""
         heads = ("subject", "measurement", "explanation", "unit", "predicted", "noise", "parameters")
         cells = [
             (
@@ -138,30 +138,30 @@ class Tables:
             )
             for row in self.proposals
         ]
-        return "What was not measured, as the explanations predict it, with standard deviations", heads, cells
+        return "Predictions of proposed measurements, with standard deviations", heads, cells
 
     def distances(self) -> Table:
-        """How far apart the explanations are."""
+        """The distances between the explanations."""
         heads = ("subject", "measurement", "explanations", "distance in sigma")
         cells = [(row.subject, row.measurement, row.explanations, f"{row.distance:.1f}") for row in self.separations]
-        return "How far apart the explanations are", heads, cells
+        return "Distances between the explanations", heads, cells
 
     def all(self) -> list[Table]:
-        """In the order in which they are read."""
+        """All tables, in reading order."""
         return [self.estimates(), self.met(), self.fits(), self.predictions(), self.distances()]
 
     def write(self, path: Path) -> None:
-        """As JSON, in SI units."""
+        """Writes the tables as JSON, in SI units."""
         write_json(path, **{field.name: getattr(self, field.name) for field in dataclasses.fields(self)})
 
 
 def stored() -> Tables:
-    """The tables as they were when the documentation was written, all of one run of
+    """The tables shown in the documentation, from one run of
     `python -m studies prototypes --json studies/prototypes/rows.json`.
     """
     kinds = dict(rows=Row, meetings=Meeting, outcomes=Outcome, proposals=Proposal, separations=Separation)
     tables: dict[str, list[Any]] = read_json(STORED, **kinds)
-    # JSON has no infinity: what does not come to an end, and is told apart for certain.
+    # JSON has no infinity; null stands for it.
     tables["proposals"] = [_unbounded(_unbounded(item, "predicted"), "spread") for item in tables["proposals"]]
     tables["separations"] = [_unbounded(item, "distance") for item in tables["separations"]]
     return Tables(**tables)
@@ -195,7 +195,7 @@ def _outcome(prototype: str, case: str, fit: Fit[ClutchActuator]) -> Outcome:
 
 
 def _said(combination: Combination) -> str:
-    """In words, where it is of one parameter alone."""
+    """The combination as text; in words if it has one parameter."""
     alone = [name for name, share in combination.shares.items() if abs(share) > 0.99]
     return f"{alone[0]}, known to {combination.std:.0%}" if alone else str(combination)
 
@@ -205,5 +205,5 @@ def _place(row: Row | Meeting | Outcome) -> tuple[str, str]:
 
 
 def _numbers(unit: str, *values: float | None) -> tuple[str, ...]:
-    """The display unit, and values in it."""
+    """The display unit, and the values in this unit."""
     return display_unit(unit), *("-" if value is None else f"{displayed(value, unit)[0]:.4g}" for value in values)

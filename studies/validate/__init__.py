@@ -1,4 +1,4 @@
-"""The actuators of Meloni's thesis: what it states beside what the model gives, mismatches included."""
+"""Comparison of the figures of Meloni's thesis with the model, mismatches included."""
 
 from .._vibrations import mode_frequencies as mode_frequencies
 from ..actuators import Hold as Hold

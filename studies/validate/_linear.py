@@ -1,7 +1,7 @@
-"""The present actuator as the thesis states it: linear, with two degrees of freedom.
+"""The present actuator as a linear system with two degrees of freedom, as in the thesis.
 
-What turns with the motor and what moves with the piston are two masses with the liquid between them, and the clutch
-spring behind the second one. Inputs are the motor's current and a force on the piston.
+The rotating parts and the parts that move with the piston are two masses with the liquid between them, and with the
+clutch spring at the second mass. Inputs are the motor current and a force on the piston.
 """
 
 import dataclasses
@@ -24,7 +24,7 @@ TURNING = ("actuator.motor.rotor", "actuator.gearbox", "actuator.cam")
 
 
 class PushedActuator(Component):
-    """The present actuator with a source of force at its piston."""
+    """The present actuator with a force source at its piston."""
 
     actuator: WormActuator
     push: ConstantForce
@@ -35,7 +35,7 @@ class PushedActuator(Component):
 
 @dataclasses.dataclass(frozen=True)
 class Share:
-    """What part of something is on the motor's side, and what part on the slave's."""
+    """The shares of a quantity on the motor side and on the slave side."""
 
     motor: float
     slave: float
@@ -46,31 +46,31 @@ class Mode:
     """A mode of the linear actuator."""
 
     frequency: float  # Hz
-    shape: Share  # displacements as travels of the slave, the larger one 1
+    shape: Share  # displacements referred to the slave, normalised to 1
     kinetic: Share
-    potential: Share  # of the liquid on the motor's side, and of the clutch spring on the slave's
+    potential: Share  # liquid as the motor side, clutch spring as the slave side
 
 
 def linear_actuator(**keywords: Scalar) -> PushedActuator:
-    """The present actuator fed by a current; keywords of `sila`, by default undamped with the spring of Table 4.1."""
+    """The present actuator with a current source; by default undamped with the spring of Table 4.1."""
     undamped = dict(friction=0.0, line_damping=0.0, piston_damping=0.0, spring_rate=CLUTCH_STIFFNESS)
     actuator = eqx.tree_at(lambda model: model.supply, sila(**(undamped | keywords)), ConstantCurrent(I=0.0))
     return PushedActuator(actuator=actuator, push=ConstantForce(force=0.0))
 
 
 def linear_system(model: PushedActuator) -> LinearSystem:
-    """From the current into the motor to the force on the clutch, positive."""
+    """The linear system from the motor current to the force on the clutch, both positive."""
     force = {"force": lambda m: -m.actuator.clutch.flange.f}
     return linearise(model, inputs=INPUTS[:1], outputs=force)
 
 
 def turning_inertia(actuator: WormActuator) -> float:
-    """Of all that turns, in kg.m2 at the motor's shaft."""
+    """Total inertia of the rotating parts in kg.m2, referred to the motor shaft."""
     return float(actuator.motor.rotor.J + actuator.gearbox.J + actuator.cam.J / actuator.gearbox.ratio**2)
 
 
 def travel(actuator: WormActuator) -> float:
-    """Of the slave per angle of the motor in m/rad, if nothing were compressed."""
+    """Travel of the slave per motor angle in m/rad, for an incompressible liquid."""
     slope = actuator.cam.profile.slope(0.0) / actuator.gearbox.ratio
     return float(slope * actuator.master.area / actuator.slave.area)
 
@@ -89,20 +89,20 @@ class Matrices:
 
 
 def matrices(model: PushedActuator) -> Matrices:
-    """Those of `linearise`, in the states of the thesis."""
+    """The matrices of `linearise`, in the states of the thesis."""
     system, to_states = _linearised(model)
     momenta = np.array([turning_inertia(model.actuator), 1.0, float(model.actuator.piston.m), 1.0])
     to_states = momenta[:, None] * to_states
-    # Where the motor has turned to is a state of the library's that nothing depends on.
+    # The motor angle is an additional state of the library; nothing depends on it.
     back = np.linalg.pinv(to_states)
-    # A source counts its current into its positive pole, which is the motor's.
+    # The current of a source is positive into its pin p, which is connected to the motor.
     signs = np.array([-1.0, 1.0])
     A, B, C, D = (np.asarray(matrix) for matrix in (system.A, system.B, system.C, system.D))
     return Matrices(to_states @ A @ back, to_states @ B * signs, C[len(STATES) :] @ back, D[len(STATES) :] * signs)
 
 
 def static_gains(model: PushedActuator) -> tuple[float, float]:
-    """Force on the clutch per torque of the motor in N/(N.m), and angle of the motor per stroke in rad/m, at rest."""
+    """Static force on the clutch per motor torque in N/(N.m), and motor angle per stroke in rad/m."""
     found = matrices(model)
     state = np.linalg.solve(found.A, -found.B[:, 0])
     force = float(found.C[2] @ state) / float(model.actuator.motor.emf.k)
@@ -112,7 +112,7 @@ def static_gains(model: PushedActuator) -> tuple[float, float]:
 
 
 def modes(model: PushedActuator) -> list[Mode]:
-    """The modes of the undamped actuator, in rising order of frequency."""
+    """The modes of the undamped actuator, in ascending order of frequency."""
     system, to_states = _linearised(model)
     found, energy = system.modes, system.energy
     speeds = (to_states @ np.asarray(found.shapes))[[0, 2]] * np.array([[travel(model.actuator)], [1.0]])
@@ -128,7 +128,7 @@ def modes(model: PushedActuator) -> list[Mode]:
 
 
 def _linearised(model: PushedActuator) -> tuple[LinearSystem, Float[np.ndarray, "4 states"]]:
-    """The linear system, and what makes `STATES` from its own states."""
+    """The linear system, and the transformation from its states to `STATES`."""
     system = linearise(model, inputs=INPUTS, outputs=STATES + OUTPUTS)
     return system, np.asarray(system.C)[: len(STATES)]
 

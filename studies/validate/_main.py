@@ -16,25 +16,25 @@ from ._statements import GIVEN, KINDS, NOT_COMPARABLE, PREDICTED, REFITTED, stat
 from ._words import NOTE, readable, spoken
 
 STORED = Path(__file__).parent / "rows.json"
-HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "part", "note")
+HEADS = ("quantity", "condition", "source in the thesis", "thesis", "model", "deviation", "kind", "note")
 NO_LOAD_HEAD = "no-load set"
-COUNT_HEADS = ("part of the figures", "figures", f"within {100.0 * TOLERANCE:g} %", "what it means")
+COUNT_HEADS = ("kind of figure", "figures", f"within {100.0 * TOLERANCE:g} %", "meaning")
 SET_HEADS = ("parameter", "unit", *(ACTUATOR_NAMES[name] for name in ACTUATORS), "source")
-CONFLICT_HEADS = ("figure", "what is printed", "used")
-NOT_COMPARED_HEADS = ("in the thesis", "why not compared")
+CONFLICT_HEADS = ("item", "printed values", "value used")
+NOT_COMPARED_HEADS = ("not compared", "reason")
 MEANING: Mapping[str, str] = MappingProxyType(
     {
-        GIVEN: "they went into the set of parameters, so that they test nothing",
-        PREDICTED: "the set gives them",
-        REFITTED: "parameters of the set, identified anew from the measurements",
-        NOT_COMPARABLE: "the thesis and the set speak of two things; see the note",
+        GIVEN: "used to choose the parameters of the set, so they are no test",
+        PREDICTED: "predicted by the model with the set",
+        REFITTED: "parameters of the set, identified again from the measurements",
+        NOT_COMPARABLE: "the thesis and the set describe different things; see the note",
     }
 )
 
 
 @dataclasses.dataclass(frozen=True)
 class Missing:
-    """A figure of the thesis that no figure of the model can be set beside."""
+    """A figure of the thesis that is not compared."""
 
     source: str
     reason: str
@@ -42,7 +42,7 @@ class Missing:
 
 @dataclasses.dataclass(frozen=True)
 class Count:
-    """The figures of the thesis of one kind, and how many of them the model gives within `TOLERANCE`."""
+    """The number of figures of one kind, and how many of them the model reproduces within `TOLERANCE`."""
 
     kind: str
     figures: int
@@ -58,7 +58,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     for name, heads, cells in tables(rows):
         print_table(f"{name}: thesis and model", heads, cells)
     print(notes(rows))
-    print_table("Four counts", COUNT_HEADS, count_cells(rows))
+    print_table("Reproduced figures by kind", COUNT_HEADS, count_cells(rows))
     if json is not None:
         write_json(json, rows, counts=counts(rows), not_compared=[Missing(*item) for item in NOT_COMPARED])
     if out is not None:
@@ -69,7 +69,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 
 def tables(rows: Sequence[Row]) -> Iterable[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-    """The name of each actuator, with heads and lines of its table; the no-load set is a column where one has it."""
+    """The name of each actuator, with heads and lines of its table; with a column for the no-load set if it has one."""
     reasons = _reasons(rows)
     for name in dict.fromkeys(row.actuator for row in rows):
         own = [row for row in rows if row.actuator == name]
@@ -97,12 +97,12 @@ def _reasons(rows: Sequence[Row]) -> list[str]:
 
 
 def notes(rows: Sequence[Row]) -> str:
-    """The notes of the tables by their numbers."""
+    """The numbered notes of the tables."""
     return "\n".join([*(f"({number}) {reason}" for number, reason in enumerate(_reasons(rows), start=1)), NOTE])
 
 
 def counts(rows: Sequence[Row]) -> list[Count]:
-    """The figures of the thesis by the part that they play: given, predicted, refitted, not comparable."""
+    """The number of figures by kind: given, predicted, refitted, not comparable."""
     return [
         Count(kind, len(own), sum(bool(row.reproduced) for row in own))
         for kind in KINDS
@@ -111,12 +111,12 @@ def counts(rows: Sequence[Row]) -> list[Count]:
 
 
 def count_cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """The counts as texts."""
+    """The cells of the counts as text."""
     return [(one.kind, str(one.figures), str(one.reproduced), MEANING[one.kind]) for one in counts(rows)]
 
 
 def set_cells() -> list[tuple[str, ...]]:
-    """The set of parameters as texts, in display units, with the source of each value."""
+    """The cells of the set of parameters as text, in display units, with the source of each value."""
     return [
         (
             one.name, one.unit, *(f"{one.values[name]:.5g}" if name in one.values else "-" for name in ACTUATORS),
@@ -127,25 +127,25 @@ def set_cells() -> list[tuple[str, ...]]:
 
 
 def stored() -> list[Row]:
-    """The rows as they were when the documentation was written: `python -m studies validate --json` gives them."""
+    """The rows shown in the documentation, written by `python -m studies validate --json`."""
     return read_json(STORED, rows=Row)["rows"]
 
 
 def as_text(rows: Sequence[Row]) -> str:
-    """A table for each actuator, with a line for each row, and the notes that their last column points to."""
+    """A table for each actuator, with a line for each row, and the notes of the last column."""
     return "\n\n".join([*(f"{name}\n{plain_table(heads, cells)}" for name, heads, cells in tables(rows)), notes(rows)])
 
 
 def counts_as_text(rows: Sequence[Row]) -> str:
-    """The four counts: a line for each kind of figure."""
+    """The table of counts, with a line for each kind of figure."""
     return plain_table(COUNT_HEADS, count_cells(rows))
 
 
 def set_as_text() -> str:
-    """The set of parameters that all studies share, with the source of each value."""
+    """The table of parameters that all studies share, with the source of each value."""
     return plain_table(SET_HEADS, set_cells())
 
 
 def conflicts_as_text() -> str:
-    """The figures that the thesis prints in two ways, and those that nothing here can be set beside."""
+    """The tables of contradictions and of figures that are not compared."""
     return f"{plain_table(CONFLICT_HEADS, CONFLICTS)}\n\n{plain_table(NOT_COMPARED_HEADS, NOT_COMPARED)}"

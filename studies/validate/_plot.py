@@ -1,4 +1,4 @@
-"""Pictures of the comparison."""
+"""Plots of the comparison."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -24,7 +24,7 @@ PANELS = (
 )
 PARTS: Mapping[str, str] = MappingProxyType(
     {GIVEN: "0.6", PREDICTED: "#0072b2", REFITTED: "#e69f00", NOT_COMPARABLE: "#56b4e9"}
-)  # colours of the parts that figures play
+)  # colours by kind of figure
 TICKS = (-100.0, -50.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)  # %
 WIDEST = 400.0  # %
 SIGNALS = (
@@ -35,7 +35,7 @@ SIGNALS = (
 
 
 def plot_comparison(rows: Sequence[Row]) -> Figure:
-    """Thesis against model: a panel for each quantity, a line in it for each actuator and condition."""
+    """Plots thesis and model, with a panel for each quantity and a line for each actuator and condition."""
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(2, 2)))
     for panel, (quantity, label, scale) in zip(panels, PANELS, strict=True):
@@ -77,9 +77,9 @@ def _name(actuator: str, condition: str) -> str:
 
 
 def plot_deviations(rows: Sequence[Row], figure: Figure | None = None) -> Figure:
-    """The deviation of each figure from the thesis, by actuator and coloured by the part that it plays.
+    """Plots the deviation of each figure from the thesis, by actuator, coloured by kind.
 
-    The scale is linear within the band of what counts as reproduced, and logarithmic beyond it.
+    The scale is linear within the tolerance band, and logarithmic beyond it.
     """
     own = {name: [row for row in rows if row.actuator == name and row.thesis is not None] for name in COLORS}
     own = {name: chosen for name, chosen in own.items() if chosen}
@@ -126,7 +126,7 @@ def _row_name(row: Row) -> str:
 
 
 def plot_linear(rows: Sequence[Row]) -> Figure:
-    """The present actuator as a linear system: its gain over the frequency, and where the energy of its modes is."""
+    """Plots the present actuator as a linear system: gain over frequency, and energy distribution of its modes."""
     figure = Figure(figsize=(12.0, 5.2), layout="constrained")
     gain, shares = np.ravel(np.asarray(figure.subplots(1, 2)))
     stated = {(row.quantity, row.source): row for row in rows if (row.quantity, row.source) in _LINEAR}
@@ -175,7 +175,7 @@ def _shares(panel: Axes, rows: Sequence[Row]) -> None:
 
 
 def plot_openings(runs: Mapping[str, Solution], rows: Sequence[Row]) -> Figure:
-    """Stroke, current and pressure over time, with the opening times that the thesis states."""
+    """Plots stroke, current and pressure over time, with the opening times of the thesis."""
     figure = Figure(figsize=(9.0, 9.0), layout="constrained")
     panels = np.ravel(np.asarray(figure.subplots(3, 1, sharex=True)))
     for panel, (signal, label, scale) in zip(panels, SIGNALS, strict=True):

@@ -1,4 +1,4 @@
-"""The ratios that the thesis chose for its gearboxes, found from the model."""
+"""The gearbox ratios of the thesis, computed with the model."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,14 @@ from acausal import Scalar
 
 from ..actuators import LONGEST, ClutchActuator, ElectromechanicalActuator, delivered, opening_time, spring_rate
 
-RANGE = (1.5, 8.0)  # of the ratios among which the best is sought
+RANGE = (1.5, 8.0)  # search range of the best ratio
 
 
 def least_ratio(model: ElectromechanicalActuator, torque: float, stroke: float) -> float:
-    """The ratio below which a motor with a torque in N.m would stop before the stroke in m, inertia left out.
+    """The smallest ratio with which a motor torque in N.m reaches the stroke in m, without inertia.
 
-    The volume V that has left the master cylinder moves the slave and is compressed, so that the spring of rate k
-    gives the pressure V / (A^2 / k + 1 / stiffness); the torque at the motor is p dV/dangle.
+    The volume V from the master cylinder moves the slave and compresses the liquid. With the spring rate k, the
+    pressure is p = V / (A^2 / k + 1 / stiffness), and the torque at the motor is p dV/dangle.
     """
 
     def at(angle: Scalar) -> tuple[Scalar, Scalar]:
@@ -33,13 +33,13 @@ def least_ratio(model: ElectromechanicalActuator, torque: float, stroke: float) 
 
 
 def best_ratio(design: Callable[..., ClutchActuator], rtol: float) -> float:
-    """The ratio of a design with which the clutch opens first."""
+    """The ratio of minimum opening time."""
 
     @eqx.filter_jit
     def time(ratio: Scalar) -> Scalar:
         return opening_time(design(ratio=ratio), rtol=rtol)
 
-    # A ratio with which the clutch does not open at all counts as slow.
+    # A ratio with which the clutch does not open gets a large time.
     found = scipy.optimize.minimize_scalar(
         lambda ratio: min(float(time(jnp.asarray(ratio))), LONGEST), bounds=RANGE, method="bounded"
     )

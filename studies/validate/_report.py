@@ -1,4 +1,4 @@
-"""Pictures and report of the comparison."""
+"""Plots and report of the comparison."""
 
 import math
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ from ._plot import plot_comparison, plot_deviations, plot_linear, plot_openings
 from ._rows import ACTUATORS, Row, run
 
 ABOUT = """Meloni's thesis (Torino, 2012) states opening times, currents, frequencies and ratios of actuators that
-open the clutch of a car: one in use, with a worm, and three new ones. Two of these push by motor, gearbox, cam and
-master cylinder (EMA), one by motor and pump (EHS).
+open the clutch of a car: one in use, with a worm, and three new ones. Two of these have motor, gearbox, cam and master
+cylinder (EMA), one has motor and pump (EHS).
 
-Each figure is set beside that of the model, all from one set of parameters. Conditions are those of the base, 13.5 V,
-58 N/mm and 12 mm, unless told. The no-load set has the friction of the thesis' test without load.
+Each figure is compared with that of the model, with one set of parameters. Unless stated otherwise, conditions are
+those of the base: 13.5 V, 58 N/mm and 12 mm. The no-load set has the friction of the thesis' test without load.
 """
 
 
@@ -41,21 +41,21 @@ def report(rows: Sequence[Row], out: Path, rtol: float) -> None:
     beside = [Table(heads, cells, name) for name, heads, cells in tables.tables(rows)]
     parts = [
         ("Thesis and model", [Table(tables.COUNT_HEADS, tables.count_cells(rows)), *beside, tables.notes(rows)], []),
-        ("How far the model is from each figure", "", [pictures["validate_deviations"]]),
+        ("Deviation of the model from each figure", "", [pictures["validate_deviations"]]),
         ("Times, currents and frequencies", "", [pictures["validate"]]),
-        ("The openings in time", "", [pictures["validate_openings"]]),
+        ("Openings over time", "", [pictures["validate_openings"]]),
         ("The present actuator as a linear system", "", [pictures["validate_linear"]]),
         ("Its bond graph", _of_graph(graph), [pictures["validate_bond_graph"]]),
         ("Its bond graph with supply and losses", "", [pictures["validate_bond_graph_whole"]]),
         ("The set of parameters", Table(tables.SET_HEADS, tables.set_cells()), []),
-        ("Where the thesis contradicts itself", Table(tables.CONFLICT_HEADS, CONFLICTS), []),
+        ("Contradictions in the thesis", Table(tables.CONFLICT_HEADS, CONFLICTS), []),
         ("Not compared", Table(tables.NOT_COMPARED_HEADS, NOT_COMPARED), []),
     ]
     write_report(out, "validate", "Clutch actuators: Meloni's thesis (2012) and the model", parts, ABOUT)
 
 
 def _of_graph(graph: BondGraph) -> str:
-    """Bonds, frequencies and shares of energy."""
+    """The bonds, frequencies and energy shares as text."""
     frequencies = abs(graph.poles[::2]) / (2.0 * math.pi)
     heads = ("store", *(f"{frequency:.6g} Hz" for frequency in frequencies))
     shares = ((name, *(f"{share:.6g}" for share in values[::2])) for name, values in graph.energy.items())

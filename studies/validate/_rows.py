@@ -1,4 +1,4 @@
-"""The model's figures for all that is compared: one row for each quantity, condition and source."""
+"""The figures of the model: one row for each quantity, condition and source."""
 
 import dataclasses
 import functools as ft
@@ -37,15 +37,15 @@ ACTUATORS: MappingProxyType[str, Callable[..., ClutchActuator]] = MappingProxyTy
     {"sila": sila, "ema_fise": ema_fise, "ema_maxon": ema_maxon, "ehs_maxon": ehs_maxon}
 )
 
-MOVED = 0.01  # of the stroke: what counts as motion
-TOLERANCE = 0.05  # deviation beyond which the thesis counts as not reproduced
+MOVED = 0.01  # of the stroke, threshold of motion
+TOLERANCE = 0.05  # largest deviation of a reproduced figure
 FRICTIONAL = ("opening_time", "dead_time")  # quantities of the EHS that depend on its friction
 IDENTIFIED = 4  # parameters in each of tables 8.1 to 8.3
 
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """A figure of the thesis, None where it is silent, and that of the model."""
+    """A figure of the thesis, or None, and that of the model."""
 
     actuator: str
     quantity: str
@@ -54,13 +54,13 @@ class Row:
     unit: str
     thesis: float | None
     model: float
-    no_load: float | None  # the model's with the no-load set, where it has one that changes the figure
+    no_load: float | None  # figure of the model with the no-load set, if that set affects it
     kind: str  # given, predicted, refitted, not comparable
-    reason: str  # why they differ, where they do
+    reason: str  # of a deviation
 
     @property
     def deviation(self) -> float | None:
-        """Of the model, relative to the thesis."""
+        """Relative deviation of the model from the thesis."""
         if self.thesis is None:
             return None
         if self.thesis == 0.0:
@@ -74,7 +74,7 @@ class Row:
 
 
 def compare(statement: Statement, rtol: float = 1e-9) -> Row:
-    """The model's figure beside that of the thesis."""
+    """Computes the figure of the model for a figure of the thesis."""
     unit = UNITS[statement.quantity]
     value = _value(statement, rtol)
     return Row(
@@ -84,7 +84,7 @@ def compare(statement: Statement, rtol: float = 1e-9) -> Row:
 
 
 def _no_load(statement: Statement, rtol: float) -> float | None:
-    """The figure with the no-load set."""
+    """The figure of the model with the no-load set."""
     if statement.actuator != "ehs_maxon" or statement.quantity not in FRICTIONAL:
         return None
     changes = (*statement.changes, ("friction", NO_LOAD_FRICTION))
@@ -93,7 +93,7 @@ def _no_load(statement: Statement, rtol: float) -> float | None:
 
 @ft.cache
 def run(actuator: str, changes: tuple[tuple[str, float], ...] = (), rtol: float = 1e-9) -> Solution:
-    """An actuator as it opens the clutch."""
+    """The run of an actuator that opens the clutch."""
     return opening(ACTUATORS[actuator](**dict(changes)), rtol=rtol)
 
 
@@ -134,7 +134,7 @@ def _value(statement: Statement, rtol: float) -> float:
 
 
 def _free_speed(model: ClutchActuator, voltage: float) -> float:
-    """In rad/s, of the motor alone, where its torque k (V - k w) / R is that of its friction C w."""
+    """No-load speed of the motor in rad/s, at which its torque k (V - k w) / R equals its friction C w."""
     k, bearing = model.motor.emf.k, model.motor.bearing
     friction = 0.0 if bearing is None else bearing.C
     return float(k * voltage / (k**2 + model.motor.resistor.R * friction))
@@ -142,7 +142,7 @@ def _free_speed(model: ClutchActuator, voltage: float) -> float:
 
 @ft.cache
 def _identified(actuator: str) -> dict[str, float]:
-    """What the measurements give for the parameters of tables 8.1 to 8.3."""
+    """The parameters of tables 8.1 to 8.3 identified from the measurements."""
     found = fit(next(case for case in CASES if case.actuator == actuator and len(case.free) == IDENTIFIED))
     return dict(zip(found.names, found.estimates.tolist(), strict=True))
 
@@ -154,7 +154,7 @@ def _modes(actuator: str, changes: tuple[tuple[str, float], ...], loaded: bool) 
 
 @ft.cache
 def _of_linear_model() -> dict[str, float]:
-    """All that chapter 4 of the thesis computes from the present actuator, by the names of `UNITS`."""
+    """The results of chapter 4 of the thesis on the present actuator, by the names of `UNITS`."""
     model = linear_actuator()
     actuator, moved = model.actuator, travel(model.actuator)
     gain, ratio = static_gains(model)
@@ -170,6 +170,6 @@ def _of_linear_model() -> dict[str, float]:
     for number, mode in enumerate(modes(model), start=1):
         found[f"mode_frequency_{number}"] = mode.frequency
         for name, share in (("kinetic", mode.kinetic), ("potential", mode.potential), ("displacement", mode.shape)):
-            # The thesis prints the sizes of displacements.
+            # The thesis prints the magnitudes of displacements.
             found |= {f"{name}_motor_{number}": abs(share.motor), f"{name}_slave_{number}": abs(share.slave)}
     return found

@@ -1,4 +1,4 @@
-"""Figures of Meloni's thesis (Politecnico di Torino, 2012) about the actuators, in SI units, each with its place."""
+"""Figures of Meloni's thesis (Politecnico di Torino, 2012) on the actuators, in SI units, each with its source."""
 
 import dataclasses
 import math
@@ -11,18 +11,18 @@ QUANTITIES = (
     "opening_time", "peak_current", "holding_current", "holding_power", "battery_current", "mode_frequency_1",
     "mode_frequency_2",
 )  # fmt: skip
-WITH_CAM = ("ema_fise", "ema_maxon")  # a cam that is not linear: the load changes the modes
-# The part that a figure of the thesis plays.
-GIVEN = "given"  # it went into the set of parameters
-PREDICTED = "predicted"  # the set gives it
-REFITTED = "refitted"  # a parameter of the set, identified anew from the measurements
-NOT_COMPARABLE = "not comparable"  # the thesis and the set speak of two things
+WITH_CAM = ("ema_fise", "ema_maxon")  # with a nonlinear cam, so that the load changes the modes
+# Kinds of figures of the thesis.
+GIVEN = "given"  # used to choose the parameters of the set
+PREDICTED = "predicted"  # predicted by the model with the set
+REFITTED = "refitted"  # a parameter of the set, identified again from the measurements
+NOT_COMPARABLE = "not comparable"  # the thesis and the set describe different things
 KINDS = (GIVEN, PREDICTED, REFITTED, NOT_COMPARABLE)
 
 
 @dataclasses.dataclass(frozen=True)
 class Statement:
-    """A figure of the thesis, None where it is silent, and how its conditions differ from those of the base case."""
+    """A figure of the thesis, or None, and the differences of its conditions from the base case."""
 
     actuator: str
     quantity: str
@@ -31,7 +31,7 @@ class Statement:
     changes: tuple[tuple[str, float], ...] = ()  # keywords of the design
     loaded: bool = False  # modes of the actuator held against its spring
     kind: str = PREDICTED
-    reason: str = ""  # why the model gives another figure
+    reason: str = ""  # of a deviation of the model
 
     @property
     def condition(self) -> str:
@@ -144,7 +144,7 @@ STATEMENTS = (
 
 
 def statements(actuator: str) -> list[Statement]:
-    """All that is to be compared for an actuator: each quantity of the base case, then what else is stated."""
+    """The comparisons of an actuator: each quantity of the base case, then further statements."""
     stated = [statement for statement in STATEMENTS if statement.actuator == actuator]
     base: list[Statement] = []
     for quantity in QUANTITIES:

@@ -1,4 +1,4 @@
-"""Quantities and conditions in words, with their units."""
+"""Names of quantities and conditions, with their units."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -42,7 +42,7 @@ CHANGED: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 NAMES: Mapping[str, str] = MappingProxyType(
     {
-        "mass_motor": "mass of the motor, at the slave",
+        "mass_motor": "motor mass referred to the slave",
         "mass_slave": "mass of the slave",
         "stiffness_liquid": "stiffness of the liquid",
         "stiffness_clutch": "stiffness of the clutch",
@@ -50,6 +50,7 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "holding_power": "power, held",
         "battery_current": "battery current, held",
         "holding_pressure": "pressure, held",
+        "no_load_speed": "no-load speed",
     }
 )
 STORES: Mapping[str, Mapping[str, str]] = MappingProxyType(
@@ -60,13 +61,13 @@ STORES: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 NOTE = (
-    "Modes are undamped, at a stroke of 6 mm, and without pressure unless held against the spring. The battery gives "
-    "the power of the held motor behind a lossless converter."
+    "Modes are undamped, at a stroke of 6 mm, and without pressure unless held against the spring. The battery "
+    "supplies the power of the held motor through a lossless converter."
 )
 
 
 def spoken(quantity: str) -> str:
-    """A quantity in words; of modes, the share of an energy or of the largest displacement."""
+    """The name of a quantity; for modes, with the share of an energy or of the largest displacement."""
     name, *place = quantity.split("_")
     if name in STORES:
         return f"mode {place[1]}, {name}: {STORES[name][place[0]]}"
@@ -74,7 +75,7 @@ def spoken(quantity: str) -> str:
 
 
 def readable(condition: str) -> str:
-    """A condition with the units of its numbers."""
+    """The name of a condition with units."""
     return ", ".join(_readable(change) for change in condition.split(", "))
 
 

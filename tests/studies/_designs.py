@@ -39,7 +39,7 @@ def reverse(design: str, keywords: dict[str, float]) -> tuple[float, dict[str, f
 
 def forward(design: str, keywords: dict[str, float], name: str) -> tuple[float, float]:
     """Opening time and its derivative with respect to one keyword, by forward mode."""
-    # All keywords as arrays of one kind, whichever is looked at: else each would be compiled for on its own.
+    # All keywords are arrays of one kind, so that one compiled program serves every keyword.
     given = {key: jnp.asarray(value, float) for key, value in keywords.items()}
     direction = {key: jnp.asarray(key == name, float) for key in keywords}
     model, change = jax.jvp(lambda given: DESIGNS[design](**given), (given,), (direction,))

@@ -1,4 +1,4 @@
-"""What the tests share, since compiling takes longer than running."""
+"""Shared fixtures: compiling takes longer than running."""
 
 import json
 from pathlib import Path

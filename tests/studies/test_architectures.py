@@ -1,4 +1,4 @@
-"""Kinds of actuators compared: the rows of the documentation against closed forms and against runs."""
+"""The comparison of architectures: the rows of the documentation against closed forms and against runs."""
 
 import dataclasses
 import json
@@ -58,7 +58,7 @@ def test_account(name: str) -> None:
 
 @pytest.mark.parametrize("name", list(ROWS))
 def test_battery_and_motor(name: str) -> None:
-    """Three figures of a hold: the battery gives the power at its voltage; the motor's current may be another."""
+    """The battery supplies the holding power at its voltage; the motor current can differ from the battery current."""
     row = ROWS[name]
     assert row.battery_current == pytest.approx(row.holding_power / SUPPLY, rel=1e-12)
     if isinstance(named(name).build().supply, ConstantVoltage):
@@ -73,7 +73,7 @@ def test_drives_that_lock_themselves_hold_without_current() -> None:
 
 
 def test_ball_screw_is_held_by_its_motor() -> None:
-    """Its friction decides nothing but how far the current is from that of the load, F lead/(2 pi N k)."""
+    """The current equals that of the load, F lead/(2 pi N k), up to the friction."""
     row, model = ROWS["ball screw"], named("ball screw").build()
     helix = Helix.of_screw(diameter=20e-3, lead=20e-3, mu=0.01)
     force = row.flows["holding"]["source_p"] * float(model.master.area)
@@ -84,7 +84,7 @@ def test_ball_screw_is_held_by_its_motor() -> None:
 
 @pytest.mark.parametrize("name", list(ROWS))
 def test_compressed_liquid(name: str) -> None:
-    """Only cylinders with a liquid of their own carry its energy p^2/(2 K) with them, each way once at most."""
+    """Only cylinders with their own liquid carry its energy p^2/(2 K), at most once in each direction."""
     row, model = ROWS[name], named(name).build()
     if not hasattr(model, "accumulator") or not hasattr(model.slave, "liquid"):
         assert abs(row.compression) < 1e-9 * row.energy
@@ -106,7 +106,7 @@ def test_duty_is_done(name: str) -> None:
 
 @pytest.mark.parametrize("name", list(ROWS))
 def test_gradients(name: str) -> None:
-    """All main sizes have one, the same in both modes, and a resistance of the winding never helps."""
+    """All main sizes have a gradient, equal in both modes; more winding resistance never helps."""
     row = ROWS[name]
     assert set(row.gradients) == set(named(name).sizes)
     assert row.modes < 1e-12
@@ -114,8 +114,8 @@ def test_gradients(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", list(ROWS))
-def test_what_other_sizes_start_from(name: str) -> None:
-    """A model of the same kind, for the sizes as built with the start values as built."""
+def test_start_values_of_other_sizes(name: str) -> None:
+    """The start of a model has its type and, for the original sizes, its start values."""
     model = named(name).build()
     started = named(name).start(model)
     assert type(started) is type(model)
@@ -129,7 +129,7 @@ def losses_of_the_pump(p: float) -> tuple[float, float]:
 
 
 def at_rest(p: float) -> tuple[float, float]:
-    """Current and flow of motor and pump that turn steadily against the pressure p."""
+    """Steady current and flow of motor and pump against the pressure p."""
     motor = re40()
     assert motor.bearing is not None
     r, k, c = (float(x) for x in (motor.resistor.R, motor.emf.k, motor.bearing.C))
@@ -139,7 +139,7 @@ def at_rest(p: float) -> tuple[float, float]:
 
 
 def test_fixed_pump_at_constant_pressure() -> None:
-    """Motor and pump against the relief valve, solved by a bracketing search."""
+    """Motor and pump against the relief valve, solved by bracketing."""
     valve, row = relief(), ROWS["constant pressure"]
 
     def surplus(p: float) -> float:
@@ -162,9 +162,9 @@ def test_bleed_off() -> None:
 
 
 def idle(p: float, leak: float = 0.0) -> float:
-    """Current of a motor whose variable pump keeps the pressure p and delivers no more than a leak in m3/s.
+    """Current of a motor with a variable pump that holds the pressure p and delivers only a leakage in m3/s.
 
-    It drives the friction of the bearing, and that of the pump under pressure.
+    It overcomes the friction of the bearing, and that of the pump under pressure.
     """
     motor = re40()
     assert motor.bearing is not None
@@ -180,10 +180,10 @@ def idle(p: float, leak: float = 0.0) -> float:
 
 
 def test_variable_pump_idles() -> None:
-    """The pump makes up for its slip and for the leak of the relief valve; the mean over the hold has more.
+    """The pump compensates for its slip and for the leakage of the relief valve; the mean over the hold is larger.
 
-    The swash plate takes five of its time constants to swing back to a hundredth of its angle, and until then the motor
-    may stall.
+    The swash plate takes five time constants to swing back to a hundredth of its angle, and until then the motor can
+    stall.
     """
     row, model = ROWS["pressure compensated"], named("pressure compensated").build()
     p = row.flows["holding"]["source_p"]
@@ -194,7 +194,7 @@ def test_variable_pump_idles() -> None:
 
 
 def test_variable_pump_with_purge_valve_holds() -> None:
-    """The purge valve is shut, and the pump makes up for its own slip at the pressure of the held clutch."""
+    """The purge valve is closed, and the pump compensates for its own slip at the pressure of the held clutch."""
     row, model = ROWS["purge, variable pump"], named("purge, variable pump").build()
     p = float(model.clutch.rate) * STROKE / (0.25 * np.pi * float(model.slave.bore) ** 2)
     assert row.flows["holding"]["source_p"] == pytest.approx(p, rel=1e-6)
@@ -202,7 +202,7 @@ def test_variable_pump_with_purge_valve_holds() -> None:
 
 
 def test_variable_pump_with_purge_valve_opens() -> None:
-    """With its swash plate at full displacement from the start, it opens as a fixed pump on the same line does."""
+    """With the swash plate at full displacement from the start, it opens like a fixed pump on the same line."""
     model = replace(named("purge, variable pump").build(), {"pump.swash.x": 1.0})
     run = open_clutch(model, rtol=1e-8, save="end", account=False)
     assert run.t1 == pytest.approx(ROWS["bleed-off"].opening_time, rel=1e-6)
@@ -210,7 +210,7 @@ def test_variable_pump_with_purge_valve_opens() -> None:
 
 
 def test_purge_valve_closes_the_clutch() -> None:
-    """The pump takes nothing back: but for its slip, the energy of the open clutch is lost in the purge valve."""
+    """The pump recovers nothing: except for its slip, the energy of the open clutch is lost in the purge valve."""
     row, model = ROWS["purge, variable pump"], named("purge, variable pump").build()
     assert row.losses["purge"] > 0.8 * 0.5 * float(model.clutch.rate) * STROKE**2
 
@@ -230,7 +230,7 @@ def test_conditions() -> None:
 
 
 def lift_rate_when_open(model: Any) -> float:
-    """dl/dangle of the cam that has lifted enough to fill the slave and to compress the liquid."""
+    """The slope dl/dangle of the cam at the lift that fills the slave and compresses the liquid."""
     pressure = float(model.clutch.rate) * STROKE / float(model.slave.area)
     volume = float(model.slave.area) * STROKE + pressure / float(model.line.stiffness)
     lift, area = model.cam.profile.lift, float(model.master.area)
@@ -239,9 +239,9 @@ def lift_rate_when_open(model: Any) -> float:
 
 
 def test_power_of_the_hold_under_conditions() -> None:
-    """An eccentric held by its motor takes R (T/k)^2 for the torque T that its cam has with a stiffer or softer line.
+    """An eccentric held by its motor takes R (T/k)^2 for the torque T of its cam with a stiffer or softer line.
 
-    But for what it takes at first, until it is at rest.
+    The tolerance covers the transient until it is at rest.
     """
     row, base = ROWS["eccentric"], named("eccentric").build()
     for name, celsius in (("-30 C", -30.0), ("120 C", 120.0)):
@@ -257,8 +257,8 @@ def test_numbers_that_are_zero_have_no_sign() -> None:
     assert "-0.0" not in as_text([row])
 
 
-def test_what_limits_is_told_in_words() -> None:
-    """Of all sizes and losses, and no path of a model is left in the table."""
+def test_the_table_of_limits_has_names_for_all_paths() -> None:
+    """All sizes and losses have names, and the table contains no path of a model."""
     assert set(SIZES) == {path for row in ROWS.values() for path in row.gradients}
     assert set(LOSSES) == {path for row in ROWS.values() for path in row.losses}
     table = limits_as_text(list(ROWS.values()))
@@ -266,7 +266,7 @@ def test_what_limits_is_told_in_words() -> None:
 
 
 def test_what_limits_an_opening() -> None:
-    """Valves if most of the pressure is lost there; otherwise the motor, by its current, or by its speed without resistance."""
+    """Valves if most of the pressure is lost there; otherwise the motor, by its current or its speed."""
     base, model = ROWS["eccentric"], named("eccentric").build()
     assert limits(base, model)[1].startswith("motor current")
     free = dataclasses.replace(base, gradients={**base.gradients, "motor.resistor.R": 0.0})
@@ -278,7 +278,7 @@ def test_what_limits_an_opening() -> None:
 
 @pytest.mark.parametrize("volume", [0.7e-4, 1e-4, 2e-4])
 def test_accumulator_starts_in_the_middle_of_its_band(volume: float) -> None:
-    """Whatever its size, by p v^1.4 = const of its gas."""
+    """The start pressure is the mean for every size, by p v^1.4 = const of the gas."""
     model = charged(replace(named("automated gearbox").build(), {"accumulator.volume": volume}))
     gas, air = model.accumulator, 101325.0
     pressure = (3e6 + air) * (volume / (volume - float(gas.V))) ** 1.4 - air
@@ -291,7 +291,7 @@ def rectangles(panel: Axes) -> list[Rectangle]:
 
 
 def test_pictures() -> None:
-    """The areas of a row fill that of its source; each pump is marked with its no-load set, two with measurements."""
+    """The areas of a row add up to that of its source; pumps show their no-load set, two actuators measurements."""
     rows, titles = list(ROWS.values()), {item.name: item.title for item in ARCHITECTURES}
     pumps = sum("no-load set" in row.conditions for row in rows)
     figure = plot_areas(rows[:2], titles)
@@ -316,7 +316,7 @@ def test_pictures() -> None:
 
 
 def test_eccentric_opens_as_without_a_controller() -> None:
-    """While it opens, the controller is at its limit."""
+    """The controller saturates during the opening."""
     time = next(time for design, keywords, time in OPENING_TIMES if design == "ema_maxon" and not keywords)
     run = open_clutch(named("eccentric").build(), rtol=1e-8, save="end", account=False)
     assert run.result == Result.stopped
@@ -337,7 +337,7 @@ def test_rows_are_those_of_the_study() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(ROWS))
 def test_gradients_are_those_of_differences(name: str) -> None:
-    """Differences of fourth order at a tight tolerance, in one direction that all sizes share."""
+    """Fourth-order differences at a tight tolerance, in one direction over all sizes."""
     architecture, rtol, h = named(name), 1e-11, 1e-4
     model = architecture.build()
     sizes, time = sizes_of(architecture, model), jax.jit(opening_time_of(architecture, model, rtol))
@@ -352,7 +352,7 @@ def test_gradients_are_those_of_differences(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["constant pressure", "eccentric"])
 def test_gradients_are_those_of_reverse_mode(name: str) -> None:
-    """Back through the steps that were taken."""
+    """Backpropagation through the accepted steps."""
     architecture = named(name)
     model, adjoint = architecture.build(), diffrax.RecursiveCheckpointAdjoint()
 

@@ -28,7 +28,7 @@ def test_closed_clutch_rests_on_its_cushion_and_the_worn_one_is_the_stronger() -
         assert loads[name][0] == pytest.approx(0.0, abs=1e-6)
         assert np.all(np.diff(loads[name])[:5] > 0.0)
     assert np.max(loads[_load.WORN]) > np.max(loads[_load.NEW])
-    # Past the cushion the load is that of the spring at the fingers, over the fork.
+    # Beyond the cushion, the load is that of the spring at the fingers divided by the fork ratio.
     one = _load.mechanism(_load.WEAR)
     deflection = _load.ENGAGED - _load.WEAR + travel[-1] / _load.FORK / float(_load.SPRING.lever)
     force = float(_load.SPRING.force(jnp.asarray(deflection)) / _load.SPRING.lever) / _load.FORK
@@ -48,7 +48,7 @@ def test_drop_of_the_passages_by_hand() -> None:
 
 
 def test_diameters_of_the_lightest_housing_are_in_balance() -> None:
-    """At the optimum, a gram spent on any passage of the pressure side buys the same drop."""
+    """At the optimum, a gram more in any passage of the pressure side reduces the pressure drop equally."""
     found = _passages.lightest(3e-5)
     assert found.status == "optimal"
     assert found.kkt_residual < 1e-7
@@ -75,7 +75,7 @@ def test_halving_a_tolerance_takes_three_quarters_of_its_share() -> None:
 
 
 class Held(Component):
-    """A motor that stands still at a constant current."""
+    """A motor at standstill with a constant current."""
 
     source: ConstantCurrent
     motor: BrushedMotor
@@ -110,7 +110,7 @@ def test_winding_warms_as_that_of_the_component() -> None:
 
 
 def test_operations_that_are_allowed_just_reach_the_limit() -> None:
-    """Once all repeats itself; more often than that, after a while; a hold that is too long at once."""
+    """In the periodic steady state at the allowed rate; later at a higher rate; at once with too long a hold."""
     one, limit = cycle(), 428.15
     period = one.shortest_period(limit)
     assert one.peak(period) == pytest.approx(limit, abs=1e-6)
@@ -130,7 +130,7 @@ def test_operations_that_are_allowed_just_reach_the_limit() -> None:
 
 @pytest.mark.parametrize("name", _temperature.ORDERS)
 def test_heat_that_leaves_the_motor(name: str) -> None:
-    """Without a hold the winding hardly swings: it may be given what the two thermal resistances pass at its limit."""
+    """Without a hold, the winding hardly swings: the allowed heat is that of the thermal resistances at its limit."""
     ambient = 298.15
     one = _temperature.allowed(name, ambient, 0.0)
     motor = one.cycle.motor
@@ -141,7 +141,7 @@ def test_heat_that_leaves_the_motor(name: str) -> None:
 
 @pytest.mark.parametrize("name", _temperature.ORDERS)
 def test_heat_of_a_hold(name: str) -> None:
-    """A longer hold adds R i^2 of the winding alone at its limit, and fewer operations are allowed."""
+    """A longer hold adds R i^2 of the winding at its limit, and fewer operations are allowed."""
     short, long = (_temperature.allowed(name, 298.15, hold) for hold in (0.0, 1.0))
     motor = long.cycle.motor
     resistance = float(motor.resistor.R_ref * (1.0 + motor.resistor.alpha * (long.limit - motor.resistor.T_ref)))
@@ -165,11 +165,11 @@ def test_rows_and_report(tmp_path: Any) -> None:
         "spring", "spring and friction", "spring, friction and inertia"
     ))  # fmt: skip
     assert abs(whole - friction) < 0.2 * (friction - spring)
-    # Soft courses arrive at the speed that is allowed, and later.
+    # Soft landings keep the speed limit and take longer.
     for name in ("EMA, FISE", "EMA, RE50", "EHS, RE40"):
         assert found[f"{name}, soft", "speed of arrival"] <= 5e-3 * (1.0 + 1e-6)
         assert found[f"{name}, soft", opening] > found[f"{name}, full voltage", opening]
-    # A hot motor opens less often, and a valve spares it the hold.
+    # A hot motor can open less often, and a valve relieves it of the hold.
     allowed = {case: value for (case, quantity), value in found.items() if quantity == "operations allowed"}
     assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 25 C, 1 s held by its motor"]
     assert allowed["EHS, RE40, 80 C, 1 s held by its motor"] < allowed["EHS, RE40, 80 C, 1 s held by its valve"]

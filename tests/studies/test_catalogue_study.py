@@ -14,7 +14,7 @@ from studies.catalogue import LEADS, LONGEST, TABLES, study
 
 @pytest.mark.slow
 def test_rows_and_what_an_interruption_leaves(tmp_path: Path) -> None:
-    """The best product is run by itself; what is between the products is better, and no feasible product is."""
+    """A separate run confirms the best product; only the continuous optimum is better, and no feasible product."""
     main(["catalogue", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
     (row,) = json.loads((tmp_path / "rows.json").read_text())["rows"]
     assert row["combinations"] == sum(int(np.prod([len(t) for t in tables.values()])) for tables in TABLES.values())
@@ -36,7 +36,7 @@ def test_rows_and_what_an_interruption_leaves(tmp_path: Path) -> None:
     assert best["opening time"] == pytest.approx(float(alone.t1), rel=1e-6)
     written = {path.name for path in tmp_path.iterdir()}
     assert {"catalogue.png", "catalogue_limits.png", "catalogue.html"} <= written
-    # All of it is kept: nothing is run again.
+    # The store is complete: nothing is run again.
     again = study(store=tmp_path / "catalogue")
     assert int(np.sum(again.is_feasible)) == row["feasible"]
     assert again.values[again.order[0], 0] == best["opening time"]

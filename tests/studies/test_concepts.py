@@ -19,7 +19,7 @@ EMA, EHS, EHS_VALVE = CONCEPTS
 
 
 def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
-    """No displacement of a fine grid opens sooner, and the price of the voltage is the slope of the optimum."""
+    """No displacement of a fine grid opens sooner, and the multiplier of the voltage is the slope of the optimum."""
     motor = MOTORS[2]
     found = EHS_VALVE.solve(motor)
     assert found.status == "optimal"
@@ -43,13 +43,13 @@ def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
 
 
 def times_of(fronts: list[dict[str, Any]], product: dict[str, Any]) -> float:
-    """The opening time of the next point of the front that takes more energy than a product: a bound from below."""
+    """A lower bound: the opening time of the next point of the front with more energy than a product."""
     own = [row for row in fronts if (row["design"], row["motor"]) == ("EHS, motor holds, front", product["motor"])]
     return max(row["opening_time"] for row in own if row["holding_energy"] >= product["holding_energy"])
 
 
 def test_names_in_the_picture_do_not_overlap() -> None:
-    """Those of the points on a dense front included."""
+    """Including those of a dense front."""
     plt = pytest.importorskip("matplotlib.pyplot")
     rows = [
         Row("EMA", f"RE {i}", 0.1 + 0.01 * i, None, 9.0, None, 300.0 - 20.0 * i, None) for i in range(8)
@@ -67,17 +67,17 @@ def test_rows_and_report(tmp_path: Path) -> None:
     written = json.loads((tmp_path / "rows.json").read_text())
     designed = [row for row in written["rows"] if row["status"]]
     assert all(row["status"] == "optimal" and row["kkt_residual"] < 1e-8 for row in designed)
-    # None of them opens faster than the one whose motor does not have to hold.
+    # The actuator whose motor need not hold is the fastest.
     times = {(row["design"], row["motor"]): row["opening_time"] for row in designed}
     assert times["EHS, valve holds", "RE 50"] <= times["EHS, motor holds", "RE 50"]
     built = {(row["design"], row["motor"]): row for row in written["rows"] if not row["status"]}
-    # The best design within the limits opens sooner than the prototype, which breaks only that of a worn cam's lift.
+    # The optimum within the limits opens sooner than the prototype, which violates only the lift for a worn clutch.
     prototype = built[f"EMA of 2012, {WORN_LOAD:g} N", "RE 50"]
     assert prototype["holding_current"] < 20.0
     assert times["EMA", "RE 50"] < prototype["opening_time"]
     for one in written["distances"]:
         assert one["best_holding_energy"] < one["holding_energy"]
-    # Along a front, time is bought with energy; no product betters the front of its motor.
+    # Along a front, time decreases as energy increases; no product is better than the front of its motor.
     for design, motor in {(row["design"], row["motor"]) for row in written["fronts"]}:
         front = [row for row in written["fronts"] if (row["design"], row["motor"]) == (design, motor)]
         times, energies = ([row[name] for row in front] for name in ("opening_time", "holding_energy"))

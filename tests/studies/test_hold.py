@@ -39,7 +39,7 @@ def by_valve() -> Any:
 
 
 def switched(solution: Any) -> tuple[np.ndarray, np.ndarray]:
-    """When the motor is switched off, and on again."""
+    """Times at which the motor is switched off, and on again."""
     events = solution.events
     off, on = (np.asarray(events.of_event(f"controller.{name}")) for name in ("off", "on"))
     return off[np.isfinite(off)], on[np.isfinite(on)]
@@ -65,9 +65,9 @@ def test_power_of_the_motor_at_rest(by_motor: Any) -> None:
 
 
 def test_leaking_past_the_shut_valve(by_valve: Any) -> None:
-    """Spring and liquid discharge through the leak: with p = c s / A, tau = R_leak (A^2 / c + 1 / K), but for losses.
+    """Spring and liquid discharge through the leak: with p = c s / A, tau = R_leak (A^2 / c + 1 / K), without losses.
 
-    The losses of the line and of the piston's seal enter the exact rate, an eigenvalue.
+    The exact rate, an eigenvalue, includes the losses of the line and of the piston seal.
     """
     model = valve_held()
     area = 0.25 * math.pi * float(model.slave.bore) ** 2
@@ -89,7 +89,7 @@ def test_leaking_past_the_shut_valve(by_valve: Any) -> None:
 def test_switching(by_valve: Any) -> None:
     off, on = switched(by_valve)
     assert (len(off), len(on)) == (10, 9)
-    # The relay follows each time, and at the start.
+    # The relay switches each time, and at the start.
     assert len(by_valve.events) == 2 * (len(off) + len(on)) + 1
     assert np.min(by_valve.events.of_event("relay.rise")) == 0.0
     np.testing.assert_allclose(np.diff(on), np.diff(on)[0], rtol=1e-7)
@@ -111,7 +111,7 @@ def test_rows(held: Tables) -> None:
 
 
 def test_fise_held_by_motor_or_brake(held: Tables) -> None:
-    """By the motor with R i^2 of the holding current, which a brake does without."""
+    """The motor takes R i^2 of the holding current; a brake needs none of it."""
     motor, brake = held["rows"][3:]
     base = ema_fise()
     assert motor["motor_current"] == pytest.approx(float(hold(base).current), rel=1e-12)
@@ -121,7 +121,7 @@ def test_fise_held_by_motor_or_brake(held: Tables) -> None:
 
 
 def test_coil_or_battery_lost(held: Tables) -> None:
-    """The open valve hardly delays the clutch; a controller that goes on keeps it open."""
+    """The open valve hardly delays the clutch; an active controller keeps it open."""
     switched_off, lost, goes_on = held["failures"]
     base = ehs_maxon()
     for found, model in ((switched_off, base), (lost, replace(base, {"motor.resistor.R": 1e6}))):
@@ -151,12 +151,12 @@ def test_pictures(held: Tables, folder: Path) -> None:
 
 @pytest.mark.parametrize("actuator", list(KEYWORDS))
 def test_elasticities_are_those_of_differences(actuator: str) -> None:
-    """So near by that there are as many top-ups; differences of fourth order."""
+    """Fourth-order differences, with steps so small that the number of top-ups does not change."""
     names, h, rtol = list(KEYWORDS[actuator]), 1e-4, 1e-11
     found, slopes = evaluate(actuator, [{}] * len(names), names, rtol)
     for name in ("displacement", "coil_resistance" if actuator == "valve_held" else "resistance"):
         changes = [{name: KEYWORDS[actuator][name] * (1.0 + k * h)} for k in (-2, -1, 1, 2)]
-        changes += [{}] * (len(names) - len(changes))  # as many as before, for which all is compiled
+        changes += [{}] * (len(names) - len(changes))  # the number for which the program is compiled
         near, _ = evaluate(actuator, changes, names, rtol)
         assert np.all(near.top_ups == found.top_ups)
         for y, slope in [(near.energy, slopes.energy)] + [(near.period, slopes.period)] * (actuator == "valve_held"):

@@ -13,7 +13,7 @@ from acausal.design import Experiment, identify
 from studies.__main__ import main
 from studies.identify import FREE, NOISE, START, TIMES, TRUE, measured
 
-# Of a collocation method (Radau IIA, five stages) with its own least squares, for the same noise.
+# Results of a collocation method (Radau IIA, five stages) with its own least squares, for the same noise.
 ESTIMATES = {
     "motor.resistor.R": (0.30990530849646286, 0.0008856639043237525),
     "motor.bearing.C": (0.003972211282953392, 2.5409609296703217e-05),
@@ -52,8 +52,9 @@ def test_estimates_agree_with_those_of_an_independent_program(rows: list[dict[st
 @pytest.mark.slow
 @pytest.mark.parametrize("stated", [True, False], ids=["noise given", "noise estimated"])
 def test_intervals_hold_at_their_rate(stated: bool) -> None:
-    """200 replications: as many intervals of 95 % hold as a binomial distribution allows, at either end 0.1 %; the
-    estimates scatter as their standard deviations say, and about the true values.
+    """The coverage of the 95 % intervals over 200 replications is within the 0.1 % tails of a binomial distribution.
+
+    The estimates scatter about the true values with the stated standard deviations.
     """
     exact, n, true = measured()["exact data"], 200, parameters(TRUE)
     rng, sigma = np.random.default_rng(31), NOISE if stated else {}

@@ -1,4 +1,4 @@
-"""Figures that two studies give are the same."""
+"""Consistency between studies: the same figure has the same value in all of them."""
 
 from typing import Any
 
@@ -52,7 +52,7 @@ CASES: list[tuple[str, Any, str, set[str]]] = [
 
 @pytest.mark.parametrize(("study", "build", "design", "others"), CASES, ids=[case[0] for case in CASES])
 def test_one_set_of_parameters(study: str, build: Any, design: str, others: set[str]) -> None:
-    """All parameters that a study's model shares with a design, except those that the study states as its own."""
+    """All parameters that a model shares with a design are equal, except those that the study changes."""
     own, base = parameters(build()), parameters(DESIGNS[design]())
     shared = own.keys() & base.keys()
     assert {"motor.resistor.R", "motor.emf.k", "piston.m", "clutch.rate"} <= shared
@@ -70,7 +70,7 @@ def _validated(actuator: str, quantity: str) -> float:
 
 
 def test_comparison_and_architectures() -> None:
-    """Opening time and currents of the RE50 with its eccentric; the worm holds without current in both."""
+    """Opening time and currents of the RE50 with its eccentric agree; the worm holds without current in both."""
     rows = {row.architecture: row for row in architectures.stored()}
     assert rows["eccentric"].opening_time == pytest.approx(_validated("ema_maxon", "opening_time"), rel=1e-6)
     assert rows["eccentric"].motor_current == pytest.approx(_validated("ema_maxon", "holding_current"), rel=1e-6)
@@ -84,7 +84,7 @@ SLIP_FREE = {"pump.losses.C_s": 0.0}
 
 
 def test_pump_of_the_architectures() -> None:
-    """A pump without slip opens as the EHS of the comparison, with either set: its valve is shut while it opens."""
+    """A pump without slip opens like the EHS of the comparison, with either set, because its valve is closed."""
     model, told = replace(BUILT["bleed-off"](), SLIP_FREE), _row("ehs_maxon", "opening_time")
     for friction, time in ((model.motor.bearing.C, told.model), (NO_LOAD_FRICTION, told.no_load)):
         opened = architectures.open_clutch(replace(model, {"motor.bearing.C": friction}), rtol=1e-9, save="end")
@@ -92,7 +92,7 @@ def test_pump_of_the_architectures() -> None:
 
 
 def test_prototype_with_its_valve() -> None:
-    """Slip, valve and chamber delay the prototype by no more than 4 %, with either set; it opens after the RE50."""
+    """Slip, valve and chamber delay the prototype by at most 4 %, with either set; it opens later than the RE50."""
     rows = {row.architecture: row for row in architectures.stored()}
     told = _row("ehs_maxon", "opening_time")
     prototype = rows["holding valve"]
@@ -105,13 +105,13 @@ def test_prototype_with_its_valve() -> None:
 
 @pytest.mark.parametrize("name", PUMPS)
 def test_peak_current_of_the_pumps(name: str) -> None:
-    """The stall current at full voltage, whatever the circuit."""
+    """The stall current at full voltage, for every circuit."""
     row = next(row for row in architectures.stored() if row.architecture == name)
     assert row.peak_current == pytest.approx(_validated("ehs_maxon", "peak_current"), rel=1e-9)
 
 
 def test_held_by_the_motor_of_a_closed_circuit() -> None:
-    """As in the comparison, beside the friction of a motor that makes up for slip: w = C_s p/mu, i = C w/k."""
+    """As in the comparison, plus the friction of the motor that compensates for slip: w = C_s p/mu, i = C w/k."""
     row = next(row for row in architectures.stored() if row.architecture == "EHA, servo motor")
     model = BUILT["EHA, servo motor"]()
     viscosity = model.pump.liquid.viscosity * model.pump.liquid.density
@@ -120,8 +120,8 @@ def test_held_by_the_motor_of_a_closed_circuit() -> None:
     assert row.motor_current == pytest.approx(_validated("ehs_maxon", "holding_current") + turning, rel=1e-3)
 
 
-def test_no_load_set_is_told_with_the_other() -> None:
-    """Where the EHS is told with the no-load set, the set of all studies stands beside it."""
+def test_no_load_set_appears_with_the_other_set() -> None:
+    """Results with the no-load set appear together with those of the set of all studies."""
     rows = [row for row in validate.stored() if row.actuator == "ehs_maxon" and row.quantity == "opening_time"]
     assert all(row.no_load is not None and row.no_load < row.model for row in rows)
     text = architectures.measured_as_text()
@@ -136,14 +136,14 @@ def test_no_load_set_is_told_with_the_other() -> None:
 
 
 def test_concluding_table() -> None:
-    """Opening times, peak and held currents of the three prototypes are those of the comparison."""
+    """Opening times, peak and holding currents of the three prototypes are those of the comparison."""
     for actuator, (_, found) in zip(("ema_fise", "ema_maxon", "ehs_maxon"), concluding_table().values(), strict=True):
         for quantity in ("opening_time", "peak_current", "holding_current"):
             assert getattr(found, quantity) == pytest.approx(_validated(actuator, quantity), rel=1e-6)
 
 
 def test_concepts() -> None:
-    """Prototypes among the designs: with the rig's spring as in the comparison, with 800 N as with a worn clutch."""
+    """The prototypes agree with the comparison for the spring of the test rig, and with a worn clutch for 800 N."""
     built = prototypes()
     actuators = ("ema_fise", "ema_maxon", "ehs_maxon")
     for actuator, with_spring in zip(actuators, built[::2], strict=True):
@@ -164,7 +164,7 @@ def test_measured_figures_are_read_once(actuator: str) -> None:
 
 
 def test_measured_figures_of_the_pump() -> None:
-    """Its held current is printed as 18 and as about 20 A: the mean stands for both, or the range is shown."""
+    """The thesis prints holding currents of 18 A and about 20 A: the studies use the mean, or show the range."""
     current = MEASURED["ehs_maxon"][FULL]["holding current"]
     assert (current.value - current.sigma, current.value + current.sigma) == HELD
     assert catalogue.MEASURED["RE 40 with pump"] == (DEAD_TIME["opening time"].value, current.value)

@@ -56,7 +56,7 @@ NEVER = (
     {"ratio": 1.9},
     {"ratio": 1e9},
     {"spring_rate": 1e9},
-    {"eccentricity": 4e-3},  # the cam lifts too little, and turns on and on
+    {"eccentricity": 4e-3},  # the lift of the cam is too small, and the cam keeps turning
 )
 
 

@@ -1,6 +1,6 @@
-"""Energies of an opening against an independent integration, and the balance of the whole manoeuvre.
+"""Energies of an opening against an independent integration, and the energy balance of the whole manoeuvre.
 
-The figures are those of hand-written equations, integrated with LSODA at a tolerance of 1e-12; in J.
+The reference energies in J come from hand-written equations, integrated with LSODA at a tolerance of 1e-12.
 """
 
 from collections.abc import Callable

@@ -37,7 +37,7 @@ def test_pictures(optimised: list[dict[str, Any]], folder: Path) -> None:
 @pytest.mark.parametrize("factor", [0.2, 0.5, 2.0, 5.0])
 @pytest.mark.parametrize("number", range(len(PROBLEMS)))
 def test_other_starts(number: int, factor: float) -> None:
-    """Of these some never open."""
+    """Some of these starts never open."""
     problem, (_, _, value, time) = PROBLEMS[number], OPTIMA[number]
     path = minimise(problem.evaluate, factor * value)
     assert path[-1].x == pytest.approx(value, rel=1e-5)

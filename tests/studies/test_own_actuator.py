@@ -1,4 +1,4 @@
-"""Actuators of one's own: parts, conditions, stops, and what is refused."""
+"""Users' actuators: parts, conditions, stops, and errors."""
 
 import json
 from pathlib import Path
@@ -84,7 +84,7 @@ def test_wear_loads_the_clutch_and_opens_leaks() -> None:
 
 
 def test_an_electrohydraulic_actuator_left_on_ends_at_its_stop_and_its_relief_valve() -> None:
-    """Without either it goes on until its motor stalls: k V/(R D) = 68 bar."""
+    """Without stops and relief valve, it continues until its motor stalls: k V/(R D) = 68 bar."""
     model = electrohydraulic(MOTOR, 2e-7, slip=0.0)
     left_on = simulate(model, 1.0, save="end", rtol=1e-6, max_events=200).final
     assert 15e-3 < float(left_on.slave.rod.s) < 15.1e-3
@@ -153,7 +153,7 @@ def test_an_optimum_is_asked_for_by_names() -> None:
 
 
 def test_the_work_of_a_cam_is_stored_in_clutch_and_line() -> None:
-    """The integral of its torque over its angle, by trapezia of 4000 points."""
+    """The integral of the torque over the angle, by the trapezoidal rule with 4000 points."""
     model: Any = electromechanical(MOTOR, 4.0)
     curves = cam_curves(model, points=4001)
     work = np.trapezoid(curves.torque, curves.angle)
@@ -161,7 +161,7 @@ def test_the_work_of_a_cam_is_stored_in_clutch_and_line() -> None:
     stored = 0.5 * 58e3 * STROKE**2 + 0.5 * float(held.pressure * held.compression)
     assert work == pytest.approx(stored, rel=1e-5)
     slope = np.gradient(np.asarray(curves.lift), np.asarray(curves.angle))[1:-1]
-    # The contact force is along the line from the middle of the disc to that of the roller.
+    # The contact force acts along the line through the centres of disc and roller.
     reach = np.asarray(curves.lift)[1:-1] + float(model.cam.profile.radius - model.cam.profile.eccentricity)
     np.testing.assert_allclose(np.tan(curves.pressure_angle)[1:-1], slope / reach, rtol=1e-3)
     with pytest.raises(ArgumentError, match=r"takes an actuator with an eccentric disc, not Electrohydraulic"):
@@ -169,7 +169,7 @@ def test_the_work_of_a_cam_is_stored_in_clutch_and_line() -> None:
 
 
 def test_energies_of_an_opening() -> None:
-    """The clutch takes 1/2 k s^2, and the hold R i^2 for its time."""
+    """The clutch stores 1/2 k s^2, and the hold takes R i^2 for its duration."""
     model = electrohydraulic(MOTOR, 2e-7, stops=False)
     spent = energy(model, hold_time=20.0, rtol=1e-8)
     assert float(spent.clutch) == pytest.approx(0.5 * 58e3 * STROKE**2, rel=1e-6)
@@ -179,7 +179,7 @@ def test_energies_of_an_opening() -> None:
 
 
 def test_a_held_actuator_without_friction_stays() -> None:
-    """At the start values of its hold, fed by its current through its resistance."""
+    """It starts from its static equilibrium, with its holding current."""
     model = replace(electromechanical(MOTOR, 4.0, stops=False, pipe=None), {"gearbox.loss.efficiency": 1.0})
     held = hold(model)
     start = replace(at_rest(model, held), {"supply.V": model.motor.resistor.R * held.current})
@@ -195,7 +195,7 @@ def test_the_command_line_says_what_it_lacks(capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.slow
 def test_the_ratio_that_the_command_line_finds_is_the_fastest(tmp_path: Path) -> None:
-    """Cold, at 12 V: a per cent more or less of the ratio takes longer."""
+    """Cold, at 12 V: a ratio one per cent larger or smaller takes longer."""
     motor = tmp_path / "mine.csv"
     motor.write_text(HEADS + "M,F,X,12,0.12,18,150,own,2026\n")
     said = ["--motor", str(motor), "--set", "supply.V=12", "--temperature", "-30"]
@@ -215,7 +215,7 @@ def test_the_ratio_that_the_command_line_finds_is_the_fastest(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_concepts_side_by_side() -> None:
-    """Masses of the sheets and the rest, the hold of `hold`, and the energies of `energy`."""
+    """Masses of the data sheets plus the rest, the hold of `hold`, and the energies of `energy`."""
     model = electrohydraulic("148867", "0.5 D 1.60", friction=4e-3)
     table = compare({"mine": model}, rest={"mine": 0.42}, costs={"mine": 500.0})
     found = table["mine"]
@@ -233,7 +233,7 @@ def test_concepts_side_by_side() -> None:
 
 @pytest.mark.slow
 def test_an_optimum_keeps_its_limits_at_all_temperatures() -> None:
-    """The least current to hold is that of the smallest pump that opens in time when it is cold."""
+    """The smallest holding current is that of the smallest pump that opens in time at the cold temperature."""
     model = electrohydraulic("370354", "0.5 D 1.60", voltage=12.0, friction=4e-3, pipe=(6e-3, 1.0))
     free = {"pump.displacement": ("0.5 cm3/rev", "4 cm3/rev")}
     design = optimum(
@@ -250,7 +250,7 @@ def test_an_optimum_keeps_its_limits_at_all_temperatures() -> None:
 
 @pytest.mark.slow
 def test_a_clutch_closes_without_its_battery() -> None:
-    """Braked by a short circuit it takes longer than with an open one."""
+    """With a short circuit, which brakes the motor, it takes longer than with an open circuit."""
     model = electrohydraulic("148867", "0.5 D 1.60", friction=4e-3)
     braked, free = (closing(one, save="end", rtol=1e-8) for one in (model, replace(model, {"motor.resistor.R": 1e6})))
     assert float(braked.final.slave.rod.s) == pytest.approx(0.05 * STROKE, rel=1e-5)

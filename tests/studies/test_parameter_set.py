@@ -15,7 +15,7 @@ def _set() -> dict[str, Parameter]:
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_every_keyword_has_a_source(design: str) -> None:
-    """Except the inductance, which the set leaves out."""
+    """Except the inductance, which the set does not contain."""
     listed = {keyword for keyword, parameter in _set().items() if design in parameter.values}
     assert listed == set(inspect.signature(DESIGNS[design]).parameters) - {"inductance"}
 
@@ -39,7 +39,7 @@ def test_display_units() -> None:
 
 @pytest.mark.parametrize("design", ["ema_fise", "ema_maxon", "ehs_maxon"])
 def test_holding_power_is_that_of_the_winding(design: str) -> None:
-    """Motor at rest: it takes R i^2, which a lossless converter draws from the battery at another current."""
+    """The motor at rest takes R i^2, which a lossless converter draws from the battery at a different current."""
     model = DESIGNS[design]()
     rest = hold(model)
     assert rest.power == pytest.approx(float(model.motor.resistor.R * rest.current**2), rel=1e-12)
@@ -55,5 +55,5 @@ def test_the_worm_holds_without_current() -> None:
 
 
 def test_no_load_set_of_the_held_actuator() -> None:
-    """Friction does not change what holds the clutch at rest."""
+    """Friction does not change the static holding current."""
     assert hold(motor_held(friction=8e-4)).current == pytest.approx(float(hold(motor_held()).current), rel=1e-12)

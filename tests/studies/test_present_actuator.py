@@ -44,7 +44,7 @@ def test_matrices() -> None:
 
 
 def test_modes_and_gains() -> None:
-    """Against the two masses with springs by hand, displacements referred to the slave."""
+    """Against two masses with springs computed by hand, with displacements referred to the slave."""
     masses, liquid = np.array([5370.0, M]), KF * AREA**2
     squares, shapes = np.linalg.eig(np.array([[liquid, -liquid], [-liquid, liquid + K]]) / masses[:, None])
     order = np.argsort(squares)
@@ -65,7 +65,7 @@ def test_modes_and_gains() -> None:
 
 
 def test_bond_graph() -> None:
-    """The same frequencies and shares from junctions and elements; what turns with the motor has no own state."""
+    """Junctions and elements give the same frequencies and shares; the rotating parts have no state of their own."""
     model = linear_actuator()
     graph = bond_graph(model)
     assert set(graph.derivative) == {"actuator.gearbox", "actuator.cam"}
@@ -77,7 +77,7 @@ def test_bond_graph() -> None:
 
 
 def test_least_ratio() -> None:
-    """By hand on the eccentric disc; 11.13 without the compression of the liquid."""
+    """The closed form for the eccentric disc; 11.13 without compression of the liquid."""
     angle = np.linspace(0.0, np.pi, 200001)
     sine = np.sqrt(20e-3**2 - (5.5e-3 * np.sin(angle)) ** 2)
     lift = -5.5e-3 * np.cos(angle) + sine - (20e-3 - 5.5e-3)

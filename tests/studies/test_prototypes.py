@@ -17,13 +17,13 @@ from studies.prototypes._cases import CASES, held, model_of
 from studies.prototypes._proposals import NOISES, Prediction, predictions, separations
 from studies.prototypes._tables import STORED
 
-# Parameters with which hand-written equations, integrated to 1e-12, give what was measured.
-RE50 = {"motor.resistor.R": 0.1453, "motor.bearing.C": 8.715e-3}  # its two opening times alone
+# Parameters with which hand-written equations, integrated to 1e-12, reproduce the measurements.
+RE50 = {"motor.resistor.R": 0.1453, "motor.bearing.C": 8.715e-3}  # from its two opening times only
 LOST_VOLUME = 1.075e-6  # m3, with a resistance of 0.4 ohm
 
 
 def predicted(values: list[float], *moved: list[float]) -> dict[str, Prediction]:
-    """The same of every measurement on the RE50."""
+    """The same prediction for every measurement on the RE50."""
     directions = np.reshape(moved, (len(moved), len(values)))
     return dict.fromkeys(NOISES["RE50"], Prediction(np.array(values), directions))
 
@@ -33,15 +33,15 @@ def distances(**found: dict[str, Prediction]) -> dict[str, float]:
 
 
 def test_separations() -> None:
-    """In sigma of a noise of 0.5 A and the parameters; two that both never come to an end are not told apart."""
+    """In standard deviations of a noise of 0.5 A and the parameters; zero for two infinite predictions."""
     single = distances(a=predicted([1.0]), b=predicted([4.0], [2.0]), c=predicted([math.inf]), d=predicted([math.inf]))
     assert single["a / b"] == pytest.approx(3.0 / math.hypot(0.5, 2.0))
     assert single["a / c"] == math.inf
     assert single["c / d"] == 0.0
-    # Parameters that decide whether it comes to an end at all leave it open.
+    # If the parameters decide whether a prediction is finite, the distance is zero.
     open_end = distances(b=predicted([4.0]), c=predicted([math.inf]), e=predicted([1.0], [math.inf]))
     assert open_end == {"b / c": math.inf, "b / e": 0.0, "c / e": 0.0}
-    # In a record, what the parameters can bring about does not tell; what they cannot does.
+    # In a record, differences that the parameters can explain do not count; other differences do.
     alike = distances(a=predicted([0.0, 0.0], [50.0, 50.0]), b=predicted([10.0, 10.0]))["a / b"]
     other = distances(a=predicted([0.0, 0.0], [50.0, 50.0]), b=predicted([10.0, -10.0]))["a / b"]
     assert alike == pytest.approx(10.0 * math.sqrt(2.0) / math.hypot(0.5, 50.0 * math.sqrt(2.0)))
@@ -49,7 +49,7 @@ def test_separations() -> None:
 
 
 def test_predictions_scatter_as_their_parameters() -> None:
-    """Linear in the parameters: the standard deviation is that of g' S g."""
+    """For a prediction linear in the parameters, the variance is g' S g."""
     covariance = np.array([[4e-4, -3e-6], [-3e-6, 1e-7]])
     fit: Any = SimpleNamespace(
         names=("motor.resistor.R", "motor.bearing.C"), estimates=np.array([0.15, 7e-3]), covariance=covariance,
@@ -65,7 +65,7 @@ def test_predictions_scatter_as_their_parameters() -> None:
 
 
 def test_current_that_holds() -> None:
-    """On the point of motion: without friction as at rest; with it more to go on than to give way."""
+    """At the onset of motion: without friction as at rest; with friction, more to open than to close."""
     for design, current, _ in HOLDING:
         assert held(DESIGNS[design]()) == pytest.approx(current, rel=1e-10)
     sticky = model_of(next(case for case in CASES if "friction.Tc" in case.free))
@@ -73,7 +73,7 @@ def test_current_that_holds() -> None:
 
 
 def test_stored_fits_are_those_of_the_stored_comparisons() -> None:
-    """The sum of squares of a case is that of its measurements, unless more was known of its parameters beforehand."""
+    """The sum of squares of a case is that of its measurements, unless it has priors."""
     found = stored()
     compared = 0
     for outcome in found.outcomes:
@@ -89,21 +89,21 @@ def test_stored_fits_are_those_of_the_stored_comparisons() -> None:
 
 
 def test_stored_predictions_are_those_of_the_stored_estimates() -> None:
-    """What needs no run, by its formulas."""
+    """Predictions that need no run, by closed forms."""
     found, volts, k = stored(), 13.5, 0.0385
-    for what in ("another torque constant", "dry friction", "losses in the gear"):
+    for what in ("different torque constant", "dry friction", "gear losses"):
         values = {row.parameter: row.estimate for row in found.rows if row.case == f"all data, {what}"}
         said = {row.measurement: row.predicted for row in found.proposals if row.explanation == what}
         emf, dry = values.get("motor.emf.k", k), values.get("friction.Tc, friction.Ts", 0.0)
         r, c = values["motor.resistor.R"], values["motor.bearing.C"]
         speed = (volts * emf / r - dry) / (emf**2 / r + c)
-        assert said["voltage of the motor turned at 1000 rpm"] == pytest.approx(emf * 1000.0 * math.pi / 30.0)
-        assert said["current of the motor and gear without cam at 13.5 V"] == pytest.approx((volts - emf * speed) / r)
-        assert said["current at which motor and gear without cam begin to turn"] == pytest.approx(dry / emf)
+        assert said["generator voltage of the motor at 1000 rpm"] == pytest.approx(emf * 1000.0 * math.pi / 30.0)
+        assert said["no-load current of motor and gear at 13.5 V"] == pytest.approx((volts - emf * speed) / r)
+        assert said["breakaway current of motor and gear"] == pytest.approx(dry / emf)
 
 
 def test_stored_distances_are_those_of_the_stored_predictions() -> None:
-    """Of single numbers: their difference over the root of the sum of all squares that blur it."""
+    """For scalars, the distance is the difference divided by the root of the sum of all variances."""
     found = stored()
     said = {(row.measurement, row.explanation): row for row in found.proposals}
     compared = 0
@@ -138,7 +138,7 @@ def _estimates(rows: list[dict[str, Any]], prototype: str, case: str) -> dict[st
 def test_estimates(tables: dict[str, list[dict[str, Any]]]) -> None:
     fise = _estimates(tables["rows"], "ema_fise", "all data")
     assert fise["motor.resistor.R"]["estimate"] == pytest.approx(13.5 / 200.0, rel=1e-6)
-    # The data do not tell what was known beforehand within a factor.
+    # The data add nothing to the priors of damping and seal.
     for name in ("line.damping", "seal.C"):
         assert fise[name]["estimate"] == pytest.approx(fise[name]["thesis"], rel=0.01)
     re50 = _estimates(tables["rows"], "ema_maxon", "times and peaks")
@@ -156,8 +156,8 @@ def test_what_can_meet_the_measurements(tables: dict[str, list[dict[str, Any]]])
     for row in tables["meetings"]:
         key = f"{row['prototype']} {row['case']}"
         squares[key] = squares.get(key, 0.0) + ((row["fitted"] - row["measured"]) / row["sigma"]) ** 2
-    assert squares["ema_maxon all data, viscous friction alone"] > 15.0
-    for what in ("another torque constant", "dry friction", "losses in the gear"):
+    assert squares["ema_maxon all data, viscous friction only"] > 15.0
+    for what in ("different torque constant", "dry friction", "gear losses"):
         assert squares[f"ema_maxon all data, {what}"] < 5.0
     for what in ("late voltage", "stuck near stall", "rising voltage", "empty volume"):
         assert squares[f"ehs_maxon dead time: {what}"] < 2.0

@@ -1,4 +1,4 @@
-"""Reports of studies as their readers get them: one file that shows, and says, everything."""
+"""Reports of studies: a single file with all texts, tables and pictures."""
 
 import base64
 import html.parser
@@ -11,7 +11,7 @@ from studies._report import Table, write_report
 
 
 class Tags(html.parser.HTMLParser):
-    """What a page consists of."""
+    """Collects the elements of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -44,13 +44,13 @@ def test_pictures_lie_in_the_page_and_are_said(tmp_path: Path) -> None:
         f'{heading}; of a "motor" & pump: pressure [bar] over time [s]' for heading in ("Heading", "Shown")
     ]
     assert all(str(image["src"]).startswith("data:image/png;base64,") for image in images)
-    # Nothing is fetched from elsewhere, and no box is empty.
+    # The page loads nothing from elsewhere, and no box is empty.
     assert not [attributes for tag, attributes in tags if tag in ("script", "link") or "href" in attributes]
     assert sum(tag == "pre" for tag, _ in tags) == 1
 
 
 def test_pictures_of_page_and_folder_are_the_same(tmp_path: Path) -> None:
-    """And are drawn once."""
+    """They are drawn only once."""
     figure = picture()
     save(figure, tmp_path, "figure")
     figure.suptitle("too late")
@@ -60,7 +60,7 @@ def test_pictures_of_page_and_folder_are_the_same(tmp_path: Path) -> None:
 
 
 def test_tables_are_those_of_the_page(tmp_path: Path) -> None:
-    """A cell for each text, that of a number at the right, and columns of words folded where the page is narrow."""
+    """There is a cell for each string; numbers are right-aligned, and other columns wrap."""
     numbers = Table(("part & size", "time [ms]", "why"), [("valve <a>", "-1.5e3", "x"), ("pump", "12 %", "-")], "Times")
     write_report(tmp_path, "page", "A page", [("Heading", ("before", numbers, Table(("empty",), [])), [])])
     page = Tags((tmp_path / "page.html").read_text())

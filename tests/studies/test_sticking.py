@@ -1,4 +1,4 @@
-"""The electrohydraulic actuator with dry friction: smoothed, against independent figures, and truly sticking."""
+"""The electrohydraulic actuator with dry friction: smoothed, against independent figures, and with sticking."""
 
 import math
 from collections.abc import Callable
@@ -60,14 +60,14 @@ def test_it_sticks_until_the_motor_is_strong_enough() -> None:
     breaks_away = k["break_away"] * k["resistance"] * k["ramp"] / (k["torque_constant"] * k["voltage"])
     np.testing.assert_allclose(solution.events.times[2:], [breaks_away, k["ramp"]], rtol=1e-9)
     before = np.asarray(solution.ts) <= breaks_away
-    # Stuck, it creeps by no more than rounding; the smoothed friction turned it by 0.06 rad/s after 10 ms.
+    # While stuck, it creeps by rounding only; with smoothed friction, it turns at 0.06 rad/s after 10 ms.
     assert np.max(np.abs(np.asarray(solution.bearing.w)[before])) < 1e-9
     assert solution.t1 == pytest.approx(SMOOTH_TIME, abs=2e-5)
 
 
 @pytest.fixture(scope="module")
 def sticking() -> tuple[Callable[..., float], Callable[[str], float]]:
-    """The opening time from changed keywords, and its derivative by forward mode, at a tolerance for differences."""
+    """The opening time for changed keywords, and its forward-mode derivative, at a tolerance for differences."""
     function = time_of(None, rtol=1e-11)
     run = jax.jit(function)
     slope = jax.jit(lambda keywords, direction: jax.jvp(function, (keywords,), (direction,))[1])
@@ -94,7 +94,7 @@ def test_derivative_through_break_away(sticking: Any, name: str) -> None:
 
 @pytest.mark.slow
 def test_modes_agree_at_a_tight_tolerance(sticking: Any) -> None:
-    """Reverse mode computes the steps again: they have to be the same."""
+    """Reverse mode recomputes the steps, which must be the same."""
     slopes = jax.jit(jax.grad(time_of(None, rtol=1e-11)))(KEYWORDS)
     for name in ("displacement", "break_away", "voltage"):
         assert slopes[name] == pytest.approx(sticking[1](name), rel=1e-10), name

@@ -10,7 +10,7 @@ from studies.__main__ import main
 
 @pytest.mark.slow
 def test_rows(tmp_path: Path) -> None:
-    """Figures of a collocation method (Radau IIA, five stages) with derivatives by complex steps; ms where stated."""
+    """Against a collocation method (Radau IIA, five stages) with complex-step derivatives."""
     main(["tolerance", "--json", str(tmp_path / "rows.json"), "--out", str(tmp_path)])
     rows = {row["method"]: row for row in json.loads((tmp_path / "rows.json").read_text())["rows"]}
     assert all(tuple(row) == ("result", "method", "mean", "std", "p01", "p99") for row in rows.values())

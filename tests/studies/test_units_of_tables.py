@@ -1,4 +1,4 @@
-"""Printed tables have display units; the rows that are written have SI units."""
+"""Printed tables have display units; written rows have SI units."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def test_prototypes(table: tuple[str, tuple[str, ...], list[tuple[str, ...]]]) -
 
 
 def test_estimates_of_the_prototypes() -> None:
-    """A number and its unit are shown together: the friction of Table 8.2."""
+    """A number is shown in its display unit: the friction of Table 8.2."""
     _, heads, lines = stored().estimates()
     shown = {
         (line[heads.index("unit")], line[heads.index("thesis")])
@@ -28,7 +28,7 @@ def test_estimates_of_the_prototypes() -> None:
 
 
 def test_beyond() -> None:
-    """Both the figure and that of the thesis."""
+    """Both the figure of the model and that of the thesis have display units."""
     (line,) = cells([Row("load", "case", "opening time", "s", 0.1402, 0.148)])
     assert line[2:5] == ("140.2", "ms", "148")
 

@@ -25,7 +25,7 @@ BASE_UNITS = {
 
 
 def test_stored_rows_are_what_the_thesis_states() -> None:
-    """The page on the comparison shows them."""
+    """They are shown on the page of the comparison."""
     wanted = [item for actuator in DESIGNS for item in statements(actuator)]
     assert [(r.actuator, r.quantity, r.condition, r.source, r.thesis, r.kind, r.reason) for r in stored()] == [
         (w.actuator, w.quantity, w.condition, w.source, w.value, w.kind, w.reason) for w in wanted
@@ -33,7 +33,7 @@ def test_stored_rows_are_what_the_thesis_states() -> None:
 
 
 def test_stored_parameters_are_those_that_the_prototypes_show() -> None:
-    """Of tables 8.1 to 8.3, identified anew."""
+    """The identified parameters of tables 8.1 to 8.3."""
     names = {"identified_resistance": "motor.resistor.R", "identified_friction": "motor.bearing.C"}
     shown = {
         (row.prototype, row.parameter): (row.thesis, row.estimate)
@@ -47,7 +47,7 @@ def test_stored_parameters_are_those_that_the_prototypes_show() -> None:
 
 
 def test_stored_speeds_without_load() -> None:
-    """The torque of the motor is that of its friction, which is none where the row says so."""
+    """The torque of the motor equals that of its friction, which is zero if the row says so."""
     given = {"ema_fise": (0.133, 16e-4, 0.0064), "ema_maxon": (0.309, 4e-3, 0.0385), "ehs_maxon": (0.4, 4e-3, 0.0302)}
     found = [row for row in stored() if row.quantity == "no_load_speed"]
     assert len(found) == 6
@@ -59,7 +59,7 @@ def test_stored_speeds_without_load() -> None:
 
 
 def test_four_counts() -> None:
-    """Each figure of the thesis is counted once; figures that were put in say nothing of the model."""
+    """Each figure of the thesis is counted once; figures that the set is based on are no test of the model."""
     found = {one.kind: one for one in counts(stored())}
     stated = [row for row in stored() if row.thesis is not None]
     assert list(found) == list(KINDS)
@@ -84,7 +84,7 @@ def test_notes_follow_the_tables_and_are_few() -> None:
 
 
 def test_display_units() -> None:
-    """No figure is told in seconds, radians per second, pascals or newtons per metre."""
+    """No figure is shown in seconds, radians per second, pascals or newtons per metre."""
     text = as_text(stored()) + set_as_text()
     assert not [unit for unit in ("[s]", "[rad/s]", "[Pa]", "N/m]", "[N.m.s/rad]", "m3/rad") if unit in text]
 
@@ -110,7 +110,7 @@ def test_rows(validated: list[dict[str, Any]]) -> None:
     assert len(stated) == len(set(stated))
 
 
-# What the thesis' own data allow to reproduce, with one set of parameters: actuator, quantity, condition, source.
+# Figures that the model reproduces with one set of parameters: actuator, quantity, condition, source.
 REPRODUCED = {
     ("ema_fise", "opening_time", "base", "Fig. 6.6, simulated"),
     ("ema_fise", "opening_time", "base", "concluding table"),
@@ -167,7 +167,7 @@ def test_modes(design: str, keywords: dict[str, float], frequencies: tuple[float
 
 @pytest.mark.slow
 def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
-    """Against the two degrees of freedom written by hand: motor angle and stroke."""
+    """Against hand-written equations with two degrees of freedom: motor angle and stroke."""
     model = DESIGNS["ema_fise"]()
     rest = hold(model, 6e-3)
     ratio, angle = 12.0, float(rest.angle) / 12.0
@@ -189,7 +189,7 @@ def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
 
 
 def test_geometric_stiffness() -> None:
-    """The published point: at 6 mm with the cam where it is without pressure, and the pressure of the spring."""
+    """The published point: 6 mm, with the cam at its unloaded angle and the pressure of the spring."""
     model = DESIGNS["ema_fise"]()
     free = eqx.tree_at(lambda m: (m.motor.bearing.C, m.line.damping, m.seal.C), model, (0.0, 0.0, 0.0))
     free = eqx.tree_at(lambda m: m.supply, free, ConstantCurrent(I=0.0))
@@ -204,11 +204,11 @@ def test_geometric_stiffness() -> None:
 
 
 def test_channels_of_a_stiff_actuator() -> None:
-    """Voltage to stroke: three poles more than zeros, beside a pole of 1e5 1/s and in metres beside pascals."""
+    """Voltage to stroke has three more poles than zeros, despite a pole of 1e5 1/s and units of metres and pascals."""
     model = DESIGNS["ema_fise"]()
     system = linearise(model, at=[1e-9, 6e-3, 0.0, 1.0, 0.0], inputs=["supply.V"], outputs=["slave.rod.s", "line.p"])
     assert len(system.minimal().states) == 4
-    # The liquid's damping and stiffness, and the piston on the clutch spring.
+    # The damping and stiffness of the liquid, and the piston on the clutch spring.
     np.testing.assert_allclose(system.channel("slave.rod.s").zeros, [-149408526513837.7 / 6.8e11], rtol=1e-6)
     piston = np.roots([0.3, 2e-3, 58e3])
     expected = [-149408526513837.7 / 6.8e11, *piston[np.argsort(-piston.imag)]]
