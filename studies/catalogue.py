@@ -232,4 +232,4 @@ def _report(choice: Choice, design: Design, out: Path) -> None:
         ("Combinations of products", str(choice), list(pictures.values())),
         ("Continuous optimum", str(design), [design.plot()]),
     ]
-    write_report(out, "catalogue", "Parts for the least opening time", parts, __doc__)
+    write_report(out, "catalogue", "Choice of catalogue parts", parts, __doc__)

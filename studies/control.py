@@ -161,7 +161,7 @@ def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path
             save(figure, out, f"control_{name}_{problem.replace(' ', '_')}")
             parts.append((f"{ACTUATOR_NAMES[name]}: {problem}", str(course), [figure]))
     overview = ("Overview", Table(HEADS, [_cells(row) for row in rows]), [])
-    write_report(out, "control", "Voltages that open a clutch", [overview, *parts], __doc__)
+    write_report(out, "control", "Optimal voltages to open the clutch", [overview, *parts], __doc__)
 
 
 def picture(name: str, course: Course[Any]) -> "Figure":

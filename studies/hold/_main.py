@@ -85,7 +85,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
             ("The hold over time", "", [pictures["hold"]]),
             ("Energy from the battery", "", [pictures["hold_energy"]]),
         ]
-        write_report(out, "hold", "The clutch held open by motor or by valve", parts, ABOUT)
+        write_report(out, "hold", "Holding the clutch open by motor or by valve", parts, ABOUT)
     return rows
 
 

@@ -103,7 +103,7 @@ def _report(outcomes: list[Outcome], cells: list[tuple[str, ...]], out: Path) ->
         ("Optima", Table(HEADS, cells), []),
         ("Opening time over ratio and displacement", SHOWN, [picture]),
     ]
-    write_report(out, "optimise", "Ratios and displacement of least opening time", parts, ABOUT)
+    write_report(out, "optimise", "Ratio and displacement of shortest opening time", parts, ABOUT)
 
 
 def _cells(outcomes: list[Outcome]) -> Iterable[tuple[str, ...]]:

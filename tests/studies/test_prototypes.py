@@ -29,7 +29,7 @@ def predicted(values: list[float], *moved: list[float]) -> dict[str, Prediction]
 
 
 def distances(**found: dict[str, Prediction]) -> dict[str, float]:
-    return {one.explanations: one.distance for one in separations("RE50", found) if one.measurement.endswith("back")}
+    return {one.explanations: one.distance for one in separations("RE50", found) if one.measurement.endswith("closing")}
 
 
 def test_separations() -> None:
