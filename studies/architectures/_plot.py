@@ -93,7 +93,7 @@ def _areas(panel: Axes, flows: Mapping[str, float]) -> None:
     _area(panel, "lost in the valve", 0.0, load_p, used, p - load_p)
     _area(panel, "surplus flow, and compression", used, 0.0, q - used, p)
     powers = {name: 100.0 / 60.0 * area for name, area in (("source", p * q), ("clutch", load_p * used))}
-    text = f"{powers['source']:.1f} W given, {powers['clutch']:z.1f} W to the clutch"
+    text = f"{powers['source']:.1f} W supplied, {powers['clutch']:z.1f} W to the clutch"
     if round(powers["source"], 1) == 0.0:
         text = f"no flow; {load_p:.0f} bar at the clutch"
     panel.text(0.97, 0.93, text, transform=panel.transAxes, ha="right", va="top", fontsize=8)
@@ -127,8 +127,8 @@ def plot_energies(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure
         panel.grid(alpha=0.3, axis="x")
     losses.invert_yaxis()
     losses.set_xlim(0.0, 1.12 * max(row.energy for row in rows))
-    losses.set_title("where it is lost", loc="left")
-    parts.set_title("when the battery gives it", loc="left")
+    losses.set_title("losses", loc="left")
+    parts.set_title("supplied by the battery", loc="left")
     legend(figure, 5)
     return figure
 
@@ -140,7 +140,7 @@ def plot_figures(rows: Sequence[Row], titles: Mapping[str, str], figure: Figure 
     places = range(len(rows))
     for panel, (name, (label, factor, form)) in zip(panels, FIGURES.items(), strict=True):
         values = [factor * max(getattr(row, name), 0.0) for row in rows]
-        panel.barh(places, values, color="#0072b2", label="simulated here")
+        panel.barh(places, values, color="#0072b2", label="simulated")
         measured = [THESIS.get(row.architecture, {}).get(name) for row in rows]
         second = [row.conditions.get(NO_LOAD, {}).get(name) for row in rows]
         others = {place: factor * value for place, value in enumerate(second) if value is not None}
