@@ -142,11 +142,13 @@ class OpenEquations:
         """
 
         def both(z: jax.Array, params: Params, modes: Modes) -> tuple[jax.Array, jax.Array]:
-            def residuals(z: jax.Array) -> jax.Array:
+            def residuals(z: jax.Array) -> tuple[jax.Array, jax.Array]:
                 value = lambda x, dx: self.residual(x, dx, params, modes)  # noqa: E731
-                return jnp.concatenate(jax.jvp(value, (z[0], z[1]), (z[1], z[2])))
+                found = jnp.concatenate(jax.jvp(value, (z[0], z[1]), (z[1], z[2])))
+                return found, found
 
-            return residuals(z), jnp.reshape(jax.jacfwd(residuals)(z), (-1, 3 * self.n))
+            slope, found = jax.jacfwd(residuals, has_aux=True)(z)
+            return found, jnp.reshape(slope, (-1, 3 * self.n))
 
         return quick(both)
 
