@@ -6,7 +6,7 @@ from _actuator import free, limits, opening, start
 
 from acausal import replace, simulate
 from acausal.design import Design, optimise
-from acausal.design._solve import Method
+from acausal.design._optimise.solve import Method
 from docs.drive import drive
 
 TIME = {"opening time": (lambda s: s.t1, "ms")}

@@ -14,8 +14,9 @@ from _rigs import rig
 from scipy.stats import norm
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
-from acausal.design import Samples, Tolerance, Uniform, _bar, choose, sweep
-from acausal.design._cores import on_all_cores
+from acausal.design import Samples, Tolerance, Uniform, choose, sweep
+from acausal.design._compute.bar import Bar
+from acausal.design._compute.cores import on_all_cores
 
 pytestmark = pytest.mark.usefixtures("interruptible")
 
@@ -144,7 +145,7 @@ def test_a_log_has_a_line_with_rate_and_time_left_now_and_then(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("ACAUSAL_PROGRESS", raising=False)
-    bar = _bar.Bar("sweep", None)
+    bar = Bar("sweep", None)
     for done, seconds in ((0, 0.0), (1, 2.0), (2, 5.0), (5, 12.0)):
         monkeypatch.setattr(time, "monotonic", lambda seconds=seconds: bar._began + seconds)
         bar(done, 12)
@@ -161,7 +162,7 @@ def test_a_short_study_says_nothing_in_a_log(capsys: pytest.CaptureFixture[str])
 
 def test_an_interrupted_choice_names_the_combinations_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     tables = {"spring": [{"link.c": c} for c in np.linspace(10.0, 50.0, 300).tolist()]}
-    monkeypatch.setattr(_bar.Bar, "__call__", lambda self, done, total: raising(1)(done, total))
+    monkeypatch.setattr(Bar, "__call__", lambda self, done, total: raising(1)(done, total))
     found = choose({"a": rig(), "b": rig()}, {"a": tables, "b": tables}, lambda m: m.link.c)
     missing = int(np.sum(~found.is_computed))
     assert 300 <= missing < 600

@@ -11,10 +11,11 @@ import pytest
 from _problems import GearedLoad, Valleys
 
 from acausal import SimulationError
-from acausal.design import _report, identify, optimise, pareto
-from acausal.design._cores import heard
-from acausal.design._experiment import Experiment
-from acausal.design._program import Program
+from acausal.design import identify, optimise, pareto
+from acausal.design._compute.cores import heard
+from acausal.design._compute.evaluator import Evaluator
+from acausal.design._identify.experiment import Experiment
+from acausal.design._optimise import report
 
 pytestmark = pytest.mark.usefixtures("interruptible")
 
@@ -33,14 +34,14 @@ def test_work_in_a_thread_leaves_an_interrupt_to_be_heard() -> None:
 def test_an_interrupted_front_has_the_designs_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = pareto(GearedLoad(), RATIO, BOTH, points=5)
     assert not whole.is_interrupted
-    evaluate = Program._evaluate
+    evaluate = Evaluator._evaluate
 
-    def interrupted(self: Program, x: np.ndarray) -> Any:
+    def interrupted(self: Evaluator, x: np.ndarray) -> Any:
         if self.evaluations == 32:
             raise KeyboardInterrupt
         return evaluate(self, x)
 
-    monkeypatch.setattr(Program, "_evaluate", interrupted)
+    monkeypatch.setattr(Evaluator, "_evaluate", interrupted)
     part = pareto(GearedLoad(), RATIO, BOTH, points=5)
     assert part.is_interrupted
     assert 2 <= len(part.designs) < 5
@@ -50,8 +51,8 @@ def test_an_interrupted_front_has_the_designs_so_far(monkeypatch: pytest.MonkeyP
 
 def test_first_designs_that_fail_alike_end_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[np.ndarray] = []
-    evaluate = Program._evaluate
-    monkeypatch.setattr(Program, "_evaluate", lambda self, x: (seen.append(x), evaluate(self, x))[1])
+    evaluate = Evaluator._evaluate
+    monkeypatch.setattr(Evaluator, "_evaluate", lambda self, x: (seen.append(x), evaluate(self, x))[1])
     text = r"The start and 4 designs spread between the bounds all fail alike: time is nan\. Start from a design"
     for search in (optimise, pareto):
         seen.clear()
@@ -63,10 +64,10 @@ def test_first_designs_that_fail_alike_end_a_search(monkeypatch: pytest.MonkeyPa
 
 def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[int] = []
-    from acausal.design import _least_squares
+    from acausal.design._identify import levenberg_marquardt
 
-    solve = _least_squares._solved
-    monkeypatch.setattr(_least_squares, "_solved", lambda *work: (found.append(1), solve(*work))[1])
+    solve = levenberg_marquardt.solved
+    monkeypatch.setattr(levenberg_marquardt, "solved", lambda *work: (found.append(1), solve(*work))[1])
     experiment = Experiment(lambda m: {"a": m.x * jnp.nan}, {"a": 0.0}, {"a": 1.0})
     with pytest.raises(SimulationError, match="from the start values of the fit, a is nan"):
         identify(Valleys(), {"x": (-3.0, 3.0)}, experiment, starts=64)
@@ -76,7 +77,7 @@ def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch)
 def test_a_search_reports_its_first_failures_and_how_far_it_is(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_report, "EVERY", 0.0)
+    monkeypatch.setattr(report, "EVERY", 0.0)
 
     def time(m: GearedLoad) -> Any:
         return jnp.where(m.ratio > 19.5, jnp.inf, m.time)
@@ -94,9 +95,9 @@ def test_a_search_reports_its_first_failures_and_how_far_it_is(
 @pytest.mark.slow
 def test_an_interrupt_ends_several_starts_while_their_runs_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """All searches hang in a run of several seconds. Their threads outlive this test, so it comes last."""
-    evaluate, lock, struck = Program._evaluate, threading.Lock(), []
+    evaluate, lock, struck = Evaluator._evaluate, threading.Lock(), []
 
-    def slow(self: Program, x: np.ndarray) -> Any:
+    def slow(self: Evaluator, x: np.ndarray) -> Any:
         if self.evaluations < 12 or threading.current_thread() is threading.main_thread():
             return evaluate(self, x)
         with lock:
@@ -106,7 +107,7 @@ def test_an_interrupt_ends_several_starts_while_their_runs_go_on(monkeypatch: py
         time.sleep(4.0)
         return evaluate(self, x)
 
-    monkeypatch.setattr(Program, "_evaluate", slow)
+    monkeypatch.setattr(Evaluator, "_evaluate", slow)
     design = optimise(Valleys(x=2.5), {"x": (-3.0, 3.0)}, lambda m: m.height, starts=4)
     assert time.monotonic() - struck[0] < 2.0
     assert design.status == "interrupted"

@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from acausal import Component, ModelError, Param, ParameterError, Scalar, SimulationError, about, replace, save
 from acausal.design import Design, optimise
-from acausal.design._program import Program
+from acausal.design._compute.evaluator import Evaluator
 
 TIME = {"time": (lambda m: m.time, "ms")}
 SPEED = {"motor speed": (lambda m: m.motor_speed, "<= 200 rad/s")}
@@ -132,15 +132,15 @@ def test_an_interrupted_search_keeps_its_best_and_can_be_resumed(
 ) -> None:
     problem: dict[str, Any] = dict(constraints={"volume": (lambda m: m.volume, ">= 0.5 m3")})
     free = {"base": (0.1, 10.0), "height": (0.1, 10.0)}
-    evaluate = Program._evaluate
+    evaluate = Evaluator._evaluate
 
-    def interrupted(self: Program, x: np.ndarray) -> Any:
+    def interrupted(self: Evaluator, x: np.ndarray) -> Any:
         if self.evaluations == 5:
             raise KeyboardInterrupt
         return evaluate(self, x)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Program, "_evaluate", interrupted)
+        patch.setattr(Evaluator, "_evaluate", interrupted)
         design = optimise(Box(), free, lambda m: m.area, **problem)
     assert design.status == "interrupted"
     assert design.total_evaluations == 5

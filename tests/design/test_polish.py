@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from acausal.design._descent import polished
-from acausal.design._task import Point
+from acausal.design._certificate.point import Point
+from acausal.design._optimise.descent import polished
 
 LOW, HIGH = np.zeros(2), np.ones(2)
 

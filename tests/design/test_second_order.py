@@ -13,12 +13,12 @@ from test_control import THERE, cart, lines, steps
 
 from acausal import Component, Param, Scalar
 from acausal.design import Curvature, Design, Experiment, control, identify, optimise, pareto
-from acausal.design._certificate import multipliers_of
-from acausal.design._curvature import curvature_of
-from acausal.design._descent import descended, polished
-from acausal.design._second_order import quadratic_of
-from acausal.design._solve import solve
-from acausal.design._task import Point
+from acausal.design._certificate.curvature import curvature_of
+from acausal.design._certificate.first_order import multipliers_of
+from acausal.design._certificate.point import Point
+from acausal.design._certificate.second_order import quadratic_of
+from acausal.design._optimise.descent import descended, polished
+from acausal.design._optimise.solve import solve
 
 NONE = np.zeros(0, bool)
 UNIT: Any = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}

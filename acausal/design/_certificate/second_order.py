@@ -1,0 +1,148 @@
+"""The second-order conditions of an optimum: the curvature of the Lagrangian on the critical cone.
+
+The critical cone holds the directions d along which, to first order, constraints and bounds with a multiplier stay as
+they are, and active ones without a multiplier are not broken. At a local minimum d'Hd >= 0 on the cone, H being the
+Hessian of the Lagrangian; where first-order conditions hold and d'Hd > 0, the place is a strict local minimum. See
+Nocedal and Wright, Numerical Optimization, 2nd ed. (Springer, 2006), theorems 12.5 and 12.6.
+
+On a cone that is bounded by planes, d'Hd is least along an eigenvector of H on one of its faces (a Pareto eigenvector:
+Seeger, Linear Algebra Appl. 292 (1999) 1).
+"""
+
+import itertools
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg
+
+from .differences import from_sides
+from .first_order import ACTIVE, DEPENDENT, Multipliers, stationarity
+from .point import Bounds, Point, PointAt
+
+STEP = 1e-3  # of scaled variables, for differences of gradients
+CLOSE = 1e-9  # a scaled slope or multiplier that is none
+FACES = 8  # active limits without a multiplier, whose faces are all looked at
+WITHIN = 1e-9  # by how much a unit vector may leave the cone
+
+
+class Eigenpair(NamedTuple):
+    """The curvature along a unit vector in the critical cone, and the slope of the Lagrangian there."""
+
+    value: float
+    vector: np.ndarray
+    slope: float
+
+
+class Quadratic(NamedTuple):
+    """A quadratic model of the Lagrangian on the directions along which what has a multiplier stays as it is.
+
+    `basis` holds these directions in columns; `slope` and `hessian` belong to them. `error` is how uncertain the
+    Hessian is, `kink` by how much the Hessians to both sides differ. Rows of `weak` are gradients of active limits
+    without a multiplier, along the basis.
+    """
+
+    basis: np.ndarray
+    slope: np.ndarray
+    hessian: np.ndarray
+    error: float
+    kink: float
+    weak: np.ndarray
+
+    @property
+    def is_computed(self) -> bool:
+        return bool(np.all(np.isfinite(self.hessian)))
+
+    @property
+    def has_all_faces(self) -> bool:
+        """Whether `pairs` looks at all faces of the cone."""
+        return len(self.weak) <= FACES
+
+    def pairs(self) -> Iterator[Eigenpair]:
+        """The eigenvectors on the faces of the critical cone that point into it, in both senses if both do."""
+        numbers = range(len(self.weak))
+        sizes = numbers if self.has_all_faces else range(2)
+        faces = itertools.chain.from_iterable(itertools.combinations(numbers, size) for size in (*sizes, len(numbers)))
+        for face in dict.fromkeys(faces):
+            edge = self.weak[list(face)]
+            along = linalg.null_space(edge, rcond=DEPENDENT) if len(edge) else np.eye(len(self.slope))
+            values, vectors = np.linalg.eigh(along.T @ self.hessian @ along)
+            for value, reduced in zip(values.tolist(), vectors.T, strict=True):
+                for vector in (along @ reduced, -along @ reduced):
+                    if np.all(self.weak @ vector <= WITHIN):
+                        yield Eigenpair(value, self.basis @ vector, float(self.slope @ vector))
+
+    def newton(self) -> np.ndarray:
+        """Newton's step along directions of positive curvature."""
+        values, vectors = np.linalg.eigh(self.hessian)
+        bent = values > self.error
+        return -self.basis @ (vectors[:, bent] @ ((vectors[:, bent].T @ self.slope) / values[bent]))
+
+
+def quadratic_of(
+    at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, is_equation: np.ndarray, idle: np.ndarray
+) -> Quadratic:
+    """The quadratic model at a point by differences of exact gradients, over `STEP` and 2 `STEP` within the bounds.
+
+    It is without the variables that do not matter, which `idle` marks.
+    """
+    unit, strong = np.eye(len(point.z)), multipliers.active(CLOSE)
+    rows = (strong.constraints | is_equation) & (np.linalg.norm(point.jacobian, axis=1) > DEPENDENT)
+    held = strong.lower | strong.upper | idle | (bounds[0] >= bounds[1])
+    fixed = np.concatenate([_unit(point.jacobian[rows]), unit[held]])
+    basis = linalg.null_space(fixed, rcond=DEPENDENT) if len(fixed) else unit
+    moving = np.flatnonzero(np.any(np.abs(basis) > WITHIN, axis=1))
+    hessian, error, kink = _hessian(at, point, multipliers, bounds, moving, basis)
+    lower, upper = (~held & (np.abs(point.z - bound) <= ACTIVE) for bound in bounds)
+    limits = ~rows & ~is_equation & (np.abs(point.c) <= ACTIVE)
+    weak = np.concatenate([point.jacobian[limits], -unit[lower], unit[upper]]) @ basis
+    weak = _unit(weak[np.linalg.norm(weak, axis=1) > DEPENDENT])
+    return Quadratic(basis, basis.T @ stationarity(point, multipliers), hessian, error, kink, weak)
+
+
+def _unit(rows: np.ndarray) -> np.ndarray:
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def _hessian(
+    at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, moving: np.ndarray, basis: np.ndarray
+) -> tuple[np.ndarray, float, float]:
+    """The Hessian of the Lagrangian along a basis, its error and its kink."""
+    n = basis.shape[1]
+    if not n:
+        return np.zeros((0, 0)), 0.0, 0.0
+    columns = [_column(slopes_along(at, point, multipliers, bounds, variable)) for variable in moving]
+    full, errors, kinks = (np.stack(parts, axis=1) for parts in zip(*columns, strict=True))
+    if not np.all(np.isfinite(full)):
+        return np.full((n, n), np.nan), np.inf, 0.0
+    part = basis[moving]
+    found, kink = (basis.T @ matrix @ part for matrix in (full, kinks))
+    error = np.max(np.abs(errors[moving])) + np.max(np.abs(found - found.T))
+    return 0.5 * (found + found.T), float(error), float(np.linalg.norm(kink, 2))
+
+
+def slopes_along(
+    at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, variable: int, reach: int = 2
+) -> dict[int, np.ndarray]:
+    """The gradient of the Lagrangian at multiples of a step of a variable, where that is within the bounds and can be
+    computed.
+    """
+    found = {0: stationarity(point, multipliers)}
+    for k in range(-reach, reach + 1):
+        z = point.z + k * STEP * np.eye(len(point.z))[variable]
+        if k and bounds[0][variable] <= z[variable] <= bounds[1][variable] and (side := at(z)) is not None:
+            found[k] = stationarity(side, multipliers)
+    return found
+
+
+def _column(slopes: dict[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A column of the Hessian, its error, and the difference of those to both sides."""
+    none = np.zeros(len(slopes[0]))
+    sides = from_sides(slopes, STEP)
+    if len(sides) == 2:
+        once, twice = ((slopes[k] - slopes[-k]) / (2.0 * k * STEP) for k in (1, 2))
+        return (4.0 * once - twice) / 3.0, (once - twice) / 3.0, sides[0] - sides[1]
+    if len(sides) == 1:
+        sign = 1 if 1 in slopes else -1
+        return sides[0], sides[0] - sign * (slopes[sign] - slopes[0]) / STEP, none
+    return none + np.nan, none, none

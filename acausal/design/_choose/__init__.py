@@ -1,0 +1,1 @@
+"""Choices among catalogues: all combinations of discrete alternatives."""

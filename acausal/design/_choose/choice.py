@@ -1,0 +1,181 @@
+"""What a choice among catalogues found: all combinations with their results."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..._analyse.table import aligned
+from ..._declare.component import Component
+from ..._errors import ModelError
+from ..._extras import Axes
+from .._optimise.design import Design
+from .._optimise.optimise import optimise
+from .._problem.limits import Limit, Objective
+from .._problem.types import Function, Key
+from .._sweep.batches import COMPUTED, code_names, said
+from .alternatives import DesignSpace, held
+
+M = TypeVar("M", bound=Component)
+BROKEN = 1e-9  # share of a limit from which on it is broken
+
+
+@dataclasses.dataclass(frozen=True)
+class Asked:
+    """What was asked of the combinations."""
+
+    minimise: Mapping[str, Any]
+    constraints: Mapping[str, Any]
+    run: Function | None
+    failures: Mapping[str, str]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Choice(Generic[M]):
+    """All combinations with their results; `print` it for the best of them and what ruled the others out.
+
+    - `values`: of the objectives, in SI units; not a number for what could not be computed.
+    - `excess`: by how much each limit is broken, as a fraction of it; negative inside of it.
+    - `codes`: 0 for combinations that were computed; of the others, why not.
+    - `places`: the structure of each combination, and which one of it.
+    """
+
+    structures: tuple[DesignSpace[M], ...]
+    objectives: tuple[Objective, ...]
+    limits: tuple[Limit, ...]
+    values: Float[np.ndarray, "n p"]
+    excess: Float[np.ndarray, "n q"]
+    codes: Int[np.ndarray, " n"]
+    _asked: Asked
+
+    @ft.cached_property
+    def places(self) -> Int[np.ndarray, "n 2"]:
+        pairs = [(number, i) for number, structure in enumerate(self.structures) for i in range(len(structure.x))]
+        return np.array(pairs)
+
+    def combination(self, i: int) -> dict[str, str]:
+        """The names of the alternatives of a combination by table, with that of its structure where there are some."""
+        number, place = self.places[i].tolist()
+        structure = self.structures[number]
+        return ({"structure": structure.name} if structure.name else {}) | structure.named(place)
+
+    @ft.cached_property
+    def combinations(self) -> tuple[dict[str, str], ...]:
+        """All of them by name."""
+        return tuple(self.combination(i) for i in range(len(self.codes)))
+
+    def model(self, i: int) -> M:
+        """The model of a combination."""
+        number, place = self.places[i].tolist()
+        return self.structures[number].of(place)[0]
+
+    @property
+    def is_computed(self) -> Bool[np.ndarray, " n"]:
+        return self.codes == COMPUTED
+
+    @property
+    def is_feasible(self) -> Bool[np.ndarray, " n"]:
+        """Combinations that keep all limits."""
+        return self.is_computed & np.all(self.excess <= BROKEN, axis=1)
+
+    @property
+    def order(self) -> list[int]:
+        """The feasible combinations, the best one by the first objective first."""
+        feasible = np.flatnonzero(self.is_feasible)
+        return feasible[np.argsort(self.values[feasible, 0], kind="stable")].tolist()
+
+    @property
+    def best(self) -> int | None:
+        """The best feasible combination by the first objective; None where there is none."""
+        return self.order[0] if self.order else None
+
+    @property
+    def front(self) -> list[int]:
+        """Feasible combinations that no other one betters in one objective without being worse in another."""
+        found: list[int] = []
+        for i in self.order:
+            kept, value = self.values[found], self.values[i]
+            if not np.any(np.all(kept <= value, axis=1) & np.any(kept < value, axis=1)):
+                found.append(i)
+        return found
+
+    def ruled_out(self, i: int) -> tuple[str, ...]:
+        """What speaks against a combination: the limits that it breaks, or why it could not be computed."""
+        if not self.is_computed[i]:
+            code = int(self.codes[i])
+            return (self._asked.failures.get(code_names()[code]) or said(code).split(". ")[0].rstrip("."),)
+        broken = zip(self.limits, self.excess[i], strict=True)
+        return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > BROKEN)
+
+    @property
+    def reasons(self) -> dict[str, tuple[int, int]]:
+        """By limit or failure: how many combinations it rules out, and how many it alone does.
+
+        Of what could not be computed, nobody knows which limits it would break: no failure is counted as alone.
+        """
+        counts: dict[str, list[int]] = {}
+        for i in np.flatnonzero(~self.is_feasible).tolist():
+            against = self.ruled_out(i)
+            for reason in against:
+                pair = counts.setdefault(reason, [0, 0])
+                pair[0] += 1
+                pair[1] += len(against) == 1 and bool(self.is_computed[i])
+        return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
+
+    def continuous(self, *paths: Key, i: int | None = None, **options: Any) -> Design[M]:
+        """The continuous optimum: what `optimise` finds from a combination on, by default the best one.
+
+        Each of `paths` is free between the least and the largest value that the tables offer for it; other values and
+        figures stay those of the combination. The first objective is minimised within the same limits; `options` are
+        those of `optimise`. Raises `ModelError` for a path that no table holds, and where no combination is feasible.
+        """
+        start = self.best if i is None else i
+        if start is None:
+            raise ModelError("No combination is feasible: name the one to begin with, as in continuous(..., i=0).")
+        number, place = self.places[start].tolist()
+        structure, asked = self.structures[number], self._asked
+        model, figures = structure.of(place)
+        name, stated = next(iter(asked.minimise.items()))
+        function, *unit = stated if isinstance(stated, tuple) else (stated,)
+        constraints = {key: (held(pair[0], figures), pair[1]) for key, pair in asked.constraints.items()}
+        minimise = {name: (held(function, figures), *unit) if unit else held(function, figures)}
+        free = {path: structure.span(path) for path in paths}
+        return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
+
+    def plot(self, ax: Axes | None = None, beside: object = None) -> Axes:
+        """Feasible combinations by two objectives with the front, or in order by one.
+
+        - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.
+
+        Returns the matplotlib axes.
+        """
+        named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
+        values = {
+            name: np.ravel(np.asarray(one.objective if isinstance(one, Design) else one, float))
+            for name, one in named.items()
+        }
+        from .plots import plot_choice
+
+        return plot_choice(self, ax, values)
+
+    def __repr__(self) -> str:
+        return f"<Choice among {len(self.codes)} combinations, {int(np.sum(self.is_feasible))} feasible>"
+
+    def __str__(self) -> str:
+        ranked = [(str(rank), i, self.combination(i)) for rank, i in enumerate(self.order[:10], start=1)]
+        heads = list(dict.fromkeys(title for *_, named in ranked for title in named))
+        rows = [[rank, *(named.get(title, "") for title in heads), *self._shown(i)] for rank, i, named in ranked]
+        lines = [f"{len(self.codes)} combinations, {int(np.sum(self.is_feasible))} feasible"]
+        results = [objective.scale.headed(objective.name) for objective in self.objectives]
+        lines += [aligned([["", *heads, *results], *rows])] if rows else []
+        failures = {self.ruled_out(i)[0] for i in np.flatnonzero(~self.is_computed).tolist()}
+        for reason, (number, alone) in self.reasons.items():
+            more = "and not judged further" if reason in failures else f"{alone} of them by it alone"
+            lines.append(f"ruled out by {reason}: {number}, {more}")
+        return "\n".join(lines)
+
+    def _shown(self, i: int) -> list[str]:
+        return [f"{o.scale.value(value):.5g}" for o, value in zip(self.objectives, self.values[i], strict=True)]

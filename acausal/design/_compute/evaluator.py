@@ -1,0 +1,214 @@
+"""All results of a problem and their derivatives, from one compiled program."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._declare.by_name import replace
+from ..._declare.component import Component
+from ..._declare.node import leaves_of
+from ..._errors import ModelError
+from ..._evaluate.requirements import are_met, in_range
+from ..._integrate.derivative import FEW
+from ..._integrate.failure import trials
+from ..._integrate.result import Result, is_success, sentence
+from ..._integrate.solution import Solution
+from ..._numbers import Numbers
+from ..._progress import compiling
+from .._problem.free import Free
+from .._problem.types import Function
+from .cores import heard
+
+T = TypeVar("T")
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluation:
+    """The results at values `x` of the free parameters, and their derivatives; `why` says why there are none."""
+
+    x: np.ndarray  # in the declared units
+    values: np.ndarray
+    jacobian: np.ndarray  # of the values, by x
+    why: str = ""
+
+    @property
+    def is_good(self) -> bool:
+        return not self.why
+
+
+class Evaluator:
+    """Functions of the runs of a model, evaluated with their derivatives by its free parameters.
+
+    `run` is a function of the model that returns what the functions take: a solution or any container of solutions.
+    Without it, they take the model. With `scenarios`, changes of the model by path, there is one run for each, and they
+    take a dictionary of runs. A function may return several numbers, in any container; each has a name.
+    """
+
+    def __init__(
+        self,
+        model: Component,
+        free: Free,
+        functions: Mapping[str, Function],
+        run: Function | None = None,
+        scenarios: Mapping[str, Mapping[str, object]] | None = None,
+    ) -> None:
+        self.model, self.free, self.functions = model, free, dict(functions)
+        self._run, self._is_run = _runs(run, scenarios), run is not None
+        self.names: tuple[str, ...] = ()  # of the values, known from the first evaluation on
+        self.owners: tuple[str, ...] = ()  # which function each of them is from
+        self.evaluations, self.failures, self.seconds = 0, 0, 0.0
+        self.watch: Callable[[Evaluation], None] = lambda found: None  # is told of each evaluation
+        self._seen: dict[bytes, Evaluation] = {}
+        self._compiled = eqx.filter_jit(self._with_jacobian)
+
+    def __call__(self, x: np.ndarray) -> Evaluation:
+        """The evaluation at some values; what was asked for before is not computed again."""
+        x = np.array(x, float)
+        key = x.tobytes()
+        if key not in self._seen:
+            self._seen[key] = self._evaluate(x)
+        return self._seen[key]
+
+    def _evaluate(self, x: np.ndarray) -> Evaluation:
+        began = time.perf_counter()
+        values, jacobian, results = heard(lambda: self._run_at(x))
+        found = Evaluation(x, np.asarray(values), np.asarray(jacobian), _failure(self.names, values, jacobian, results))
+        self.seconds += time.perf_counter() - began
+        self.evaluations += 1
+        self.failures += not found.is_good
+        self.watch(found)
+        return found
+
+    def _run_at(self, x: np.ndarray) -> Any:
+        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian):
+            return jax.block_until_ready(self._compiled(self.model, x))
+
+    def idle(self, rows: Iterable[int]) -> np.ndarray:
+        """Which variables some results do not depend on, as far as has been evaluated."""
+        slopes = [found.jacobian[list(rows)] for found in list(self._seen.values()) if found.is_good]
+        return ~np.any(np.concatenate(slopes), axis=0)
+
+    def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:
+        def twice(x: Array) -> tuple[Array, tuple[Array, list[PyTree]]]:
+            values, results = self.results(self.free.with_values(model, x))
+            return values, (values, results)
+
+        # With so few parameters a run itself computes its forward sensitivities, whichever mode is asked for.
+        is_forward = len(x) <= max(FEW, len(self.functions))
+        derivative = jax.jacfwd if is_forward else jax.jacrev
+        jacobian, (values, results) = derivative(twice, has_aux=True)(x)
+        return values, jacobian, results
+
+    def results(self, model: Component) -> tuple[Array, list[PyTree]]:
+        """All numbers that the functions return, and the outcomes of the runs."""
+        runs = self._run(model)
+        solutions = _those(Solution, runs)
+        named = [(name, *pair) for name, function in self.functions.items() for pair in _returned(name, function, runs)]
+        self.owners = tuple(owner for owner, _, _ in named)
+        self.names = tuple(name for _, name, _ in named)
+        if twice := [name for name in self.names if self.names.count(name) > 1]:
+            raise ModelError(f"{twice[0]} is the name of two results. Rename one of the functions.")
+        # A run checks the requirements of the model that it is made of, which need not be this one.
+        are_valid = (
+            [in_range(m) for m in _those(Component, model)] if self._is_run else map(are_met, _those(Component, runs))
+        )
+        ranges = [Result.where(is_good, Result.reached_end, Result.bad_parameter) for is_good in are_valid]
+        return jnp.stack([value for _, _, value in named]), ranges + [_outcome(solution) for solution in solutions]
+
+    def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Component:
+        """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
+
+        def combined(model: Component) -> Numbers:
+            return weights @ self.results(self.free.with_values(model, x))[0]
+
+        def gradient() -> Component:
+            with trials(), compiling("the sensitivities", self.model, combined):
+                return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
+
+        return heard(gradient)
+
+
+def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | None) -> Function:
+    function = run if run is not None else lambda model: model
+    if not callable(function):
+        raise ModelError(f"run must be a function of the model, such as lambda m: simulate(m, 1.0); got {run!r}.")
+    if scenarios is None:
+        return function
+    if not isinstance(scenarios, Mapping) or not scenarios:
+        raise ModelError(f"scenarios is a dictionary of changes by name, one at least; got {scenarios!r}.")
+    changes = dict(scenarios)
+
+    def each(model: Component) -> dict[str, PyTree]:
+        # One run is compiled for all scenarios; what one of them does not change is as in the model.
+        known = {leaf.path: leaf.value for leaf in leaves_of(model)}
+        changed = [_values_at(replace(model, change), change) for change in changes.values()]
+        paths = list(dict.fromkeys(path for values in changed for path in values))
+        stacked = {path: jnp.stack([values.get(path, known[path]) for values in changed]) for path in paths}
+        runs = jax.lax.map(lambda values: function(replace(model, values)), stacked)
+        return {name: jax.tree_util.tree_map(lambda x, i=i: x[i], runs) for i, name in enumerate(changes)}
+
+    return each
+
+
+def _values_at(model: Component, paths: Iterable[str]) -> dict[str, Any]:
+    """The values that a model has at some paths."""
+    return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.path in set(paths)}
+
+
+def _outcome(solution: Solution) -> PyTree:
+    """The outcome of a run; of a batch, that of the first run that failed, if one did."""
+    result = solution.result
+    if not solution.is_batched:
+        return result
+    return jax.tree_util.tree_map(lambda x: x[jnp.argmin(is_success(result))], result)
+
+
+def _those(kind: type[T], tree: PyTree) -> list[T]:
+    """What a tree holds of a kind."""
+    leaves = jax.tree_util.tree_leaves(tree, is_leaf=lambda value: isinstance(value, kind))
+    return [leaf for leaf in leaves if isinstance(leaf, kind)]
+
+
+def _returned(name: str, function: Function, runs: PyTree) -> list[tuple[str, Array]]:
+    """The numbers that a function returns, each with its name."""
+    try:
+        leaves, _ = jax.tree_util.tree_flatten_with_path(function(runs))
+    except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
+        raise ModelError(
+            f"{name} cannot be differentiated: it uses the value of what it computes, as float(x), numpy or `if` do. "
+            "Use jax.numpy, and jnp.where for a choice."
+        ) from error
+    found = []
+    for path, leaf in leaves:
+        if not isinstance(leaf, jax.Array | np.ndarray | np.generic | float | int) or isinstance(leaf, bool):
+            raise ModelError(f"{name} must return real numbers, but returned {leaf!r}.")
+        leaf = jnp.asarray(leaf)
+        if not jnp.issubdtype(leaf.dtype, jnp.floating) and not jnp.issubdtype(leaf.dtype, jnp.integer):
+            raise ModelError(f"{name} must return real numbers, but returned some of type {leaf.dtype}.")
+        base = f"{name}{jax.tree_util.keystr(path).replace(chr(39), '')}"
+        for index in np.ndindex(leaf.shape):
+            found.append((base + (f"[{','.join(map(str, index))}]" if index else ""), leaf[index].astype(float)))
+    if not found:
+        raise ModelError(f"{name} returned no number.")
+    return found
+
+
+def _failure(names: tuple[str, ...], values: Array, jacobian: Array, results: list[PyTree]) -> str:
+    """Why an evaluation is of no use; empty where it is."""
+    for result in results:
+        if not bool(is_success(result)):
+            return sentence(result).split(". ")[0].rstrip(".")
+    for name, value, row in zip(names, np.asarray(values), np.asarray(jacobian), strict=True):
+        if not np.isfinite(value):
+            return f"{name} is {value:g}"
+        if not np.all(np.isfinite(row)):
+            return f"the derivative of {name} is not finite"
+    return ""

@@ -1,0 +1,1 @@
+"""Optimal control: the signals that drive a model to a target."""

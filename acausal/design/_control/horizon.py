@@ -1,0 +1,194 @@
+"""A model with its signals over a horizon of time that may be free, in one piece or cut into segments.
+
+Multiple shooting: the states at the ends of segments are unknowns of their own, and that a segment ends where the next
+one begins is a condition. Errors then grow over one segment only, and all of them share one program. See Bock and
+Plitt, A multiple shooting algorithm for direct solution of optimal control problems, Proc. 9th IFAC World Congress
+(1984) 242-247.
+"""
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._analyse.point import operating_point
+from ..._declare.annotations import Param, Scalar, Vector, positive
+from ..._declare.by_name import replace
+from ..._declare.component import Component
+from ..._declare.node import leaves_of
+from ..._errors import ModelError, suggestion
+from ..._evaluate.building import system_of
+from ..._integrate.solution import Solution
+from .._problem.free import Free
+from .._problem.free_parameters import free_parameters
+
+RunBetween = Callable[..., Solution]  # of a model and the times at which it begins and ends
+SHOWN = 400  # times at which trajectories are kept
+SMALL = 1e-6  # share of the nominal size below which a state is measured by that size, not by its own values
+_MEMBER = re.compile(r"\[\d+\]\.")
+
+
+class Horizon(Component):
+    """A model, and what is free beside its parameters."""
+
+    plant: Component
+    duration: Param[Scalar, "s", positive]  # of the whole, where its intervals keep their shares
+    intervals: Param[Vector, "s", positive]  # between the samples of signals
+    nodes: Param[Vector, "1"]  # deviations of states at the ends of segments, in their sizes
+
+
+class Nodes(NamedTuple):
+    """The states at the inner ends of segments: `states` names them, rows of `guess` are nodes."""
+
+    states: Free
+    guess: np.ndarray
+    sizes: np.ndarray
+
+
+class Runs(NamedTuple):
+    """The runs of all pieces, and the whole duration; `gaps` between the ends of segments and the beginnings of the
+    next ones, in sizes of the states.
+    """
+
+    solution: Solution
+    duration: Array
+    gaps: Array
+
+
+@dataclasses.dataclass(frozen=True)
+class Shooting:
+    """How a horizon is run, by `run(model, t0, t1)`; `signals` are the paths of its signals.
+
+    The horizon has a number of `segments`, which begin with states that are free. Each segment has a number of
+    `pieces`, which begin with the state at which the piece before ended. Without `nodes`, all is one run.
+    """
+
+    signals: Sequence[str]
+    segments: int
+    pieces: int
+    switching: bool  # whether the intervals are free one by one
+    run: RunBetween
+    nodes: Nodes | None = None
+
+    def times(self, horizon: Horizon) -> Array:
+        """The times of the samples, from zero on."""
+        shares = horizon.intervals / (1.0 if self.switching else jnp.sum(horizon.intervals) / horizon.duration)
+        return jnp.concatenate([jnp.zeros(1), jnp.cumsum(shares)])
+
+    def model(self, horizon: Horizon) -> Component:
+        """The model with the times of its signals."""
+        times = self.times(horizon)
+        return replace(horizon.plant, {f"{signal}.times": times for signal in self.signals})
+
+    def __call__(self, horizon: Horizon) -> Runs:
+        """The runs of all pieces."""
+        times, model = self.times(horizon), self.model(horizon)
+        if self.nodes is None:
+            return Runs(self.run(model, times[0], times[-1]), times[-1], jnp.zeros(0))
+        piece, begins = self._piece(model), self._begins(model, horizon)
+
+        def segment(begin: Array, tables: PyTree) -> tuple[Array, Solution]:
+            def go_on(state: Array, table: PyTree) -> tuple[Array, Solution]:
+                solution = piece(state, *table)
+                return ends(solution), solution
+
+            return jax.lax.scan(go_on, begin, tables)
+
+        # One by one: segments that are stepped together wait for the slowest one.
+        ended, solution = jax.lax.map(lambda each: segment(*each), (begins, self._tables(model, times)))
+        solution = jax.tree_util.tree_map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), solution)
+        return Runs(solution, times[-1], (ended[:-1] - begins[1:]) / self.nodes.sizes)
+
+    def solutions(self, horizon: Horizon) -> Iterator[Solution]:
+        """The runs of the pieces one by one."""
+        times, model = self.times(horizon), self.model(horizon)
+        if self.nodes is None:
+            yield self.run(model, times[0], times[-1], save=jnp.linspace(times[0], times[-1], SHOWN))
+            return
+        shown = max(SHOWN // (self.segments * self.pieces), 2)
+        piece = self._piece(model)
+        tables = self._tables(model, times)
+        for i, begin in enumerate(self._begins(model, horizon)):
+            for j in range(self.pieces):
+                table = jax.tree_util.tree_map(lambda x, i=i, j=j: x[i, j], tables)
+                found = piece(begin, *table, save=jnp.linspace(table[0][0], table[0][-1], shown))
+                begin = ends(found)
+                yield found
+
+    def _begins(self, model: Component, horizon: Horizon) -> Array:
+        """The states that segments begin with."""
+        assert self.nodes is not None
+        first = operating_point(model, system_of(model), None, 0.0).y
+        inner = self.nodes.guess + self.nodes.sizes * horizon.nodes.reshape(self.nodes.guess.shape)
+        return jnp.concatenate([first[None], inner])
+
+    def _piece(self, model: Component) -> RunBetween:
+        """The run of one piece as a function of its first states, and of the times and values of its samples."""
+        assert self.nodes is not None
+        blank, states = without_starts(model, self.nodes.states), self.nodes.states
+
+        def piece(begin: Array, times: Array, samples: PyTree, **options: Any) -> Solution:
+            tables = {f"{signal}.times": times for signal in self.signals}
+            tables |= {f"{signal}.values": values for signal, values in zip(self.signals, samples, strict=True)}
+            return self.run(replace(states.with_values(blank, begin), tables), times[0], times[-1], **options)
+
+        return piece
+
+    def _tables(self, model: Component, times: Array) -> tuple[Array, list[Array]]:
+        """Times and samples of all signals, by segments and pieces."""
+        values = {leaf.path: leaf.value for leaf in leaves_of(model)}
+        samples = [values[f"{signal}.values"] for signal in self.signals]
+        return self._cut(times, len(times) - 1), [self._cut(each, len(times) - 1) for each in samples]
+
+    def _cut(self, samples: Array, intervals: int) -> Array:
+        """Samples by segments and pieces. One at the end of a piece begins the next one as well, where samples are of
+        times; where they are of intervals, each belongs to one piece.
+        """
+        n, more = intervals // (self.segments * self.pieces), len(samples) - intervals
+        places = np.arange(0, intervals, n)[:, None] + np.arange(n + more)
+        return samples[places.reshape(self.segments, self.pieces, -1)]
+
+
+def ends(solution: Solution) -> Array:
+    """The state vectors at the ends of runs."""
+    return solution._end[1][..., solution._layout.states]
+
+
+def without_starts(model: Any, states: Free) -> Any:
+    """The model with no start values but those of its states."""
+    mine = {place.path for variable in states.variables for place in variable.places}
+    return replace(
+        model, {leaf.path: None for leaf in leaves_of(model) if leaf.declaration.is_variable and leaf.path not in mine}
+    )
+
+
+def nodes_of(model: Component, run: RunBetween, times: np.ndarray, given: Mapping[str, object]) -> Nodes:
+    """The states at all times but the first and the last: those of a run, or those interpolated from what is given."""
+    system = system_of(model)
+    if system.initial_equations is not None:
+        raise ModelError("A model with initial equations cannot begin in between: give start values instead of them.")
+    if hidden := [name for name in system.state_names if name.startswith("der(")]:
+        raise ModelError(f"The states {', '.join(hidden)} have no start values, and cannot be free at segments' ends.")
+    for name in given:
+        if name not in system.state_names:
+            raise ModelError(f"{name!r} is no state that could be guessed.{suggestion(name, system.state_names)}")
+    found = run(model, times[0], times[-1], save=times, throw=False)
+    # Only a start value that is given can be free.
+    known = {leaf.path: leaf.value for leaf in leaves_of(found.final)}
+    wanted = {_MEMBER.sub(".item.", name) for name in system.state_names}
+    states = free_parameters(replace(model, {path: known[path] for path in wanted}), dict.fromkeys(system.state_names))
+    reached = np.asarray(found.ys)
+    guess = np.concatenate([reached, np.repeat(reached[-1:], len(times) - len(reached), axis=0)])  # held where it ends
+    for i, name in enumerate(states.names):
+        if name in given:
+            values = np.asarray(given[name], float)
+            guess[:, i] = np.interp(times, np.linspace(times[0], times[-1], len(values)), values)
+    sizes = np.max(np.abs(guess), axis=0)
+    nominals = np.asarray(system.nominals)
+    return Nodes(states, guess[1:-1], np.where(sizes > SMALL * nominals, sizes, nominals))

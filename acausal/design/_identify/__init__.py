@@ -1,0 +1,1 @@
+"""Parameters from measurements: weighted least squares with confidence intervals."""

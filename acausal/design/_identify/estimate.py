@@ -1,0 +1,238 @@
+"""Estimates of parameters with their covariance, intervals and residuals."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Mapping
+from typing import Generic, NamedTuple, TypeVar
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ..._declare.component import Component
+from ..._errors import UnknownNameError, suggestion
+from .._problem.free import Free
+from .fit_problem import FitProblem
+from .least_squares import Multistart
+from .levenberg_marquardt import Minimum
+
+M = TypeVar("M", bound=Component, covariant=True)
+RANK = 1e-7  # singular values below this share of the largest are errors of the runs
+WEAK = 1.0  # relative uncertainty from which on the data do not tell a combination
+
+
+class Channel(NamedTuple):
+    """One measured quantity of one experiment; `rows` are those of its residuals."""
+
+    experiment: str
+    name: str
+    unit: str
+    times: np.ndarray | None
+    measured: np.ndarray
+    rows: slice
+    is_estimated: bool  # whether the noise is
+    group: int
+    place: int
+
+    @property
+    def label(self) -> str:
+        return f"{self.experiment}: {self.name}"
+
+
+class End(NamedTuple):
+    """Where a start has led; chi2 is infinite where the model could not be run from there."""
+
+    start: Float[np.ndarray, " n"]
+    estimates: Float[np.ndarray, " n"]
+    chi2: float
+
+
+class Combination(NamedTuple):
+    """A direction in the space of parameters, in relative changes, and how far the data leave it open.
+
+    Along it all parameters change by `shares` times one factor; `std` is the relative standard deviation of that
+    factor, infinite where the data say nothing.
+    """
+
+    shares: Mapping[str, float]
+    std: float
+
+    def __str__(self) -> str:
+        parts = [f"{share:+.2f} {name}" for name, share in self.shares.items() if abs(share) >= 0.1]
+        known = "not determined at all" if np.isinf(self.std) else f"known to {100 * self.std:.3g} %"
+        return f"{' '.join(parts)} (relative changes): {known}"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Estimate(Generic[M]):
+    """Estimates of parameters with their covariance. Arrays are in the order in which parameters were named."""
+
+    _problem: FitProblem
+    _free: Free
+    _minimum: Minimum
+    channels: tuple[Channel, ...]
+    noise_freedom: float  # degrees of freedom of the noise; infinite where it was given
+    level: float
+    _tolerance: float
+    _ends: Multistart | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._free.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self._free.units
+
+    @property
+    def evaluations(self) -> int:
+        """Runs of all experiments with their derivatives."""
+        return self._minimum.evaluations
+
+    @ft.cached_property
+    def estimates(self) -> Float[np.ndarray, " n"]:
+        return np.asarray(self._free.unscaled(self._minimum.z))
+
+    @property
+    def model(self) -> M:
+        """The model with the estimates of what is free in all experiments."""
+        return self._problem.shared_model(self.estimates)  # pyright: ignore[reportReturnType]
+
+    def model_of(self, experiment: str) -> M:
+        """The model in an experiment: with its changes, and with the estimates of what is free in it alone."""
+        places = {channel.experiment: (channel.group, channel.place) for channel in self.channels}
+        if experiment not in places:
+            raise UnknownNameError(f"The fit has no experiment {experiment!r}.{suggestion(experiment, places)}")
+        group, place = places[experiment]
+        own = jax.tree_util.tree_map(lambda leaf: leaf[place], self._problem.groups[group])
+        return own.applied(self.model, self.estimates)
+
+    @property
+    def ends(self) -> tuple[End, ...]:
+        """Where each of several starts has led, the best first, with the first guess of noise that is estimated."""
+        if self._ends is None:
+            return ()
+        rows = zip(*(self._free.unscaled(z) for z in self._ends[:2]), self._ends.chi2.tolist(), strict=True)
+        return tuple(sorted((End(np.asarray(x), np.asarray(y), chi2) for x, y, chi2 in rows), key=lambda end: end.chi2))
+
+    @property
+    def at_bound(self) -> Bool[np.ndarray, " n"]:
+        """Parameters that the data push against their bound."""
+        return self._minimum.at_bound
+
+    @property
+    def chi2(self) -> float:
+        """The sum of squares of the weighted residuals, of priors included."""
+        return self._minimum.chi2
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom: values and priors less parameters within their bounds."""
+        priors = int(np.sum(np.isfinite(self._problem.prior_std)))
+        return sum(channel.measured.size for channel in self.channels) + priors - int(np.sum(~self.at_bound))
+
+    @ft.cached_property
+    def jacobian(self) -> Float[np.ndarray, "m n"]:
+        """Derivatives of the weighted residuals with respect to the parameters in their units."""
+        return self._minimum.jacobian / np.asarray(self._free.slopes(self.estimates))
+
+    @ft.cached_property
+    def _relative(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The sizes by which changes are relative, and the SVD of the derivatives with respect to relative changes."""
+        sizes = np.where(self.estimates != 0.0, np.abs(self.estimates), np.asarray(self._free.slopes(self.estimates)))
+        sizes = np.where(self.at_bound, 0.0, sizes)
+        left, values, right = np.linalg.svd(self.jacobian * sizes, full_matrices=False)
+        return sizes, left, values, right
+
+    @property
+    def singular_values(self) -> Float[np.ndarray, " n"]:
+        """Of the derivatives of the weighted residuals with respect to relative changes of the parameters."""
+        return self._relative[2]
+
+    @property
+    def rank(self) -> int:
+        """How many combinations of parameters the data determine; those at a bound are not counted."""
+        values = self.singular_values
+        return int(np.sum(values > RANK * np.max(values, initial=0.0)))
+
+    @ft.cached_property
+    def covariance(self) -> Float[np.ndarray, "n n"]:
+        """(J^T J)^-1. Infinite for what the data do not determine, zero for what is held by its bound."""
+        sizes, _, values, right = self._relative
+        right = right[: self.rank] / values[: self.rank, None]
+        covariance = sizes[:, None] * (right.T @ right) * sizes
+        lost = self._undetermined
+        covariance[lost, lost] = np.inf
+        return covariance
+
+    @property
+    def _undetermined(self) -> Bool[np.ndarray, " n"]:
+        """Parameters that take part in a direction of which the data say nothing."""
+        return ~self.at_bound & np.any(np.abs(self._relative[3][self.rank :]) > 1e-4, axis=0)
+
+    @property
+    def std(self) -> Float[np.ndarray, " n"]:
+        """Standard deviations of the estimates; not a number for what is held by its bound."""
+        return np.where(self.at_bound, np.nan, np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def std_scaled_by_residual(self) -> Float[np.ndarray, " n"]:
+        """Standard deviations if the given noise is right only up to one factor, which the residuals tell."""
+        return self.std * np.sqrt(self.chi2 / self.dof) if self.dof > 0 else np.full(len(self.names), np.nan)
+
+    @property
+    def correlation(self) -> Float[np.ndarray, "n n"]:
+        """Correlation of the estimates; not a number where one of them is not determined or held by its bound."""
+        std = np.where(np.isfinite(self.std), self.std, np.nan)
+        return self.covariance / np.outer(std, std)
+
+    @property
+    def _quantile(self) -> float:
+        from scipy.stats import t
+
+        return float(t.ppf(0.5 + 0.5 * self.level, self.noise_freedom))
+
+    @property
+    def low(self) -> Float[np.ndarray, " n"]:
+        """Lower ends of the confidence intervals, none of them below its bound."""
+        return np.fmax(self.estimates - self._quantile * self.std, self._free.low)
+
+    @property
+    def high(self) -> Float[np.ndarray, " n"]:
+        """Upper ends of the confidence intervals, none of them above its bound."""
+        return np.fmin(self.estimates + self._quantile * self.std, self._free.high)
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """All principal directions of the parameters, the one that the data tell least about first."""
+        sizes, _, values, right = self._relative
+        found = []
+        for i in range(len(right) - 1, -1, -1):
+            if np.any(sizes[np.abs(right[i]) > 1e-8]):
+                sign = 1.0 if right[i][np.argmax(np.abs(right[i]))] > 0.0 else -1.0
+                std = 1.0 / values[i] if i < self.rank else np.inf
+                found.append(Combination(dict(zip(self.names, (sign * right[i]).tolist(), strict=True)), float(std)))
+        return tuple(found)
+
+    @property
+    def indistinguishable(self) -> tuple[Combination, ...]:
+        """Combinations that the data do not tell: uncertain by more than their own size."""
+        return tuple(combination for combination in self.combinations if combination.std > WEAK)
+
+    @property
+    def residuals(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """(predicted - measured) / sigma by experiment and channel."""
+        return {channel.label: self._minimum.residuals[channel.rows] for channel in self.channels}
+
+    @property
+    def sigma(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """Standard deviations of the noise, given or estimated."""
+        return {channel.label: self._sigma(channel) for channel in self.channels}
+
+    @property
+    def predicted(self) -> dict[str, Float[np.ndarray, " n"]]:
+        """What the fitted model predicts."""
+        return {c.label: c.measured + self.residuals[c.label] * self._sigma(c) for c in self.channels}
+
+    def _sigma(self, channel: Channel) -> np.ndarray:
+        return np.ravel(self._problem.groups[channel.group].sigma[channel.name][channel.place])

@@ -1,0 +1,163 @@
+"""Experiments: what was measured, and how the model predicts it."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Int
+
+from ..._declare.by_name import replace
+from ..._declare.component import Component
+from ..._errors import ArgumentError, ModelError
+from ..._integrate.result import is_success, sentence
+from ..._integrate.simulate import simulate
+from ..._numbers import Numbers
+from .._problem.free import Place, with_numbers
+from .._problem.types import ByPath, Function
+
+M = TypeVar("M", bound=Component)
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A simulation that predicts variables by path, and `outputs` that are computed from them, at given times."""
+
+    paths: tuple[str, ...]
+    outputs: tuple[tuple[str, Function], ...]
+    options: tuple[tuple[str, Any], ...]
+
+    def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
+        solution = simulate(model, times[-1], save=times, throw=False, **dict(self.options))
+        values = {path: solution[path] for path in self.paths}
+        if self.outputs:
+            view = solution.values
+            values |= {name: jnp.broadcast_to(function(view), times.shape) for name, function in self.outputs}
+        reached = is_success(solution.result)
+        return {name: jnp.where(reached, value, jnp.inf) for name, value in values.items()}
+
+    def failure(self, model: Component, times: Array) -> str:
+        """What the run says that fails."""
+        return sentence(simulate(model, times[-1], save=times, throw=False, **dict(self.options)).result)
+
+
+@dataclasses.dataclass(frozen=True)
+class Results:
+    """A user's function of the model that predicts numbers or arrays by name."""
+
+    function: Callable[[Any], Mapping[str, Numbers]]
+
+    def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
+        del times
+        return dict(self.function(model))
+
+
+@dataclasses.dataclass(frozen=True)
+class Experiment:
+    """Scalar results that were measured, and how the model predicts them; for trajectories see `Experiment.of_run`.
+
+    - `predict(model)`: a dictionary with what is measured, by the names of `measured`; numbers or arrays, computed with
+      one or several runs. It must be traceable by jax; a run that fails should give a value that is not finite.
+    - `measured`: the measured values by name, plain numbers in the unit of `units`, or quantities.
+    - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. What is not
+      named has a noise that is estimated from the residuals, one number for all values of that name.
+    - `changes`: parameters and start values of the model in this experiment, by path.
+    - `free`: parameters and start values that are free in this experiment alone, with bounds as in `identify`; each
+      starts from what the model has with its `changes`.
+    - `units`: units of what is measured; a path of the model has that of its declaration.
+    - `name`: what tables and messages call it.
+    """
+
+    predict: Callable[[Any], Mapping[str, Numbers]] | Run
+    measured: Mapping[str, object]
+    sigma: Mapping[str, object] = dataclasses.field(default_factory=dict)
+    changes: Mapping[str, object] = dataclasses.field(default_factory=dict)
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    name: str = ""
+    times: object = None
+    free: ByPath[object] = dataclasses.field(default_factory=dict)
+
+    @classmethod
+    def of_run(
+        cls,
+        times: object,
+        measured: Mapping[str, object],
+        *,
+        sigma: Mapping[str, object] | None = None,
+        outputs: Mapping[str, Function] | None = None,
+        changes: Mapping[str, object] | None = None,
+        free: ByPath[object] | None = None,
+        units: Mapping[str, str] | None = None,
+        name: str = "",
+        **options: Any,
+    ) -> "Experiment":
+        """Trajectories that were measured in one run.
+
+        - `times`: when, in s or as a quantity, in rising order; the run ends with the last one.
+        - `measured`: the values at these times, by the path of the variable or by a name among `outputs`.
+        - `outputs`: functions of the variables, as in `{"power": lambda s: s.source.p.v * s.source.p.i}`, for what is
+          no variable of the model.
+        - `options`: of `simulate`, such as `t0` or `rtol`.
+
+        The other arguments are those of `Experiment`.
+        """
+        outputs = outputs or {}
+        unknown = [name for name in outputs if name not in measured]
+        if unknown:
+            raise ArgumentError(f"outputs states {', '.join(unknown)}, of which nothing is measured.")
+        refused = {"save", "throw", "until"} & options.keys()
+        if refused:
+            raise ArgumentError(f"{', '.join(sorted(refused))} cannot be chosen here: the run goes through all times.")
+        paths = tuple(name for name in measured if name not in outputs)
+        run = Run(paths, tuple(outputs.items()), tuple(options.items()))
+        return cls(run, measured, sigma or {}, changes or {}, units or {}, name, times, free or {})
+
+
+class Prepared(eqx.Module):
+    """An experiment as arrays in SI units.
+
+    Of the vector of all free parameters, the elements `indices` are free in this experiment alone; they stand at the
+    places `own` of the model.
+    """
+
+    predict: Run | Results = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
+    own: tuple[tuple[Place, ...], ...] = eqx.field(static=True)
+    indices: Int[Array, " k"]
+    measured: Mapping[str, Array | np.ndarray]
+    sigma: Mapping[str, Array | np.ndarray]
+    changes: Mapping[str, Array]
+    times: Any
+
+    def applied(self, model: M, x: Array | np.ndarray) -> M:
+        """The model in this experiment, with the values `x` of all free parameters."""
+        changed = replace(model, self.changes)
+        return with_numbers(changed, self.own, x[self.indices]) if self.own else changed
+
+    def predicted(self, model: Component) -> dict[str, Array]:
+        """What the model predicts in this experiment, by name."""
+        try:
+            found = self.predict(model, self.times)
+        except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
+            raise ModelError(
+                f"What predicts {', '.join(self.names)} cannot be differentiated: it uses the value of what it "
+                "computes, as float(x), numpy or `if` do. Use jax.numpy, and jnp.where for a choice."
+            ) from error
+        missing = [name for name in self.names if name not in found]
+        if missing:
+            raise ModelError(f"predict gives no {', '.join(missing)}; it gives {', '.join(found) or 'nothing'}.")
+        values = {name: jnp.asarray(found[name], float) for name in self.names}
+        for name, value in values.items():
+            if value.shape != jnp.shape(self.measured[name]):
+                raise ModelError(
+                    f"predict gives {name} with the shape {value.shape}, but what is measured has the shape "
+                    f"{jnp.shape(self.measured[name])}."
+                )
+        return values
+
+    def failure(self, model: Component) -> str:
+        """What the run says that fails."""
+        return self.predict.failure(model, self.times) if isinstance(self.predict, Run) else ""

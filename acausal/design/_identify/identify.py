@@ -1,0 +1,217 @@
+"""`identify`: parameters from measurements."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.component import Component
+from ..._errors import ModelError, ParameterError, SimulationError, suggestion
+from ..._integrate.options import count
+from .._problem.distributions import Normal
+from .._problem.free import Free
+from .._problem.free_parameters import free_parameters
+from .._problem.types import ByPath
+from .estimate import RANK, Channel
+from .experiment import Experiment, Prepared
+from .fit import Fit
+from .fit_problem import FitProblem, stacked
+from .least_squares import Multistart, least, multistart, starts_between
+from .levenberg_marquardt import Minimum, minimise
+from .prepare import Labels, prepared, with_own
+
+M = TypeVar("M", bound=Component)
+ROUNDS = 30  # of estimating the noise
+SAME_NOISE = 1e-8  # relative change of the noise from one round to the next that is taken for none
+LEAST_NOISE = 1e-12  # of what is measured, where the model fits exactly
+
+
+def identify(
+    model: M,
+    free: ByPath[object],
+    experiments: Experiment | Sequence[Experiment],
+    *,
+    priors: ByPath[Normal] | None = None,
+    starts: int = 1,
+    level: float = 0.95,
+    tolerance: float = 1e-9,
+    max_steps: int = 200,
+) -> Fit[M]:
+    """Estimate parameters so that what the model predicts comes closest to what was measured.
+
+    The sum over all experiments of ((predicted - measured)/sigma)^2, and of ((p - mean)/std)^2 for each prior, is
+    minimised by the Levenberg-Marquardt method with exact derivatives, from the numbers of `model` on.
+
+    - `free`: bounds of the free parameters by path, in declared units or with units of their own, as in
+      `{"motor.resistor.R": (0.1, 1.0), "line.stiffness": (None, None)}`. A tuple of paths shares one value. Parameters
+      whose bounds are more than a decade apart are scaled by their logarithm.
+    - `experiments`: one or several; what is free has the same value in all of them, but for what an experiment names as
+      free in itself, which is called "experiment: path". Those of the same kind, with as many samples, share
+      one program.
+    - `priors`: what is known of parameters beforehand, by the same keys as in `free`, or by the name of what is an
+      experiment's own: `Normal(mean, std)`.
+    - `starts`: how many starts, those beyond the model's own numbers being from Sobol's sequence between the bounds;
+      they run on all cores, and the fit tells in `ends` where each has led.
+    - `level`: of the confidence intervals. `tolerance`: of the parameters, in parts of their bounds' distance.
+
+    The bounds are met by projection: a parameter that the data push against its bound stays there, and the covariance
+    is that of the others, given its value. Intervals end at a bound, which does not change how often they hold the
+    true value. Where all noise is given, the covariance of the estimates is (J^T J)^-1, J being the derivatives of the
+    weighted residuals, and the intervals are those of the normal distribution; where noise is estimated, they are those
+    of Student's t with the degrees of freedom that this leaves. The noise of a channel is estimated from its residuals,
+    with the degrees of freedom that the parameters leave them; fit and noise are repeated until neither changes.
+
+    Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3.
+
+    Raises `ModelError` or `ParameterError` for what is wrong with the data, `SimulationError` where the model cannot be
+    run from its own numbers on or the search does not converge.
+    """
+    many = [experiments] if isinstance(experiments, Experiment) else list(experiments)
+    ready, labels = prepared(many, model)
+    has_own = any(experiment.free for experiment in many)
+    shared = free_parameters(model, free) if free or not has_own else Free(())
+    chosen, ready = with_own(many, ready, labels, model, shared)
+    mean, std = _priors(priors or {}, chosen)
+    _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
+    groups, members = stacked(ready)
+    # The program does not depend on where a search starts, so that other starts compile nothing.
+    still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
+    problem = FitProblem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
+    channels = _channels(problem, members, labels)
+    begin = np.array([variable.start for variable in chosen.variables])
+    places = starts_between(problem, np.asarray(chosen.scaled(begin)), count(starts, "starts"))
+    problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
+    if not minimum.computed:
+        _raise_start(problem, ready, labels, begin)
+    if not minimum.converged:
+        raise SimulationError(
+            f"The fit has not converged after {minimum.evaluations} evaluations. Remedy: start closer, narrow the "
+            "bounds, or hold parameters that the data cannot tell apart."
+        )
+    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends)
+
+
+def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:
+    """Mean and standard deviation for each free parameter; an infinite one where nothing is known."""
+    mean = np.array([variable.start for variable in chosen.variables])
+    std = np.full(len(mean), np.inf)
+    keys = {variable.name: i for i, variable in enumerate(chosen.variables)}
+    for key, prior in priors.items():
+        name = ", ".join(key) if isinstance(key, tuple) else key
+        if name not in keys:
+            raise ModelError(f"priors names {name!r}, which is not free.{suggestion(name, keys)}")
+        if not isinstance(prior, Normal):
+            raise ModelError(f"The prior of {name} must be Normal(mean, std), got {prior!r}.")
+        one = prior.resolved(chosen.units[keys[name]], name, mean[keys[name]])
+        mean[keys[name]], std[keys[name]] = one.mean, one.std
+    return mean, std
+
+
+def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free, priors: int) -> None:
+    values = sum(np.size(value) for experiment in ready for value in experiment.measured.values())
+    noises = sum(len(label.estimated) for label in labels)
+    n = len(free.variables)
+    if values + priors < n + noises:
+        said = f", {priors} priors" if priors else ""
+        wanted = f"{n} parameters" + (f" and the noise of {noises} channels" if noises else "")
+        raise ParameterError(
+            f"{values} measured values{said} cannot determine {wanted}. Remedy: free fewer parameters, give sigma, "
+            "or measure more."
+        )
+
+
+def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Sequence[Labels]) -> list[Channel]:
+    """Where the residuals of each channel of each experiment lie."""
+    offsets, first = [], 0
+    for group in problem.groups:
+        offsets.append({})
+        for name in group.names:
+            offsets[-1][name] = first
+            first += np.size(group.measured[name])
+    channels = []
+    for (number, place), label in zip(places, labels, strict=True):
+        group = problem.groups[number]
+        times = None if group.times is None else np.asarray(group.times[place])
+        for name in group.names:
+            values = np.asarray(group.measured[name][place])
+            begin = offsets[number][name] + place * values.size
+            channels.append(
+                Channel(
+                    experiment=label.name,
+                    name=name,
+                    unit=label.units[name],
+                    times=times,
+                    measured=values.ravel(),
+                    rows=slice(begin, begin + values.size),
+                    is_estimated=name in label.estimated,
+                    group=number,
+                    place=place,
+                )
+            )
+    return channels
+
+
+def _with_noise(problem: FitProblem, channels: Sequence[Channel], sigmas: np.ndarray) -> FitProblem:
+    """The problem with the noise of some channels set."""
+    noises = [dict(group.sigma) for group in problem.groups]
+    for channel, sigma in zip(channels, sigmas, strict=True):
+        noise = noises[channel.group]
+        noise[channel.name] = jnp.asarray(noise[channel.name]).at[channel.place].set(sigma)
+    groups = tuple(dataclasses.replace(g, sigma=noise) for g, noise in zip(problem.groups, noises, strict=True))
+    return dataclasses.replace(problem, groups=groups)
+
+
+def _weighted(
+    problem: FitProblem, channels: Sequence[Channel], starts: np.ndarray, tolerance: float, most: int
+) -> tuple[FitProblem, Minimum, float, Multistart | None]:
+    """The fit with the noise estimated where it is not given, the degrees of freedom of that noise, and the ends of the
+    searches where there are several.
+    """
+    held = np.zeros(starts.shape[1], bool)
+    unknown = [channel for channel in channels if channel.is_estimated]
+    sizes = np.array([float(np.max(np.abs(channel.measured))) or 1.0 for channel in unknown])
+    # Before anything is known of the noise, each channel counts by the spread of its values.
+    sigmas = np.array([float(np.std(channel.measured)) for channel in unknown])
+    sigmas = np.where(sigmas > 0.0, sigmas, sizes)
+    problem = _with_noise(problem, unknown, sigmas)
+    ends = multistart(problem, starts, tolerance, most) if len(starts) > 1 else None
+    start = starts[0] if ends is None else ends.z[np.argmin(ends.chi2)]
+    minimum, freedom = least(problem, start, tolerance, most), np.inf
+    for _ in range(ROUNDS if unknown else 0):
+        left = np.array([channel.measured.size for channel in unknown]) - _taken_up(minimum, unknown)
+        squares = np.array([np.sum(minimum.residuals[channel.rows] ** 2) for channel in unknown])
+        new = np.fmax(sigmas * np.sqrt(squares / left), LEAST_NOISE * sizes)
+        settled = not minimum.computed or np.all(np.abs(new - sigmas) <= SAME_NOISE * new)
+        if settled:
+            break
+        sigmas, freedom, problem = new, float(np.sum(left)), _with_noise(problem, unknown, new)
+        again = minimise(problem, minimum.z, held, tolerance, most)
+        minimum = again._replace(evaluations=again.evaluations + minimum.evaluations)
+    return problem, minimum, freedom, ends
+
+
+def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
+    """How many degrees of freedom the parameters take from each channel: its leverages."""
+    left, values, _ = np.linalg.svd(minimum.jacobian[:, ~minimum.at_bound], full_matrices=False)
+    left = left[:, values > RANK * np.max(values, initial=0.0)]
+    return np.array([np.sum(left[channel.rows] ** 2) for channel in channels])
+
+
+def _raise_start(problem: FitProblem, ready: Sequence[Prepared], labels: Sequence[Labels], x: np.ndarray) -> None:
+    """Say why the model cannot be run from its own numbers on."""
+    for experiment, label in zip(ready, labels, strict=True):
+        model = experiment.applied(problem.shared_model(x), x)
+        for name, found in eqx.filter_jit(experiment.predicted)(model).items():
+            values = np.ravel(found)
+            if np.all(np.isfinite(values)):
+                continue
+            first = int(np.argmin(np.isfinite(values)))
+            when = "" if experiment.times is None else f" at {experiment.times[first]:g} s"
+            raise SimulationError(
+                f"{label.name}: from the start values of the fit, {name} is {values[first]}{when}. "
+                f"{experiment.failure(model)} The experiment takes the options of its runs, such as max_steps."
+            )
+    raise SimulationError("Derivatives at the start values of the fit are not finite.")

@@ -1,0 +1,161 @@
+"""Experiments as a user states them, checked and made into arrays in SI units."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.by_name import replace
+from ..._declare.component import Component
+from ..._declare.node import leaves_of
+from ..._errors import ModelError, ParameterError, UnknownNameError, suggestion
+from ..._evaluate.building import system_of
+from ..._numbers import Numbers
+from ..._units.quantity import has_unit, magnitude
+from .._problem.free import Free, Variable
+from .._problem.free_parameters import free_parameters
+from .experiment import Experiment, Prepared, Results, Run
+
+
+@dataclasses.dataclass(frozen=True)
+class Labels:
+    """How an experiment is called, the unit of each channel, and which channels have a noise that is estimated."""
+
+    name: str
+    units: Mapping[str, str]
+    estimated: tuple[str, ...]
+
+
+def prepared(experiments: Sequence[Experiment], model: Component) -> tuple[list[Prepared], list[Labels]]:
+    """The experiments with all that is wrong with them said."""
+    if not experiments or not all(isinstance(experiment, Experiment) for experiment in experiments):
+        raise ModelError("experiments is a sequence of at least one Experiment.")
+    names = [experiment.name or f"experiment {i + 1}" for i, experiment in enumerate(experiments)]
+    if len(set(names)) < len(names):
+        raise ModelError(f"Each experiment needs a name of its own, got {', '.join(names)}.")
+    pairs = [_prepared(experiment, model, name) for experiment, name in zip(experiments, names, strict=True)]
+    return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+
+
+def _prepared(experiment: Experiment, model: Component, name: str) -> tuple[Prepared, Labels]:
+    if not experiment.measured:
+        raise ModelError(f"{name}: nothing is measured.")
+    strange = [key for key in experiment.sigma if key not in experiment.measured]
+    if strange:
+        raise ModelError(
+            f"{name}: sigma names {strange[0]!r}, which is not measured.{suggestion(strange[0], experiment.measured)}"
+        )
+    times = None if experiment.times is None else _times(experiment.times, name)
+    units = {key: _unit(experiment, model, key, name) for key in experiment.measured}
+    measured = {key: _values(value, units[key], key, name, times) for key, value in experiment.measured.items()}
+    sigma = {
+        key: _sigma(experiment.sigma[key], units[key], key, name, value.shape)
+        if key in experiment.sigma
+        else np.full(value.shape, np.nan)
+        for key, value in measured.items()
+    }
+    changes = {key: jnp.asarray(value, float) for key, value in _changes(experiment.changes, model).items()}
+    predict = experiment.predict if isinstance(experiment.predict, Run) else Results(experiment.predict)
+    ready = Prepared(predict, tuple(measured), (), jnp.zeros(0, int), measured, sigma, changes, times)
+    return ready, Labels(name, units, tuple(key for key in measured if key not in experiment.sigma))
+
+
+def with_own(
+    experiments: Sequence[Experiment],
+    ready: Sequence[Prepared],
+    labels: Sequence[Labels],
+    model: Component,
+    shared: Free,
+) -> tuple[Free, list[Prepared]]:
+    """All free parameters, the shared ones first, then those of each experiment; and the experiments that know theirs.
+
+    Raises what `free_parameters` raises, and `ModelError` for what is shared and an experiment's own at once.
+    """
+    variables, known = list(shared.variables), []
+    taken = {place for variable in shared.variables for place in variable.places}
+    for experiment, one, label in zip(experiments, ready, labels, strict=True):
+        own: tuple[Variable, ...] = ()
+        if experiment.free:
+            own = free_parameters(replace(model, experiment.changes), experiment.free).variables
+        for place in (place for variable in own for place in variable.places):
+            if place in taken:
+                raise ModelError(f"{label.name}: {place.name} is free in all experiments already. Name it once.")
+        indices = jnp.arange(len(variables), len(variables) + len(own))
+        known.append(dataclasses.replace(one, own=tuple(variable.places for variable in own), indices=indices))
+        variables += [variable._replace(name=f"{label.name}: {variable.name}") for variable in own]
+    return Free(tuple(variables)), known
+
+
+def _changes(changes: Mapping[str, object], model: Component) -> dict[str, Numbers]:
+    """Parameters and start values in their declared units."""
+    changed = {leaf.path: leaf.value for leaf in leaves_of(replace(model, changes))}
+    return {path: changed[path] for path in changes}
+
+
+def _unit(experiment: Experiment, model: Component, key: str, name: str) -> str:
+    if key in experiment.units:
+        return experiment.units[key]
+    if not isinstance(experiment.predict, Run) or key not in experiment.predict.paths:
+        return ""
+    system = system_of(model)
+    names = system.flat.leaf_names
+    if key not in names:
+        raise UnknownNameError(
+            f"{name}: the model has no variable {key!r}.{suggestion(key, names)} What is no variable is stated by "
+            "outputs={...}."
+        )
+    return system.flat.leaves[names[key][0]].declaration.unit
+
+
+def _plain(value: object, unit: str, where: str) -> np.ndarray:
+    """An array of floats in a unit."""
+    value = magnitude(value, unit, where) if has_unit(value) else value
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{where} must hold real numbers, got {value!r}.") from error
+
+
+def _times(given: object, name: str) -> np.ndarray:
+    times = _plain(given, "s", f"{name}: times")
+    if times.ndim != 1 or not len(times):
+        raise ParameterError(f"{name}: times must be a sequence of instants in s, got the shape {times.shape}.")
+    if not np.all(np.isfinite(times)):
+        first = int(np.argmin(np.isfinite(times)))
+        raise ParameterError(f"{name}: times must be finite, but times[{first}] is {times[first]}.")
+    if np.any(np.diff(times) <= 0.0):
+        first = int(np.argmax(np.diff(times) <= 0.0))
+        raise ParameterError(
+            f"{name}: times must rise, but times[{first + 1}] = {times[first + 1]:g} s follows times[{first}] = "
+            f"{times[first]:g} s. Remedy: sort the samples, and average those at one instant."
+        )
+    return times
+
+
+def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | None) -> np.ndarray:
+    values = _plain(given, unit, f"{name}: {key}")
+    if times is not None and values.shape != times.shape:
+        raise ParameterError(f"{name}: {key} has the shape {values.shape}, but there are {len(times)} times.")
+    good = np.isfinite(values)
+    if not np.all(good):
+        first = int(np.argmin(good.ravel()))
+        when = "" if times is None else f", at {times[first]:g} s"
+        raise ParameterError(
+            f"{name}: {key} holds {int(np.sum(~good))} values that are no finite numbers; the first is {key}[{first}]"
+            f"{when}. Remedy: leave out these samples with their times."
+        )
+    return values
+
+
+def _sigma(given: Any, unit: str, key: str, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    sigma = _plain(given, unit, f"{name}: sigma of {key}")
+    if has_unit(given):
+        # A difference: on a scale with another zero, such as degC, that zero is no part of it.
+        sigma = sigma - _plain(type(given)(0.0, given.units), unit, key)
+    if sigma.shape not in ((), shape):
+        raise ParameterError(f"{name}: sigma of {key} has the shape {sigma.shape}, but {key} has the shape {shape}.")
+    if not np.all(np.isfinite(sigma) & (sigma > 0.0)):
+        raise ParameterError(f"{name}: sigma of {key} must be positive and finite, got {given}.")
+    return np.broadcast_to(sigma, shape).copy()

@@ -1,0 +1,70 @@
+"""Whether residuals are what noise would be."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from .estimate import Estimate
+
+LEAST = 8  # values that a test of shape or of order needs
+MOST = 5000  # values up to which the test by Shapiro and Wilk is exact
+DOUBT = 0.01  # probability below which a test speaks against the model or the noise
+
+
+class ResidualTest(NamedTuple):
+    """A test of the residuals: how likely noise alone gives such a value or one that is farther off."""
+
+    name: str  # "size", "normality" or "whiteness"
+    about: str
+    statistic: float
+    probability: float
+
+    @property
+    def passed(self) -> bool:
+        return self.probability >= DOUBT
+
+    def __str__(self) -> str:
+        said = "" if self.passed else ": noise alone hardly does that"
+        return f"{self.name} of residuals, {self.about}: {self.statistic:.4g}, probability {self.probability:.3g}{said}"
+
+
+def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
+    """The size of all residuals together where the noise was given; shape and order by channel."""
+    found = [] if any(channel.is_estimated for channel in fit.channels) else [_size(fit)]
+    for channel in fit.channels:
+        residuals = fit.residuals[channel.label]
+        if len(residuals) >= LEAST and np.ptp(residuals) > 0.0:
+            found.append(_normality(residuals, channel.label))
+            if channel.times is not None:
+                found.append(_whiteness(residuals, channel.label))
+    return tuple(found)
+
+
+def _size(fit: Estimate[Any]) -> ResidualTest:
+    """chi2 on either side: residuals that are too large, or smaller than the noise allows."""
+    from scipy.stats import chi2
+
+    low, high = chi2.cdf(fit.chi2, fit.dof), chi2.sf(fit.chi2, fit.dof)
+    about = f"chi2 with {fit.dof} degrees of freedom"
+    return ResidualTest("size", about, fit.chi2, float(min(1.0, 2 * min(low, high))))
+
+
+def _normality(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
+    """Shapiro and Wilk (1965), or Jarque and Bera (1980) for very many."""
+    from scipy.stats import jarque_bera, shapiro
+
+    outcome: Any = shapiro(residuals) if len(residuals) <= MOST else jarque_bera(residuals)
+    return ResidualTest("normality", label, float(outcome.statistic), float(outcome.pvalue))
+
+
+def _whiteness(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
+    """Ljung and Box (1978): Q = n (n + 2) sum r_k^2/(n - k) over the autocorrelations r_k, distributed as chi2."""
+    from scipy.stats import chi2
+
+    n = len(residuals)
+    lags = min(10, n // 4)
+    centred = residuals - np.mean(residuals)
+    correlations = [centred[k:] @ centred[:-k] / (centred @ centred) for k in range(1, lags + 1)]
+    q = n * (n + 2) * sum(r * r / (n - k) for k, r in enumerate(correlations, start=1))
+    return ResidualTest("whiteness", label, float(q), float(chi2.sf(q, lags)))

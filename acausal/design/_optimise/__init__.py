@@ -1,0 +1,1 @@
+"""Optimal designs and Pareto fronts, each with its certificate."""

@@ -1,0 +1,147 @@
+"""The end of a search as a design with its certificate."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ..._declare.node import leaves_of
+from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
+from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
+from .._certificate.point import Point
+from .._certificate.second_order import quadratic_of
+from .._compute.evaluator import Evaluation
+from .._problem.free import Place
+from .design import Design, Status
+from .design_problem import DesignProblem
+from .entries import Active, LimitedResult, Sensitivity, Tried
+from .local_search import SearchResult
+from .task import Task
+
+SHARE = 1e-3  # of a conflict, below which a limit has no part in it
+
+
+def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
+    task, point = outcome.task, outcome.point
+    before = task.evaluator.evaluations
+    found = task.evaluation(point.z)
+    value = float(found.values[task.objective])
+    multipliers = multipliers_of(point, task.bounds, task.is_equation)
+    is_unbounded = outcome.conflict is None and task.is_unbounded(point)
+    is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
+    idle = task.idle(point.z) if is_end else np.zeros(len(point.z), bool)
+    bent = _curvature(task, point, multipliers, idle) if is_end else UNKNOWN
+    # At an optimum that nothing limits, slopes are measured by what curvature makes of them over a range.
+    scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(bent.eigenvalues), initial=0.0))) or 1.0
+    scale = scale if np.isfinite(scale) else 1.0
+    kkt = residual(point, multipliers, task.is_equation, scale)
+    lost = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
+    results = tuple(
+        LimitedResult(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True)
+    )
+    trail = outcome.trail
+    return Design(
+        model=problem.free.with_values(problem.model, found.x),
+        free=problem.free,
+        x=found.x,
+        start=trail.start,
+        status="unbounded" if is_unbounded else _status(outcome, kkt, bent, lost),
+        objective_name=problem.objective.name,
+        objective_scale=problem.objective.scale,
+        objective=value,
+        results=results,
+        kkt_residual=kkt,
+        active=tuple(_active(task, found, multipliers)),
+        not_unique=tuple(_named(task, ambiguous(point, task.bounds, task.is_equation))),
+        unmoved=tuple(
+            one.name for one, is_one in zip(task.limits, unmoved(point, task.is_equation), strict=True) if is_one
+        ),
+        unqualified=lost,
+        curvature=_shown(bent, task, value),
+        idle=tuple(name for name, is_one in zip(problem.free.names, idle, strict=True) if is_one),
+        conflict=_conflict(outcome),
+        sensitivities=(),
+        history=tuple(_tried(task, step) for step in trail.steps),
+        failed=tuple(_tried(task, step) for step in trail.failed),
+        evaluations=trail.evaluations + task.evaluator.evaluations - before,
+        seconds=trail.seconds,
+    )
+
+
+def _curvature(task: Task, point: Point, multipliers: Multipliers, idle: np.ndarray) -> Curvature:
+    quadratic = quadratic_of(task.at, point, multipliers, task.bounds, task.is_equation, idle)
+    return curvature_of(task.at, point, quadratic, task.bounds, task.is_equation)
+
+
+def _shown(bent: Curvature, task: Task, value: float) -> Curvature:
+    """Curvature of the objective divided by its value; of one that is zero, by its size."""
+    factor = task.size / abs(value) if abs(value) > 1e-6 * task.size else 1.0
+    return dataclasses.replace(
+        bent, eigenvalues=factor * bent.eigenvalues, error=factor * bent.error, kink=factor * bent.kink,
+        least=factor * bent.least,
+    )  # fmt: skip
+
+
+def _status(outcome: SearchResult, kkt: float, bent: Curvature, lost: tuple[str, ...]) -> Status:
+    if outcome.is_interrupted:
+        return "interrupted"
+    if outcome.conflict is not None:
+        return "infeasible"
+    if kkt > OPTIMAL or bent.is_far or lost:
+        return "not converged"
+    return "optimal" if bent.is_minimum else "stationary"
+
+
+def _conflict(outcome: SearchResult) -> dict[str, float]:
+    if outcome.conflict is None:
+        return {}
+    pairs = zip(outcome.task.limits, outcome.conflict.tolist(), strict=True)
+    return {limit.name: share for limit, share in sorted(pairs, key=lambda pair: -pair[1]) if share > SHARE}
+
+
+def _active(task: Task, found: Evaluation, multipliers: Multipliers) -> Any:
+    slopes = np.asarray(task.free.slopes(found.x))
+    for limit, multiplier in zip(task.limits, multipliers.constraints, strict=True):
+        if multiplier != 0.0:
+            yield Active(limit.name, limit.sense, float(multiplier) * task.size / limit.size, limit.scale)
+    for i, variable in enumerate(task.free.variables):
+        price = float(multipliers.lower[i] or multipliers.upper[i]) * task.size / float(slopes[i])
+        if price:
+            yield Active(variable.name, "lower bound" if multipliers.lower[i] else "upper bound", price, variable.scale)
+
+
+def _named(task: Task, which: Multipliers) -> Iterator[str]:
+    for limit, is_one in zip(task.limits, which.constraints, strict=True):
+        if is_one:
+            yield f"{limit.name} ({limit.sense})"
+    for i, variable in enumerate(task.free.variables):
+        if which.lower[i] or which.upper[i]:
+            yield f"{variable.name} ({'lower' if which.lower[i] else 'upper'} bound)"
+
+
+def _tried(task: Task, found: Evaluation) -> Tried:
+    return Tried(found.x, float(found.values[task.objective]), found.values[task.rows], found.why)
+
+
+def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) -> tuple[Sensitivity, ...]:
+    """The derivative of the Lagrangian, f + sum_i lambda_i g_i, by the parameters that are not free."""
+    weights = np.zeros(len(task.evaluator.names))
+    weights[task.objective] = 1.0
+    for active in design.active:
+        for limit, row in zip(task.limits, task.rows, strict=True):
+            if active.name == limit.name and active.side == limit.sense:
+                weights[row] += limit.sign * active.multiplier
+    gradient = task.evaluator.sensitivity(design.x, weights)
+    slopes = {leaf.path: leaf.value for leaf in leaves_of(gradient)}
+    free = {(place.path, place.element) for variable in problem.free.variables for place in variable.places}
+    rows = []
+    for leaf in leaves_of(problem.model):
+        if leaf.declaration.role != "param" or slopes[leaf.path] is None:
+            continue
+        values, derivatives = np.asarray(leaf.value), np.asarray(slopes[leaf.path])
+        for element in np.ndindex(values.shape):
+            if (leaf.path, element or None) not in free:
+                name, unit = Place(leaf.path, element or None).name, leaf.declaration.unit
+                rows.append(Sensitivity(name, float(values[element]), unit, float(derivatives[element])))
+    return tuple(rows)

@@ -1,0 +1,230 @@
+"""What an optimisation found, with its certificate."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeVar
+
+import numpy as np
+
+from ..._analyse.table import aligned
+from ..._declare.component import Component
+from ..._errors import ModelError
+from ..._extras import Figure
+from ..._save_load import load, save
+from ..._units.display import Scale
+from .._certificate.curvature import Curvature
+from .._problem.free import Free
+from .entries import Active, LimitedResult, Sensitivity, Tried
+
+M = TypeVar("M", bound=Component, covariant=True)
+Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
+SHOWN = 12  # sensitivities in a table
+
+
+@dataclasses.dataclass(frozen=True)
+class Design(Generic[M]):
+    """A design that an optimisation ended with; `print` it for its certificate.
+
+    Numbers are in the declared units of parameters, and those of results in the units that they are computed in, SI.
+
+    - `model`: the model with the values found; `values`: these by name.
+    - `status`: "optimal" (first- and second-order conditions are met), "stationary" (the first-order ones are),
+      "infeasible" (no design nearby keeps all limits; this one breaks them least, and `conflict` has the shares of the
+      limits that are in each other's way), "unbounded" (the objective falls for ever, as far as the search went),
+      "interrupted" or "not converged".
+    - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
+    - `active`: the limits and bounds that hold the optimum, with their multipliers.
+    - `not_unique`: those of them whose multipliers are one choice of many, since their gradients depend on each other,
+      as those of two limits that say the same or that touch do.
+    - `unmoved`: active limits that no variable moves, to first order; they have no price.
+    - `unqualified`: active limits that violate the constraint qualification of Mangasarian and Fromovitz, where no
+      moderate multipliers meet the first-order conditions: an optimum at such limits need not have any.
+    - `idle`: variables that nothing depends on, neither on the way nor at other values of them; they keep theirs.
+    - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
+    - `sensitivities`: derivatives of the optimum by the parameters that are not free.
+    - `history` and `failed`: the designs on the way, and those that could not be computed; the search took
+      `evaluations` and `seconds`.
+    - `others`: the ends of searches from other starts. All searches took `total_evaluations` and `total_seconds`,
+      compiling included.
+    """
+
+    model: M
+    free: Free
+    x: np.ndarray
+    start: np.ndarray
+    status: Status
+    objective_name: str
+    objective_scale: Scale
+    objective: float
+    results: tuple[LimitedResult, ...]
+    kkt_residual: float
+    active: tuple[Active, ...]
+    curvature: Curvature
+    conflict: Mapping[str, float]
+    sensitivities: tuple[Sensitivity, ...]
+    history: tuple[Tried, ...]
+    failed: tuple[Tried, ...]
+    evaluations: int
+    seconds: float
+    others: tuple["Design[M]", ...] = ()
+    total_evaluations: int = 0
+    total_seconds: float = 0.0
+    seconds_evaluating: float = 0.0
+    not_unique: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
+    unmoved: tuple[str, ...] = ()
+    unqualified: tuple[str, ...] = ()
+
+    @property
+    def values(self) -> dict[str, float]:
+        return dict(zip(self.free.names, self.x.tolist(), strict=True))
+
+    @property
+    def multipliers(self) -> dict[str, float]:
+        """The multipliers of what is active, by name; those of bounds by the name of the variable."""
+        return {active.name: active.multiplier for active in self.active}
+
+    def price(self, active: Active) -> float:
+        """The multiplier of an active limit or bound in shown units: ms per bar, where `multipliers` has s per Pa."""
+        return active.multiplier * active.scale.factor / self.objective_scale.factor
+
+    def optima(self, tolerance: float = 1e-4) -> list["Design[M]"]:
+        """The different designs that all starts ended in, the best one first; `tolerance` is of the scaled values."""
+        found: list[Design[M]] = []
+        for design in (self, *self.others):
+            z = np.asarray(self.free.scaled(design.x))
+            if all(np.max(np.abs(z - np.asarray(self.free.scaled(other.x)))) > tolerance for other in found):
+                found.append(design)
+        return found
+
+    def plot(self) -> Figure:
+        """Draw variables, objective and margins over the steps of the search; returns the matplotlib figure."""
+        from .plots import plot_design
+
+        return plot_design(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the design to a file, model, certificate and way included, as `acausal.save` does."""
+        save(path, self)
+
+    @staticmethod
+    def load(path: str | Path) -> "Design[Any]":
+        """The design of a file. It may hold code: open only files that you trust.
+
+        Raises `ModelError` for a file of anything else, and otherwise as `acausal.load`.
+        """
+        try:
+            found = load(path)
+        except ModelError as error:
+            raise ModelError(f"{path} holds no design that can be read. {error}") from error
+        if not isinstance(found, Design):
+            raise ModelError(f"{path} holds no design, but a {type(found).__name__}.")
+        return found
+
+    def _described(self) -> dict[str, Any]:
+        """What a file says of it."""
+        units = dict(zip(self.free.names, self.free.units, strict=True))
+        values = {name: {"value": value, "unit": units[name]} for name, value in self.values.items()}
+        return {"status": self.status, "objective": self._objective, "values": values}
+
+    def __repr__(self) -> str:
+        return f"<Design of {type(self.model).__name__}: {self.status}, {self._objective}>"
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    @property
+    def _objective(self) -> str:
+        return f"{self.objective_name} {self.objective_scale.value(self.objective):.6g}{self.objective_scale.text}"
+
+    def _lines(self) -> Iterator[str]:
+        yield f"{self._objective}: {self._verdict}"
+        yield ""
+        yield aligned([("variable", "value", "from", "to", ""), *map(self._variable_row, range(len(self.x)))])
+        if self.idle:
+            yield f"does not matter: {', '.join(self.idle)}"
+        if self.results:
+            yield ""
+            yield aligned([("limit", "result", "", "margin", ""), *(result.row() for result in self.results)])
+        if self.active:
+            yield ""
+            head = ("active", f"one unit more buys [{self.objective_scale.unit}]", "")
+            yield aligned([head, *map(self._active_row, self.active)])
+        if self.not_unique:
+            yield f"not unique, since they say the same or touch: {', '.join(self.not_unique)}"
+        if self.unmoved:
+            yield f"active, but moved by no variable: {', '.join(self.unmoved)}"
+        if self.sensitivities:
+            yield ""
+            yield self._sensitivity_table()
+        if len(self.optima()) > 1:
+            yield ""
+            yield self._table_of_optima()
+        yield ""
+        yield self._effort
+
+    @property
+    def _verdict(self) -> str:
+        if self.conflict:
+            names = ", ".join(f"{name} ({share:.0%})" for name, share in self.conflict.items())
+            return f"infeasible. No design nearby keeps all limits; in conflict are {names}."
+        if self.status == "unbounded":
+            return "unbounded: it falls for ever. Give bounds to what is free, or limits to results."
+        broken = [f"{one.limit.name} ({-one.margin:.1%})" for one in self.results if one.is_broken]
+        if broken and self.status == "not converged":
+            text = (
+                "no design was found that keeps all limits. Of those that could be computed, this one breaks them least"
+            )
+            return f"{self.status}, {text}: {', '.join(broken)}."
+        if self.unqualified:
+            return (
+                f"{self.status}: no constraint qualification holds. The gradients of {', '.join(self.unqualified)} "
+                "leave no direction inside these limits, so an optimum here need not have multipliers. State the "
+                "limits otherwise, such as x^2 <= 0 as x == 0."
+            )
+        return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
+
+    def _variable_row(self, i: int) -> tuple[str, ...]:
+        variable = self.free.variables[i]
+        numbers = (f"{variable.scale.value(x):.6g}" for x in (self.x[i], variable.low, variable.high))
+        return variable.name, *numbers, variable.scale.shown
+
+    def _active_row(self, active: Active) -> tuple[str, ...]:
+        return f"{active.name} ({active.side})", f"{self.price(active):.6g}", f"per {active.scale.unit}"
+
+    def _sensitivity_table(self) -> str:
+        ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))
+        rows = [
+            (
+                row.path, f"{scale.value(row.value):.5g}", scale.unit,
+                f"{self.objective_scale.difference(row.per_percent):+.3g}",
+            )
+            for row in ranked[:SHOWN]
+            for scale in [Scale.of(row.unit)]
+        ]  # fmt: skip
+        more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
+        head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{self.objective_scale.unit}]")
+        return aligned([head, *rows]) + more
+
+    def _table_of_optima(self) -> str:
+        scales = [variable.scale for variable in self.free.variables]
+        rows = [
+            (
+                f"{design.objective_scale.value(design.objective):.6g}{design.objective_scale.text}",
+                *(f"{scale.value(x):.5g}{scale.text}" for scale, x in zip(scales, design.x, strict=True)),
+                design.status,
+            )
+            for design in self.optima()[1:]
+        ]
+        return aligned([("other optima", *self.free.names, ""), *rows])
+
+    @property
+    def _effort(self) -> str:
+        failed = f", {len(self.failed)} of which could not be computed" if self.failed else ""
+        starts = f"{len(self.others) + 1} starts, " if self.others else ""
+        text = f"{starts}{self.total_evaluations} designs{failed}, {self.total_seconds:.1f} s"
+        if self.failed:
+            reasons = dict.fromkeys(tried.why for tried in self.failed)
+            text += "".join(f"\nstepped back from: {why}" for why in reasons)
+        return text

@@ -1,0 +1,214 @@
+"""From a start to a local optimum, or to the design that comes closest to its limits."""
+
+import dataclasses
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy.stats import qmc
+
+from ..._errors import SimulationError
+from .._certificate.first_order import NEAR, multipliers_of, residual
+from .._certificate.point import FEASIBLE, Point, PointAt
+from .._compute.evaluator import Evaluation
+from .descent import certain, descended, polished
+from .solve import Method, solve
+from .task import Task
+
+PLACES = 64  # tried where the start cannot be computed
+ALIKE = 5  # designs that fail for the same reason, after which no more are tried
+RESIZED = 3  # times that a search goes on with larger sizes of variables without bounds
+
+
+class Interrupted(Exception):
+    """Somebody has asked the search to end."""
+
+
+@dataclasses.dataclass
+class Trail:
+    """Where a search has been: the designs that its solver went through, and those that could not be computed."""
+
+    steps: list[Evaluation] = dataclasses.field(default_factory=list)
+    failed: list[Evaluation] = dataclasses.field(default_factory=list)
+    stop: threading.Event = dataclasses.field(default_factory=threading.Event)
+    said: Callable[[int, Evaluation], None] = lambda number, evaluation: None
+    start: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
+    seen: set[bytes] = dataclasses.field(default_factory=set)
+    seconds: float = 0.0
+
+    @property
+    def evaluations(self) -> int:
+        return len(self.seen)
+
+    def add(self, found: Evaluation) -> None:
+        if not self.steps or not np.array_equal(self.steps[-1].x, found.x):
+            self.steps.append(found)
+            self.said(len(self.steps) - 1, found)
+
+
+@dataclasses.dataclass
+class SearchResult:
+    """The end of a search: its point in the scales of its task and, where no design keeps all limits, the shares that
+    those in conflict have.
+    """
+
+    task: Task
+    point: Point
+    trail: Trail
+    is_interrupted: bool = False
+    conflict: np.ndarray | None = None
+
+
+def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: int) -> SearchResult:
+    """A local optimum from a scaled start."""
+    began, trail.start = time.perf_counter(), np.asarray(task.free.unscaled(start))
+    try:
+        _evaluator(task, trail)(start)
+        z = nearest_good(task, start)
+        outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+        for _ in range(RESIZED):
+            larger = None if outcome.conflict is not None else task.with_size_of_steps(outcome.point)
+            if larger is None:
+                break
+            task, z = larger, np.asarray(larger.free.scaled(task.evaluation(outcome.point.z).x))
+            outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+        return outcome
+    except (KeyboardInterrupt, Interrupted):
+        outcome = interrupted(task, trail)
+        if outcome is None:
+            raise
+        return outcome
+    finally:
+        trail.seconds = time.perf_counter() - began
+
+
+def interrupted(task: Task, trail: Trail) -> SearchResult | None:
+    """Ends a search with the best design so far; None if there is none."""
+    trail.stop.set()
+    best = _best(task, trail)
+    return None if best is None else SearchResult(task, best, trail, is_interrupted=True)
+
+
+def _evaluator(task: Task, trail: Trail) -> PointAt:
+    """The points of a task, which the trail keeps an account of."""
+
+    def at(z: np.ndarray) -> Point | None:
+        if trail.stop.is_set():
+            raise Interrupted
+        found = task.evaluation(z)
+        trail.seen.add(found.x.tobytes())
+        if found.is_good:
+            return task.point(z, found)
+        if not any(np.array_equal(found.x, other.x) for other in trail.failed):
+            trail.failed.append(found)
+        return None
+
+    return at
+
+
+def _search(task: Task, at: PointAt, z: np.ndarray, trail: Trail, method: Method, most: int) -> SearchResult:
+    def watch(z: np.ndarray) -> None:
+        found = task.evaluation(z)
+        if found.is_good:
+            trail.add(found)
+
+    def solver(z: np.ndarray) -> np.ndarray:
+        watch(z)
+        z = solve(at, z, task.bounds, task.is_equation, method=method, most=most, watch=watch)
+        return polished(at, z, task.bounds, task.is_equation)
+
+    def solved(z: np.ndarray) -> Point:
+        point = descended(at, z, task.bounds, task.is_equation, task.idle, solver)
+        watch(point.z)
+        return point
+
+    def is_feasible(point: Point) -> bool:
+        return task.violation(point) <= FEASIBLE
+
+    point = solved(z)
+    if is_feasible(point):
+        return SearchResult(task, point, trail)
+    # A solver may have strayed to where little can be computed: what matters is how close it came on the way.
+    closest, shares = _best(task, trail) or point, None
+    if not is_feasible(closest):
+        nearest, shares = _least_infeasible(task, at, closest, most)
+        watch(nearest.z)
+        if not is_feasible(nearest):
+            return SearchResult(task, min(nearest, closest, key=task.violation), trail, conflict=shares)
+        closest = nearest
+    point = solved(closest.z)
+    return SearchResult(task, point if is_feasible(point) else closest, trail)
+
+
+def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:
+    """The start, or the nearest place of a sample where all can be computed."""
+    if task.at(start) is not None:
+        return start
+    places = list(sample(task, PLACES))
+    reasons = [task.evaluation(z).why for z in (start, *places[: ALIKE - 1])]
+    if len(set(reasons)) == 1:
+        raise SimulationError(
+            f"The start and {ALIKE - 1} designs spread between the bounds all fail alike: {reasons[0]}. Start from a "
+            "design that works, or change what they have in common, such as the options of the run."
+        )
+    for z in sorted(places, key=lambda z: float(np.linalg.norm(z - start))):
+        if task.at(z) is not None:
+            return z
+    raise SimulationError(
+        f"Neither the start nor any of {PLACES} designs between the bounds could be computed. At the start: "
+        f"{task.evaluation(start).why}. Start from a design that works, or move the bounds."
+    )
+
+
+def sample(task: Task, n: int) -> Iterator[np.ndarray]:
+    """Places that fill the space between the bounds: Sobol's sequence, scrambled always alike."""
+    low, high = task.bounds
+    low, high = np.where(np.isfinite(low), low, -1.0), np.where(np.isfinite(high), high, 1.0)
+    points = qmc.Sobol(len(low), rng=0).random_base2(max(n - 1, 0).bit_length())[:n]
+    yield from low + points * (high - low)
+
+
+def _best(task: Task, trail: Trail) -> Point | None:
+    """The best design so far: of those that keep the limits, else the one that breaks them least."""
+    points = [task.point(np.asarray(task.free.scaled(found.x)), found) for found in trail.steps]
+    ranked = [(max(task.violation(point) - FEASIBLE, 0.0), point.f, i) for i, point in enumerate(points)]
+    return points[min(ranked)[2]] if ranked else None
+
+
+def _least_infeasible(task: Task, at: PointAt, point: Point, most: int) -> tuple[Point, np.ndarray | None]:
+    """The design whose largest violation t is least, min t with c <= t, and the multipliers of the limits there.
+
+    These sum to one: they are the shares that the limits have in the conflict. None where the conditions of that
+    optimum are not met, so that a conflict is not proven.
+    """
+    is_equation = task.is_equation
+    n = len(point.z)
+
+    def elastic(extended: np.ndarray) -> Point | None:
+        inner = at(extended[:n])
+        if inner is None:
+            return None
+        t, down = extended[n], inner.c[is_equation]
+        c = np.concatenate([inner.c, -down]) - t
+        jacobian = np.concatenate([inner.jacobian, -inner.jacobian[is_equation]])
+        whole = np.concatenate([jacobian, -np.ones((len(c), 1))], axis=1)
+        return Point(np.array(extended), float(t), np.eye(n + 1)[n], c, whole)
+
+    low, high = task.bounds
+    bounds = np.append(low, 0.0), np.append(high, np.inf)
+    none = np.zeros(len(point.c) + int(np.sum(is_equation)), bool)
+    start = np.append(point.z, task.violation(point))
+    found = descended(
+        elastic, start, bounds, none,
+        idle=lambda z: np.append(task.idle(z[:n]), False),
+        solver=lambda z: polished(elastic, solve(elastic, z, bounds, none, most=most), bounds, none),
+    )  # fmt: skip
+    end = found.z
+    multipliers = multipliers_of(found, bounds, none, NEAR)
+    if residual(found, multipliers, none) > NEAR:
+        return certain(at, end[:n]), None
+    shares = multipliers.constraints
+    both = shares[: len(point.c)].copy()
+    both[is_equation] += shares[len(point.c) :]
+    return certain(at, end[:n]), both

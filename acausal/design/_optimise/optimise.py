@@ -1,0 +1,146 @@
+"""`optimise`: the free parameters of a model that minimise a result of its runs while others keep their limits."""
+
+import dataclasses
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..._declare.component import Component
+from ..._errors import ModelError, SimulationError
+from ..._integrate.options import count, flag, one_of
+from .._certificate.point import FEASIBLE
+from .._compute.cores import threads, wait_for
+from .._problem.limits import Objective, objectives_of
+from .._problem.types import ByPath
+from .certified import certified, sensitivities_of
+from .design import Design
+from .design_problem import DesignProblem, starts_of
+from .local_search import SearchResult, Trail, interrupted, sample, search
+from .report import ProgressReport, reporter
+from .solve import Method
+from .task import Task
+
+M = TypeVar("M", bound=Component)
+METHODS: Mapping[str, Method] = {"SLSQP": "SLSQP", "trust-constr": "trust-constr"}
+
+
+def optimise(
+    model: M,
+    free: ByPath[object],
+    minimise: object,
+    *,
+    run: Callable[[M], Any] | None = None,
+    constraints: Mapping[str, object] | None = None,
+    scenarios: Mapping[str, Mapping[str, object]] | None = None,
+    start: object = None,
+    starts: int = 1,
+    method: Method = "SLSQP",
+    most: int = 200,
+    sensitivities: bool = True,
+    progress: bool | None = None,
+) -> Design[M]:
+    """Find the values of free parameters that minimise a result, and certify them.
+
+        optimise(
+            drive,
+            {"gear.ratio": (2.0, 20.0), "spring.c": ("5 N.m/rad", "20 N.m/rad")},
+            {"time": (lambda s: s.t1, "ms")},
+            run=lambda m: simulate(m, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end"),
+            constraints={"final speed": (lambda s: s.final.load.w, "<= 100 rpm")},
+        )
+
+    - `free`: bounds by path; a tuple of paths shares one value, an element of an array is named as in `"table.y[3]"`.
+    - `minimise`: a function of the run, with the unit to show it in if it is not a pure number, and with a name.
+    - `run`: a function of the model that returns what the other functions take, a solution or a container of several;
+      without it, they take the model. With `scenarios`, changes of the model by path, as in `{"cold": {"oil.T":
+      253.0}}`, there is a run for each, and the functions take a dictionary of them.
+    - `constraints`: a function and its limit by name, "<= 60 A", ">= 1.2" or "== 3 bar"; a function that returns
+      several numbers has its limit for each of them. A limit with a unit is converted to SI.
+    - `start`: where to begin: values by path, a `Design` or the file of one, to resume, or a list of these; by default
+      the model's values.
+    - `starts`: how many starts, those that are not given being from Sobol's sequence between the bounds.
+    - `method`: "SLSQP" or "trust-constr", both of scipy, with exact gradients. What they find is improved by Newton's
+      method on the conditions of an optimum, whose residual is accurate to the runs: use `rtol=1e-9` or so.
+    - `most`: how many iterations at most. `sensitivities`: whether to compute those of the optimum to all fixed
+      parameters.
+    - `progress`: whether to print a line for each iteration; by default on a terminal. Unless it is False, the first
+      designs that fail are reported, and every ten seconds how many were computed.
+
+    A run that fails, or never meets its stop condition, is a design that the search steps back from, whatever its
+    `throw` says. If the start and four designs spread between the bounds fail for the same reason, the search ends with
+    it. An interrupt from the keyboard ends the search with the best design so far.
+
+    Raises `ModelError` for what is wrong with the problem, `ParameterError` for bounds, units and starts, and
+    `SimulationError` where no design between the bounds can be computed.
+    """
+    began = time.perf_counter()
+    objective, *more = objectives_of(minimise)
+    if more:
+        raise ModelError("optimise minimises one function; pareto takes two.")
+    problem = DesignProblem.of(model, free, [objective], run, constraints, scenarios)
+    problem.evaluator.watch = ProgressReport(problem.evaluator, progress)
+    one_of(method, "method", METHODS)
+    places = starts_of(problem.free, model, start)
+    task = problem.task(places[0])
+    number = max(count(starts, "starts"), len(places))
+    found = search_all(task, places, number, method, count(most, "most"), progress, problem.objective)
+    designs = sorted((certified(problem, outcome) for outcome in found), key=_rank)
+    best = designs[0]
+    if flag(sensitivities, "sensitivities") and not best.conflict and best.status != "interrupted":
+        best = dataclasses.replace(best, sensitivities=sensitivities_of(problem, task, best))
+    return dataclasses.replace(
+        best,
+        others=tuple(designs[1:]),
+        total_evaluations=task.evaluator.evaluations,
+        total_seconds=time.perf_counter() - began,
+        seconds_evaluating=task.evaluator.seconds,
+    )
+
+
+def search_all(
+    task: Task,
+    given: Sequence[np.ndarray],
+    starts: int,
+    method: Method,
+    most: int,
+    progress: bool | None,
+    objective: Objective,
+) -> list[SearchResult]:
+    """The ends of searches from the given and from further starts, on all cores where there are several."""
+    own = [np.asarray(task.free.scaled(x)) for x in given]
+    places = [*own, *sample(task, starts - len(own))]
+    trails = [Trail(said=reporter(task, objective, number, starts, progress)) for number in range(len(places))]
+    if starts == 1:
+        return [search(task, places[0], trails[0], method, most)]
+    with threads(os.cpu_count() or 1) as pool:
+        pairs = zip(places, trails, strict=True)
+        futures = {pool.submit(_searched, task, place, trail, method, most): trail for place, trail in pairs}
+        try:
+            wait_for(futures)
+            ends = [future.result() for future in futures]
+        except KeyboardInterrupt:
+            # What still runs has its last design in its trail; nobody waits for its next one.
+            pairs = futures.items()
+            ends = [future.result() if future.done() else interrupted(task, trail) for future, trail in pairs]
+            if not any(ends):
+                raise
+    outcomes = [end for end in ends if end is not None]
+    if not outcomes:
+        raise SimulationError("None of the starts led to a design that could be computed.")
+    return outcomes
+
+
+def _searched(task: Task, place: np.ndarray, trail: Trail, method: Method, most: int) -> SearchResult | None:
+    try:
+        return search(task, place, trail, method, most)
+    except (SimulationError, KeyboardInterrupt):
+        return None
+
+
+def _rank(design: Design[Any]) -> tuple[bool, float, float]:
+    """Feasible designs first, by their objective."""
+    broken = max((-result.margin for result in design.results), default=0.0)
+    return broken > 10.0 * FEASIBLE, broken if broken > 10.0 * FEASIBLE else 0.0, design.objective

@@ -1,0 +1,59 @@
+"""What is said while an optimisation runs."""
+
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ..._progress import is_read, is_silent
+from .._compute.bar import EVERY, FAILURES
+from .._compute.evaluator import Evaluation, Evaluator
+from .._problem.limits import Objective
+from .task import Task
+
+
+def reporter(
+    task: Task, objective: Objective, number: int, starts: int, wanted: bool | None
+) -> Callable[[int, Evaluation], None]:
+    """A function that prints a line for each step of a search: on a terminal, or as `wanted`."""
+    start = f"start {number + 1} of {starts}, " if starts > 1 else ""
+
+    def said(step: int, found: Evaluation) -> None:
+        if not is_read(sys.stderr, wanted):
+            return
+        shown = f"{objective.scale.value(found.values[task.objective]):.6g}{objective.scale.text}"
+        print(f"{start}step {step}: {objective.name} {shown}{_worst(task, found.values)}", file=sys.stderr)
+
+    return said
+
+
+class ProgressReport:
+    """Is told of each design that a search computes. It says the first failures as they happen and, every now and then,
+    how many designs were computed: in logs as well, unless `wanted` forbids it. When a search ends is not known before.
+    """
+
+    def __init__(self, evaluator: Evaluator, wanted: bool | None) -> None:
+        self._evaluator, self._wanted = evaluator, wanted
+        self._began = self._said = time.monotonic()
+
+    def __call__(self, found: Evaluation) -> None:
+        if is_silent(sys.stderr, self._wanted):
+            return
+        evaluator, now = self._evaluator, time.monotonic()
+        if not found.is_good and evaluator.failures <= FAILURES:
+            print(
+                f"design {evaluator.evaluations} failed: {found.why}, {evaluator.free.text(found.x)}", file=sys.stderr
+            )
+        if now - self._said >= EVERY:
+            self._said, rate = now, evaluator.evaluations / (now - self._began)
+            count = f"{evaluator.evaluations} designs, {evaluator.failures} failed"
+            print(f"{count}, {rate:.3g} per s, {now - self._began:.0f} s", file=sys.stderr)
+
+
+def _worst(task: Task, values: np.ndarray) -> str:
+    broken = [float(limit.violation(values[row])) for limit, row in zip(task.limits, task.rows, strict=True)]
+    if max(broken, default=0.0) <= 1e-6:
+        return ""
+    worst = int(np.argmax(broken))
+    return f", {task.limits[worst].name} broken by {broken[worst]:.2%}"

@@ -1,0 +1,157 @@
+"""A problem in scaled numbers: variables from 0 to 1, objective and constraints as fractions of their sizes.
+
+The size of the objective is that of its slope over the range of a variable (gradient-based scaling), and its zero is
+its value at the start: an objective in another unit, or with another constant, is the same task.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from ..._errors import ModelError
+from .._certificate.point import FEASIBLE, Point, violation
+from .._compute.evaluator import Evaluation, Evaluator
+from .._problem.free import Free
+from .._problem.limits import Limit
+from .sizes import with_sizes
+
+ROUNDING = 1e-12  # distance of a scaled variable from its bound that is none
+DEEP = 1e6  # sizes of the objective below the start: no optimum is sought there
+MANY = 10.0  # sizes of a variable without bounds: one that moves so far has another size
+FAR = 1e3  # sizes of a variable without bounds,
+FALLING = 1e-3  # and what the objective would fall by where the variable is twice as large, as a fraction of its change
+BESIDE = 1e-2  # how far inside the bounds a result is looked at again, as a share of their distance
+
+
+@dataclasses.dataclass
+class Task:
+    """Minimise one result of a program while others keep their limits.
+
+    `rows` says which result each limit is about. The scaled objective is its difference from `zero`, divided by `size`.
+    `within` are bounds of the scaled variables that replace the given ones.
+    """
+
+    evaluator: Evaluator
+    free: Free
+    objective: int
+    rows: np.ndarray
+    limits: Sequence[Limit]
+    size: float = 1.0
+    zero: float = 0.0
+    within: tuple[np.ndarray, np.ndarray] | None = None
+
+    @property
+    def is_equation(self) -> np.ndarray:
+        return np.array([limit.is_equation for limit in self.limits], bool)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the scaled variables; infinite where there are none."""
+        free = self.free
+        return self.within or (np.asarray(free.scaled(free.low)), np.asarray(free.scaled(free.high)))
+
+    def evaluation(self, z: np.ndarray) -> Evaluation:
+        x = np.array(self.free.unscaled(z))
+        for bound in (self.free.low, self.free.high):
+            x = np.where(np.abs(z - np.asarray(self.free.scaled(bound))) < ROUNDING, bound, x)
+        return self.evaluator(x)
+
+    def at(self, z: np.ndarray) -> Point | None:
+        """The point at `z`; None where nothing can be computed."""
+        found = self.evaluation(z)
+        return self.point(z, found) if found.is_good else None
+
+    def point(self, z: np.ndarray, found: Evaluation) -> Point:
+        slopes = np.asarray(self.free.slopes(found.x))
+        sign = np.array([limit.sign / limit.size for limit in self.limits])
+        excess = [limit.excess(found.values[row]) for limit, row in zip(self.limits, self.rows, strict=True)]
+        return Point(
+            np.array(z, float),
+            float((found.values[self.objective] - self.zero) / self.size),
+            found.jacobian[self.objective] * slopes / self.size,
+            np.array(excess, float),
+            sign[:, None] * found.jacobian[self.rows] * slopes,
+        )
+
+    def idle(self, z: np.ndarray) -> np.ndarray:
+        """Which variables neither the objective nor a limit depends on: nowhere that has been evaluated, nor at a place
+        aside from `z`, where all of them have other values.
+        """
+        rows = [self.objective, *self.rows]
+        maybe = self.evaluator.idle(rows)
+        if not np.any(maybe):
+            return maybe
+        low, high = self.bounds
+        low, high = np.where(np.isfinite(low), low, z - 1.0), np.where(np.isfinite(high), high, z + 1.0)
+        shares = qmc.Sobol(len(z), rng=0).random_base2(1)[1]
+        aside = self.evaluation(np.where(maybe, low + shares * (high - low), z))
+        return self.evaluator.idle(rows) if aside.is_good else np.zeros(len(z), bool)
+
+    def violation(self, point: Point) -> float:
+        """The largest fraction by which a limit is broken."""
+        return violation(point, self.is_equation)
+
+    def with_size_of_steps(self, point: Point) -> "Task | None":
+        """The task with larger sizes of variables without bounds that moved by many sizes; None if none did."""
+        moved = [(group, float(np.max(np.abs(point.z[group])))) for group in self.free.open_groups]
+        sizes = {i: self.free.variables[i].size * steps for group, steps in moved if steps > MANY for i in group}
+        if not sizes or self.is_unbounded(point):
+            return None
+        larger = dataclasses.replace(self, free=self.free.with_sizes(sizes))
+        return larger.measured(self.evaluation(point.z))
+
+    def measured(self, found: Evaluation) -> "Task":
+        """The task with an objective that is scaled by its slopes at a design and a little further inside the bounds:
+        the latter are what counts at an optimum. The size is zero if there is no slope.
+        """
+        z = np.asarray(self.free.scaled(found.x))
+        beside = self.evaluation(z + np.where(z + BESIDE <= self.bounds[1], BESIDE, -BESIDE))
+        slopes = [
+            np.max(np.abs(one.jacobian[self.objective] * np.asarray(self.free.slopes(one.x))))
+            for one in (found, beside)
+            if one.is_good
+        ]
+        size = float(max(slopes)) or (0.0 if beside.is_good else 1.0)
+        return dataclasses.replace(self, zero=float(found.values[self.objective]), size=size)
+
+    def is_unbounded(self, point: Point) -> bool:
+        """Whether a point is far out, with all limits kept and the objective still falling."""
+        if self.violation(point) > FEASIBLE:
+            return False
+        is_far = self.free.is_open & (np.abs(point.z) > FAR)
+        return point.f < -DEEP or bool(np.any(is_far & (point.gradient * point.z < -FALLING * abs(point.f))))
+
+
+def task_of(evaluator: Evaluator, first: Evaluation, objective: str, limits: Mapping[str, Limit]) -> Task:
+    """The task of minimising one of the functions of an evaluator, whose first evaluation tells what they return.
+
+    The limit of a function that returns several numbers is one for each of them.
+    """
+    names, owners = evaluator.names, evaluator.owners
+    if (returned := owners.count(objective)) != 1:
+        raise ModelError(f"{objective} returned {returned} numbers: what is minimised is one.")
+    row = owners.index(objective)
+    rows = [i for i, owner in enumerate(owners) if owner in limits]
+    free = with_sizes(evaluator, evaluator.free, first.x, row, rows)
+    slopes = np.abs(first.jacobian) * np.asarray(free.slopes(first.x))
+    made = [_sized(dataclasses.replace(limits[owners[i]], name=names[i]), first.values[i], slopes[i]) for i in rows]
+    task = Task(evaluator, free, row, np.array(rows, int), made)
+    if not first.is_good:
+        return task
+    task = task.measured(first)
+    if not task.size:
+        raise ModelError(
+            f"{objective} does not depend on {', '.join(evaluator.free.names)} at the start: its derivatives are zero. "
+            "What counts or rounds cannot be minimised by gradients."
+        )
+    return task
+
+
+def _sized(limit: Limit, result: float, slopes: np.ndarray) -> Limit:
+    """A limit of zero is compared with what the result is at the start, or with what it becomes between the bounds."""
+    if limit.value:
+        return limit
+    known = [size for size in (abs(float(result)), float(np.max(slopes))) if np.isfinite(size)]
+    return dataclasses.replace(limit, measure=max(known, default=0.0) or 1.0)

@@ -1,0 +1,1 @@
+"""What a user states: free parameters, limits, distributions and units, read and checked."""

@@ -1,0 +1,197 @@
+"""Free parameters of a model, as a vector of numbers in declared units, and scaled between their bounds."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, Self, TypeAlias, TypeVar
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from ..._declare.by_name import replace
+from ..._declare.component import Component
+from ..._declare.node import leaves_of
+from ..._errors import ModelError, ParameterError, suggestion
+from ..._units.display import Scale
+from .parse import number_in
+
+M = TypeVar("M", bound=Component)
+Values: TypeAlias = Array | np.ndarray  # one number for each variable
+DECADE = 10.0  # a ratio of the bounds from which on a variable is scaled by its logarithm
+
+
+class Place(NamedTuple):
+    """A number in a model: the path of a parameter or start value, and the indices of an element of it."""
+
+    path: str
+    element: tuple[int, ...] | None = None
+
+    @property
+    def name(self) -> str:
+        return self.path if self.element is None else f"{self.path}[{','.join(map(str, self.element))}]"
+
+
+class Variable(NamedTuple):
+    """One free number, which stands at one place or at several ones; bounds in the declared unit.
+
+    `size` is the unit of its scaled values if a bound is missing.
+    """
+
+    name: str
+    places: tuple[Place, ...]
+    unit: str
+    scale: Scale
+    low: float
+    high: float
+    start: float
+    size: float = 1.0
+
+    def checked(self, value: float) -> float:
+        """A value to start from, which has to lie between the bounds."""
+        if not self.low <= value <= self.high:
+            raise ParameterError(
+                f"{self.name} starts from {self.text(value)}, outside of its bounds "
+                f"{span_text(self.low, self.high, self.scale)}. Widen these, or start from another value."
+            )
+        return value
+
+    def text(self, value: float) -> str:
+        """A value with its unit, as tables show it."""
+        return f"{self.scale.value(value):.6g}{self.scale.text}"
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a bound is missing."""
+        return not np.isfinite(self.high - self.low)
+
+    @property
+    def is_log(self) -> bool:
+        return self.low > 0.0 and np.isfinite(self.high) and self.high > DECADE * self.low
+
+    @property
+    def origin_and_width(self) -> tuple[float, float]:
+        """Of the variable, or of its logarithm: what is scaled to 0, and its distance to what is scaled to 1."""
+        if self.is_log:
+            return float(np.log(self.low)), float(np.log(self.high / self.low))
+        return (self.start, self.size) if self.is_open else (self.low, self.high - self.low)
+
+
+@dataclasses.dataclass(frozen=True)
+class Free:
+    """The free parameters of a model, in the order in which they were named.
+
+    Vectors `x` hold their values in the declared units, `z` the scaled ones; both may be traced.
+    """
+
+    variables: tuple[Variable, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(variable.name for variable in self.variables)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The declared units, in which all numbers here are."""
+        return tuple(variable.unit for variable in self.variables)
+
+    @property
+    def low(self) -> Float[np.ndarray, " n"]:
+        return np.array([variable.low for variable in self.variables])
+
+    @property
+    def high(self) -> Float[np.ndarray, " n"]:
+        return np.array([variable.high for variable in self.variables])
+
+    @property
+    def is_open(self) -> np.ndarray:
+        """Which variables lack a bound."""
+        return np.array([variable.is_open for variable in self.variables])
+
+    @property
+    def open_groups(self) -> list[list[int]]:
+        """The variables that lack a bound, by their positions, those of one array together."""
+        groups: dict[str, list[int]] = {}
+        for i, variable in enumerate(self.variables):
+            if variable.is_open:
+                groups.setdefault(variable.places[0].path, []).append(i)
+        return list(groups.values())
+
+    def with_sizes(self, sizes: Mapping[int, float]) -> Self:
+        """A copy with other sizes of variables that lack a bound, by their positions."""
+        variables = tuple(v._replace(size=sizes.get(i, v.size)) for i, v in enumerate(self.variables))
+        return dataclasses.replace(self, variables=variables)
+
+    def values(self, model: Component) -> Float[np.ndarray, " n"]:
+        """The numbers of a model."""
+        leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
+        return np.array([number_at(leaves, variable.places[0]) for variable in self.variables])
+
+    def with_values(self, model: M, x: Values | Sequence[float]) -> M:
+        """The model with other numbers, which may be traced."""
+        return with_numbers(model, [variable.places for variable in self.variables], x)
+
+    def text(self, x: Values) -> str:
+        """Names and values, as in "load.m = 3 kg"; what follows the values of the variables is left out."""
+        shown = (
+            (v.name, f"{v.scale.value(value):.6g}{v.scale.text}") for v, value in zip(self.variables, x, strict=False)
+        )
+        return ", ".join(f"{name} = {value}" for name, value in shown)
+
+    def changed(self, x: Values, values: Mapping[str, object]) -> np.ndarray:
+        """The numbers with some of them changed, by the names of the variables."""
+        new = np.array(x, float)
+        for name, value in values.items():
+            if name not in self.names:
+                raise ModelError(f"{name!r} is no free parameter.{suggestion(name, self.names)}")
+            i = self.names.index(name)
+            new[i] = self.variables[i].checked(number_in(value, self.units[i], name)[0])
+        return new
+
+    def scaled(self, x: Values) -> Array:
+        """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade.
+
+        Variables that lack a bound are scaled to their distances from the start, in their sizes.
+        """
+        origin, width = self._origin_and_width
+        return (jnp.where(self._is_log, jnp.log(jnp.where(self._is_log, x, 1.0)), x) - origin) / width
+
+    def unscaled(self, z: Values) -> Array:
+        """The numbers from those between 0 and 1."""
+        origin, width = self._origin_and_width
+        straight = origin + width * z
+        return jnp.where(self._is_log, jnp.exp(jnp.where(self._is_log, straight, 0.0)), straight)
+
+    def slopes(self, x: Values) -> Array:
+        """dx/dz, from scaled numbers to the numbers themselves."""
+        _, width = self._origin_and_width
+        return jnp.where(self._is_log, x, 1.0) * width
+
+    @property
+    def _is_log(self) -> np.ndarray:
+        return np.array([variable.is_log for variable in self.variables])
+
+    @property
+    def _origin_and_width(self) -> tuple[np.ndarray, np.ndarray]:
+        origins, widths = zip(*(variable.origin_and_width for variable in self.variables), strict=True)
+        return np.array(origins), np.array(widths)
+
+
+def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Values | Sequence[float]) -> M:
+    """The model with other numbers, each of them at one place or at several ones."""
+    leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
+    changed: dict[str, object] = {}
+    for own, value in zip(places, x, strict=True):
+        for path, index in own:
+            whole = changed.get(path, leaves[path])
+            changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
+    return replace(model, changed)
+
+
+def number_at(leaves: Mapping[str, Any], place: Place) -> float:
+    value = leaves[place.path]
+    return float(value if place.element is None else value[place.element])
+
+
+def span_text(low: float, high: float, scale: Scale) -> str:
+    return f"{scale.value(low):g} to {scale.value(high):g}{scale.text}"

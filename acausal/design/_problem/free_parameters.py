@@ -1,0 +1,153 @@
+"""Which parameters are free: found by path, with their bounds and units checked."""
+
+import itertools
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..._declare.annotations import Declaration
+from ..._declare.component import Component
+from ..._declare.node import Leaf, leaves_of
+from ..._errors import ModelError, ParameterError, suggestion
+from ..._units.display import Scale, scale_of
+from .free import Free, Place, Variable, number_at, span_text
+from .parse import number_in
+from .types import ByPath, Key
+
+_ELEMENT = re.compile(r"(.+)\[(\d+(?:\s*,\s*\d+)*)\]")
+_MEMBER = re.compile(r"\[(\d+)\]\.")
+
+
+def free_parameters(model: Component, free: ByPath[object]) -> Free:
+    """The free parameters that a mapping names.
+
+    A key is the path of a parameter or of a start value that is given, as in `"gearbox.ratio"`, of an element of an
+    array, as in `"table.y[3]"`, or a tuple of paths that share one value. An array that is named as a whole is as many
+    variables as it has elements. A value is a pair of bounds: numbers in the declared unit, quantities, or texts such
+    as `"15 mm"`; None is no bound, also in place of the pair. The start is what the model has. All elements of an array
+    that lack a bound have one size, that of the largest of them.
+
+    Raises `ModelError` for a path that the model does not have or that is named twice, and `ParameterError` for bounds
+    that are crossed, of another dimension or outside of the declared range, and for a start outside of its bounds.
+    """
+    if not isinstance(free, Mapping) or not free:
+        raise ModelError(f"Name at least one free parameter, as in {{'gearbox.ratio': (2.0, 20.0)}}; got {free!r}.")
+    known = {leaf.path: leaf for leaf in leaves_of(model)}
+    found = Free(tuple(itertools.chain.from_iterable(_variables(known, key, bounds) for key, bounds in free.items())))
+    seen: set[Place] = set()
+    for place in (place for variable in found.variables for place in variable.places):
+        if place in seen:
+            raise ModelError(f"{place.name} is named twice among the free parameters. Name it once.")
+        seen.add(place)
+    largest = (max(abs(found.variables[i].start) for i in group) or 1.0 for group in found.open_groups)
+    return found.with_sizes({i: size for group, size in zip(found.open_groups, largest, strict=True) for i in group})
+
+
+def single_parameters(model: Component, keys: Iterable[Key], what: str) -> Free:
+    """Parameters without bounds, each of which is one number; `what` begins the message where one is a whole array."""
+    named = dict.fromkeys(keys)
+    free = free_parameters(model, named)
+    if len(free.variables) != len(named):
+        raise ModelError(f"{what} one by one, as in 'table.y[3]'.")
+    return free
+
+
+def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[Variable]:
+    paths = key if isinstance(key, tuple) else (key,)
+    if not paths or not all(isinstance(path, str) for path in paths):
+        raise ModelError(f"A free parameter is named by its path, or by a tuple of paths that share it; got {key!r}.")
+    columns = [_places(known, path) for path in paths]
+    if len({len(column) for column in columns}) > 1:
+        sizes = ", ".join(f"{path} ({len(column)})" for path, column in zip(paths, columns, strict=True))
+        raise ModelError(f"What shares values must have as many of them: {sizes}.")
+    units = {known[column[0].path].declaration.unit for column in columns}
+    if len(units) > 1:
+        raise ParameterError(f"{', '.join(paths)} cannot share a value: their units are {', '.join(sorted(units))}.")
+    name = ", ".join(paths)
+    limits = _limits(bounds, units.pop(), name, len(columns[0]))
+    for places, (low, high, scale) in zip(zip(*columns, strict=True), limits, strict=True):
+        yield _variable(known, places, low, high, scale)
+
+
+def _places(known: Mapping[str, Leaf], path: str) -> list[Place]:
+    """The numbers that a path stands for."""
+    leaf, index = known.get(path), None
+    if leaf is None and (element := _ELEMENT.fullmatch(path)) and element[1] in known:
+        leaf, index = known[element[1]], tuple(int(i) for i in element[2].split(","))
+    if leaf is None and (member := _MEMBER.search(path)):
+        # A member of an array of components, whose leaves are stacked.
+        stacked = f"{path[: member.start()]}.item.{path[member.end() :]}"
+        leaf, index = known.get(stacked), (int(member[1]),)
+    if leaf is None:
+        raise ModelError(_unknown(path, known))
+    if leaf.value is None:
+        raise ModelError(
+            f"{path} has no start value that could be free. Give it one: replace(model, {{{path!r}: ...}})."
+        )
+    shape = np.shape(leaf.value)
+    if index is None:
+        return [Place(leaf.path, i) for i in np.ndindex(shape)] if shape else [Place(leaf.path)]
+    if len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True)):
+        raise ModelError(f"{path} is no element of {leaf.path}, which has the shape {shape}.")
+    return [Place(leaf.path, index)]
+
+
+def _unknown(path: str, known: Mapping[str, Leaf]) -> str:
+    parameters = [name for name, leaf in known.items() if leaf.declaration.role == "param"]
+    inside = [name for name in parameters if name.startswith((f"{path}.", f"{path}["))]
+    same = [name for name in parameters if name.endswith(f".{path}")]
+    if inside:
+        return f"{path} is no parameter, but holds some: {', '.join(inside)}. Name one of them."
+    if same:
+        return f"{path!r} is ambiguous or no whole path. Write it out: {' or '.join(same)}."
+    return f"The model has no parameter or start value {path!r}.{suggestion(path, parameters)}"
+
+
+def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, float, Scale]]:
+    """The bounds of each of `n` numbers: a pair, or a pair of sequences of them; None where there are none."""
+    if bounds is None:
+        return [(-np.inf, np.inf, scale_of("", unit, where))] * n
+    if isinstance(bounds, str) or not hasattr(bounds, "__len__") or len(bounds) != 2:
+        raise ParameterError(f"{where}: bounds are a pair, such as (2.0, 20.0) or ('15 mm', '25 mm'); got {bounds!r}.")
+    lows, highs = (_each(bound, where, n) for bound in bounds)
+    limits = []
+    for below, above in zip(lows, highs, strict=True):
+        low, shown = (-np.inf, "") if below is None else number_in(below, unit, where)
+        high, other = (np.inf, "") if above is None else number_in(above, unit, where)
+        limits.append((low, high, scale_of(shown or other, unit, where)))
+    return limits
+
+
+def _each(bound: Any, where: str, n: int) -> list[object]:
+    if bound is None or isinstance(bound, str) or not np.ndim(getattr(bound, "magnitude", bound)):
+        return [bound] * n
+    if len(bound) != n:
+        raise ParameterError(f"{where}: {len(bound)} bounds are given for {n} numbers.")
+    return list(bound)
+
+
+def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, high: float, scale: Scale) -> Variable:
+    name = ", ".join(place.name for place in places)
+    leaves = {path: leaf.value for path, leaf in known.items()}
+    starts = [number_at(leaves, place) for place in places]
+    start = starts[0]
+    if not low < high:
+        raise ParameterError(f"{name}: the lower bound must be below the upper one, got {span_text(low, high, scale)}.")
+    for place in places:
+        _check_range(place.name, known[place.path].declaration, low, high, scale)
+    found = Variable(name, places, known[places[0].path].declaration.unit, scale, low, high, start)
+    if any(other != start for other in starts):
+        values = ", ".join(f"{place.name} = {found.text(value)}" for place, value in zip(places, starts, strict=True))
+        raise ParameterError(f"What shares a value must start from one: {values}. Set them by replace(model, ...).")
+    found.checked(start)
+    return found
+
+
+def _check_range(name: str, declaration: Declaration, low: float, high: float, scale: Scale) -> None:
+    sign = declaration.sign
+    if np.isinf(low) and np.isinf(high):
+        return  # a trial outside of the range is a run that fails
+    if sign is not None and not (sign.admits(low) and sign.admits(high) and (sign.name != "nonzero" or low * high > 0)):
+        raise ParameterError(f"{name} must be {sign.name}, also at its bounds, got {span_text(low, high, scale)}.")

@@ -1,0 +1,40 @@
+"""Numbers with units as they are written in a problem: "15 mm", a quantity of pint, or a number in SI units."""
+
+import re
+from typing import Any
+
+from ..._errors import ParameterError
+from ..._units.display import scale_of
+from ..._units.quantity import has_unit, magnitude, quantity
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s*(\S*)\s*")
+
+
+def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
+    """A number in `unit`, "" being that of SI, and the unit that it was written in; "" for a plain number.
+
+    Raises `ParameterError` for text that is not a number with a unit, and for a unit of another dimension.
+    """
+    if isinstance(value, str):
+        found = _NUMBER.fullmatch(value)
+        if found is None:
+            raise ParameterError(f"{where}: {value!r} is not a number with a unit, such as '15 mm'.")
+        number, written = float(found[1]), found[2]
+        if not written:
+            return number, ""
+        return float(magnitude(quantity(number, written), unit, where)), written
+    if has_unit(value):
+        written = f"{value.units:~C}".replace("**", "").replace("*", ".")
+        for symbol, name in (("Δ°C", "delta_degC"), ("°C", "degC"), ("°", "deg")):
+            written = written.replace(symbol, name)
+        return float(magnitude(value, unit, where)), written
+    try:
+        return float(value), ""
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"{where}: {value!r} is not a number, nor one with a unit such as '15 mm'.") from error
+
+
+def difference_in(value: object, unit: str, where: str) -> float:
+    """A difference in `unit`: 2 degC are 2 K, although the temperature of 2 degC is 275.15 K."""
+    number, written = number_in(value, unit, where)
+    return number - scale_of(written or unit, unit, where).zero

@@ -1,0 +1,1 @@
+"""First and second derivatives of results with respect to parameters."""

@@ -1,0 +1,187 @@
+"""Second derivatives of results by parameters: exact, and checked, as there are none where a slope has a kink."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple, overload
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from ..._analyse.table import aligned
+from ..._declare.component import Component
+from ..._errors import SimulationError
+from ..._integrate.failure import trials
+from ..._progress import compiling
+from ..._units.display import Scale
+from .._certificate.differences import from_sides
+from .._compute.evaluator import Evaluation, Evaluator
+from .._problem.free_parameters import single_parameters
+from .._problem.limits import objectives_of
+from .._problem.types import Function, One
+
+STEPS = tuple(10.0**-k for k in range(2, 7))  # in sizes of parameters; a large one may reach a kink nearby
+APART = 1e-3  # how far exact derivatives may be from differences, as a share of them and of how they vary
+LEAST = 1e-5  # share of a result to which differences between runs are known
+
+
+class Hessian(NamedTuple):
+    """The second derivatives of a result by parameters; `print` it.
+
+    `value` is in SI units, `gradient` and `matrix` are in these per units of the parameters, in the order of `names`.
+    """
+
+    result: str
+    scale: Scale
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    value: float
+    gradient: Float[np.ndarray, " k"]
+    matrix: Float[np.ndarray, "k k"]
+
+    def __str__(self) -> str:
+        scales = [Scale.of(unit) for unit in self.units]
+        factors = np.array([scale.factor for scale in scales])
+        matrix = self.scale.difference(self.matrix) * np.outer(factors, factors)
+        rows = [
+            [name, scale.unit, *(f"{entry:.6g}" for entry in row)]
+            for name, scale, row in zip(self.names, scales, matrix, strict=True)
+        ]
+        value = f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}"
+        return f"{value}, second derivatives [{self.scale.unit}]\n{aligned([['', 'per', *self.names], *rows])}"
+
+
+@overload
+def hessian(model: Component, over: Iterable[str], results: One, *, run: Function | None = None) -> Hessian: ...
+@overload
+def hessian(
+    model: Component, over: Iterable[str], results: Mapping[str, One], *, run: Function | None = None
+) -> dict[str, Hessian]: ...
+def hessian(
+    model: Component, over: Iterable[str], results: One | Mapping[str, One], *, run: Function | None = None
+) -> Hessian | dict[str, Hessian]:
+    """The second derivatives of results by parameters: a `Hessian` for one result, or one for each by name.
+
+        bent = hessian(drive, ["gear.ratio", "supply.V"], (lambda s: s.t1, "ms"), run=lambda m: simulate(...))
+        bent.matrix[0, 1]
+
+    - `over`: paths of parameters, elements of arrays one by one.
+    - `results` and `run`: as in `sensitivities`.
+
+    The run itself is differentiated twice, with the moments of its events. What comes out is compared with differences
+    of first derivatives on both sides of the place, over steps of 1 % of a parameter and less until they agree: to 1e-3
+    of what they are and of how they vary within 2 %.
+
+    Raises `SimulationError` where second derivatives are not defined, as at the kink of an absolute value or of the
+    larger one of two, or are lost on the way, as in a table with straight lines or by `stop_gradient`; and where the
+    results cannot be computed.
+    """
+    objectives = {objective.name: objective for objective in objectives_of(results, "result")}
+    free = single_parameters(model, over, "Second derivatives are by elements of arrays")
+    evaluator = Evaluator(model, free, {name: objective.function for name, objective in objectives.items()}, run)
+    x = free.values(model)
+    second, found = hessians_of(evaluator, x), evaluator(x)
+    columns = (evaluator.names, evaluator.owners, found.values.tolist(), found.jacobian, second)
+    tables = {
+        name: Hessian(name, objectives[owner].scale, free.names, free.units, value, gradient, matrix)
+        for name, owner, value, gradient, matrix in zip(*columns, strict=True)
+    }
+    return tables if isinstance(results, Mapping) else next(iter(tables.values()))
+
+
+def hessians_of(evaluator: Evaluator, x: Float[np.ndarray, " k"]) -> Float[np.ndarray, "m k k"]:
+    """The second derivatives of all results of a program at some values, checked."""
+    here = evaluator(x)
+    if not here.is_good:
+        raise SimulationError(f"There are no second derivatives where there is no result: {here.why}.")
+
+    def results(x: Array) -> Array:
+        return evaluator.results(evaluator.free.with_values(evaluator.model, x))[0]
+
+    with trials(), compiling("second derivatives of the results", evaluator.model, results):
+        second = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(x)))
+    if not np.all(np.isfinite(second)):
+        raise SimulationError("The second derivatives of the results are not finite.")
+    sizes = _sizes(here, second)
+    for i in range(len(x)):
+        if said := _against(evaluator, here, second[:, i] * sizes[i] * sizes, i, sizes):
+            raise SimulationError(said)
+    return second
+
+
+def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
+    """The sizes of the parameters, for steps; of one that is zero, the change that makes a result another one."""
+    slopes, bends = np.abs(here.jacobian), np.abs(np.diagonal(second, axis1=1, axis2=2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = np.where(bends > 0.0, slopes / bends, np.abs(here.values)[:, None] / slopes)
+    lengths = np.min(np.where(lengths > 0.0, lengths, 1.0), axis=0)
+    return np.where(here.x != 0.0, np.abs(here.x), np.minimum(lengths, 1.0))
+
+
+class _Beside(NamedTuple):
+    """Slopes of results and `bends`, the slopes of their gradients, on both sides; `slope` and `bend` are how large
+    either becomes. `why` says why a side could not be computed.
+    """
+
+    slopes: list[np.ndarray]
+    bends: list[np.ndarray]
+    slope: np.ndarray
+    bend: np.ndarray
+    why: str
+
+
+def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, step: float) -> _Beside:
+    """What is at steps of the i-th parameter."""
+    sides = {k: evaluator(here.x + k * step * sizes * (np.arange(len(sizes)) == i)) for k in (-2, -1, 1, 2)}
+    why = next((side.why for side in sides.values() if not side.is_good), "")
+    good = {k: side for k, side in sides.items() if side.is_good}
+    values = {k: side.values for k, side in good.items()} | {0: here.values}
+    slopes = {k: side.jacobian * sizes for k, side in good.items()} | {0: here.jacobian * sizes}
+    slope, bend = (
+        np.max([np.abs(one - every[0]) for one in every.values()], axis=0) / (2.0 * step) for every in (values, slopes)
+    )
+    return _Beside(from_sides(values, step), from_sides(slopes, step), slope, bend, why)
+
+
+def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
+    """What differences over steps of the i-th parameter say against its second derivatives; empty if some agree."""
+    variable = evaluator.free.variables[i]
+    first, where = here.jacobian[:, i] * sizes[i], f"{variable.name} = {variable.text(here.x[i])}"
+    wide = _beside(evaluator, here, i, sizes, STEPS[0])
+    room = APART * (np.abs(first) + wide.slope) + LEAST * np.abs(here.values)
+    known = LEAST * (np.abs(here.jacobian * sizes) + np.abs(here.values)[:, None])
+    rooms = APART * (np.abs(second) + wide.bend) + known
+    told = ""
+    for step in STEPS:
+        beside = _beside(evaluator, here, i, sizes, step)
+        said = (
+            f"The second derivatives at {where} cannot be checked, as there is no result on either side: {beside.why}."
+        )
+        if beside.bends:
+            pairs = (
+                _said([s[row] for s in beside.slopes], first[row], room[row])
+                or _said([s[row] for s in beside.bends], second[row], rooms[row])
+                for row in range(len(first))
+            )
+            found = next(((name, one) for name, one in zip(evaluator.names, pairs, strict=True) if one), None)
+            if found is None:
+                return ""
+            said = f"{found[0]} has no second derivatives at {where}: {found[1]}."
+        told = told or said
+    return told
+
+
+def _said(sides: list[np.ndarray | float], derivative: np.ndarray | float, room: np.ndarray | float) -> str:
+    """What derivatives by differences on one or both sides say against the exact one."""
+    if all(np.all(np.abs(side - derivative) <= room) for side in sides):
+        return ""
+    if np.any(np.abs(sides[0] - sides[-1]) > room):
+        return (
+            "its slopes on either side do not go together, as at a kink, where an event only just happens, or where "
+            "runs are not accurate enough (rtol=1e-9)"
+        )
+    return (
+        "differences on either side contradict them. Something on the way is not smooth, such as a table with straight "
+        "lines, or is hidden from derivatives by stop_gradient"
+    )

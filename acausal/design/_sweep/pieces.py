@@ -1,0 +1,105 @@
+"""Many members computed piece by piece: on all cores or on an executor, kept in memory or in a store on disk."""
+
+import concurrent.futures
+import contextlib
+import os
+from collections.abc import Generator, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..._errors import ArgumentError, SimulationError
+from .._compute.bar import Bar
+from .._compute.cores import CHUNK, on_all_cores, threads
+from .._problem.types import Executor, Progress
+from .batches import COMPUTED, Batch, Outcomes, Piece, code_names
+from .store import Memory, Store
+
+MemberNumbers: TypeAlias = Int[np.ndarray, " m"]  # numbers of members
+Pieces: TypeAlias = Generator[tuple[MemberNumbers, Piece]]  # members and their outcomes
+
+
+def evaluated(
+    batch: Batch,
+    x: Float[np.ndarray, "n k"],
+    what: str,
+    *,
+    executor: Executor | None = None,
+    chunk: int = CHUNK,
+    store: Store | None = None,
+    progress: Progress | bool | None = None,
+) -> Outcomes:
+    """The outcomes of all rows; what a store has already is not computed again.
+
+    The bar calls the work `what`, and reports the first failures. After an interrupt from the keyboard, the outcomes
+    are those of the members that were finished; the others have the code `INTERRUPTED`. If none was, the interrupt is
+    raised. An executor is given pieces of `chunk` members.
+
+    Raises `SimulationError` where a worker dies and its executor does not replace it.
+    """
+    kept = Memory(len(x), len(batch.columns[0])) if store is None else store
+    chunk = chunk if store is None else store.chunk
+    rows, total, bar = kept.open, len(x), Bar(what, progress)
+    done = total - len(rows)
+    bar(done, total)
+    pieces = _on_cores(batch, x, rows) if executor is None else _on_executor(executor, batch, x, rows, chunk)
+    try:
+        with contextlib.closing(pieces):
+            for members, piece in pieces:
+                kept.write(members, piece)
+                for member, code in zip(members.tolist(), piece[1].tolist(), strict=True):
+                    if code != COMPUTED:
+                        bar.failed(f"member {member} failed ({code_names()[code]}): {batch.free.text(x[member])}")
+                done += len(members)
+                bar(done, total)
+    except KeyboardInterrupt:
+        if not done:
+            raise
+        bar.say(f"interrupted after {done} of {total} members")
+    except Exception as error:
+        if not _is_death(error):
+            raise
+        raise SimulationError(
+            f"A worker died after {done} of {total} members; what was finished is {kept.where}."
+        ) from error
+    finally:
+        kept.close()
+    return Outcomes(*kept.read())
+
+
+def compile_together(batches: Sequence[Batch], x: Sequence[np.ndarray]) -> None:
+    """Compile the programs of several batches side by side, with the first member of each."""
+    if len(batches) > 1:
+        with threads(os.cpu_count() or 1) as pool:
+            for _ in pool.map(lambda batch, rows: batch(rows[:1]), batches, x):
+                pass
+
+
+def _on_cores(batch: Batch, x: np.ndarray, rows: MemberNumbers) -> Pieces:
+    with contextlib.closing(on_all_cores(batch, x[rows])) as pieces:
+        for places, piece in pieces:
+            yield rows[places], piece
+
+
+def _on_executor(executor: Executor, batch: Batch, x: np.ndarray, rows: MemberNumbers, chunk: int) -> Pieces:
+    submit = getattr(executor, "submit", lambda *work: None)
+    pieces = [rows[i : i + chunk] for i in range(0, len(rows), chunk)]
+    futures: dict[Any, np.ndarray] = {submit(batch, x[piece]): piece for piece in pieces}
+    if not all(isinstance(future, concurrent.futures.Future) for future in futures):
+        raise ArgumentError(
+            "executor must be like those of concurrent.futures, whose submit returns a Future of theirs; "
+            f"got {type(executor).__name__}. Of a client of Dask, give client.get_executor()."
+        )
+    try:
+        for future in concurrent.futures.as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _is_death(error: Exception) -> bool:
+    """Whether an error says that the worker has died, and not that the computation failed."""
+    gone = concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError
+    return isinstance(error, gone) or type(error).__name__ == "KilledWorker"  # of Dask

@@ -1,0 +1,147 @@
+"""What takes the results of many members piece by piece: memory, or a store on disk that outlives an interruption."""
+
+import hashlib
+import importlib.metadata
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..._declare.node import leaves_of
+from ..._errors import ModelError
+from ..._extras import needed
+from .batches import INTERRUPTED, Batch, Piece
+
+OPEN = -1  # code of a member that is not computed yet
+PARTS = {
+    "members": "its parameters or their values are others",
+    "results": "its results have other names",
+    "model": "its model has other numbers",
+    "program": "its model, run or results state something else",
+}
+_NAME = re.compile(r"(?!zarr\.json$|__|\.)[^/]+")  # what zarr takes for the name of an array
+
+_CALLBACK = re.compile(r"custom_call @\w*callback")
+
+
+class Memory:
+    """Results and codes of numbered members, gone with the process."""
+
+    where = "lost, as no store was given"
+
+    def __init__(self, n: int, width: int) -> None:
+        self._values, self._codes = np.full((n, width), np.nan), np.full(n, OPEN)
+
+    @property
+    def open(self) -> Int[np.ndarray, " n"]:
+        """The members that are not computed yet."""
+        return np.flatnonzero(self._codes == OPEN)
+
+    def write(self, rows: Int[np.ndarray, " n"], piece: Piece) -> None:
+        """Keep the outcome of some members."""
+        self._values[rows], self._codes[rows] = piece
+
+    def close(self) -> None:
+        """Nothing more will be written."""
+
+    def read(self) -> Piece:
+        """All results and codes."""
+        return self._values, np.where(self._codes == OPEN, INTERRUPTED, self._codes)
+
+
+class Store(Memory):
+    """Results and codes of numbered members in a zarr store, which takes them chunk by chunk."""
+
+    def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
+        zarr = needed("zarr", "stores", "A store on disk")
+        if bad := [name for name in names if not _NAME.fullmatch(name)]:
+            raise ModelError(f"{bad[0]!r} cannot be the name of an array in a store. Rename the result.")
+        super().__init__(n, len(names))
+        self.where = f"in {path}: the same call goes on from there"
+        if path.exists():
+            self._group = zarr.open_group(path, mode="r+")
+            self._check(path, study)
+        else:
+            self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
+            # Pieces are small: to compress them would take longer than to write them.
+            like: Any = dict(shape=(n,), chunks=(chunk,), dimension_names=["member"], compressors=None)
+            for name in names:
+                self._group.create_array(name, dtype="float64", fill_value=np.nan, **like)
+            self._group.create_array("code", dtype="int16", fill_value=OPEN, **like)
+        self._columns, self._column_of_codes = [self._group[name] for name in names], self._group["code"]
+        self.chunk = int(self._column_of_codes.chunks[0])
+        stored = [np.asarray(column[:]) for column in (*self._columns, self._column_of_codes)]
+        self._values[:], self._codes[:] = np.stack(stored[:-1], axis=1), stored[-1]
+        self._begun: set[int] = set()  # chunks whose members are not all computed, and not all in the store
+
+    def _check(self, path: Path, study: Mapping[str, str]) -> None:
+        known = self._group.attrs.get("study")
+        if not isinstance(known, dict):
+            raise ModelError(f"{path} is not the store of a sweep. Name another folder.")
+        other = [text for part, text in PARTS.items() if known.get(part) != study[part]]
+        if other:
+            raise ModelError(f"{path} belongs to another study: {'; '.join(other)}. Name another folder, or delete it.")
+
+    def write(self, rows: Int[np.ndarray, " n"], piece: Piece) -> None:
+        super().write(rows, piece)
+        for number in np.unique(rows // self.chunk).tolist():
+            self._begun.add(number)
+            if not np.any(self._codes[self._members(number)] == OPEN):
+                self._save(number)
+
+    def close(self) -> None:
+        for number in list(self._begun):
+            self._save(number)
+
+    def _members(self, number: int) -> slice:
+        return slice(number * self.chunk, (number + 1) * self.chunk)
+
+    def _save(self, number: int) -> None:
+        """Write a chunk to disk; its codes come last, so that half a chunk is none."""
+        where = self._members(number)
+        for kept, column in zip(self._columns, self._values.T, strict=True):
+            kept[where] = column[where]
+        self._column_of_codes[where] = self._codes[where].astype("int16")
+        self._begun.discard(number)
+
+
+def store_of(
+    path: str | Path | None, batch: Batch, names: Sequence[str], x: Float[np.ndarray, "n k"], chunk: int
+) -> Store | None:
+    """The store of a batch at a path, which may be there already; None without a path."""
+    if path is None:
+        return None
+    return Store(Path(path), len(x), names, chunk, study_of(batch, names, x))
+
+
+def study_of(batch: Batch, results: Sequence[str], x: Float[np.ndarray, "n k"]) -> dict[str, str]:
+    """What tells one study from another: digests of its members, its results, the numbers of its model and the program.
+
+    The program is what is compiled, so that it tells all that the results depend on, wherever it is written. Raises
+    `ModelError` where it calls Python, of which it does not tell what it computes.
+    """
+    program, arrays = batch.lowered()
+    if _CALLBACK.search(program):
+        raise ModelError(
+            "A store must tell whether its results are still right, but the run or a result calls Python, as "
+            "jax.pure_callback, jax.debug.print and eqx.error_if do. Leave out these calls, or the store."
+        )
+    given = [leaf for leaf in leaves_of(batch.model) if leaf.value is not None]
+    numbers = [(leaf.path, np.asarray(leaf.value, float).tobytes()) for leaf in given]
+    return {
+        "members": _digest(repr(tuple(batch.free.names)).encode() + np.ascontiguousarray(x).tobytes()),
+        "results": _digest(repr(tuple(results)).encode()),
+        "model": _digest(repr(numbers).encode()),
+        "program": _digest(program.encode() + b"".join(array.tobytes() for array in arrays)),
+    }
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _versions() -> dict[str, str]:
+    return {f"{name}_version": importlib.metadata.version(name) for name in ("acausal", "jax")}

@@ -1,0 +1,1 @@
+"""Scatter of results caused by scatter of parameters."""

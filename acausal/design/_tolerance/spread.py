@@ -1,0 +1,164 @@
+"""The distribution of a result: its moments, percentiles, and the share that meets a specification."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from jaxtyping import Float
+
+from ..._analyse.table import aligned
+from ..._errors import ModelError, ParameterError
+from ..._extras import Axes
+from ..._units.display import Scale
+from ..._units.quantity import has_unit
+from .._problem.parse import number_in
+
+SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
+
+
+@dataclasses.dataclass(frozen=True)
+class Cause:
+    """The part that the scatter of one parameter has in the variance of a result, to first order.
+
+    `std`: standard deviation of the parameter, in its declared unit. `change`: that of the result for one such standard
+    deviation. `share`: of the variance; with correlated parameters it may be negative. All shares sum to one.
+    """
+
+    parameter: str
+    scale: Scale
+    std: float
+    change: float
+    share: float
+
+
+def table_of(result: str, scale: Scale, causes: Sequence[Cause]) -> str:
+    """Lines of causes, the largest share first."""
+    rows = [
+        [
+            cause.parameter,
+            f"{cause.share:.4f}",
+            f"{scale.difference(cause.change):.4g}",
+            f"{cause.scale.difference(cause.std):.4g}",
+            cause.scale.unit,
+        ]
+        for cause in sorted(causes, key=lambda cause: -abs(cause.share))
+    ]
+    return aligned([[f"variance of {result}", "share", scale.headed("change"), "for std", "unit"], *rows])
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Spread:
+    """The distribution of one result, in SI units or whichever the function returns; `print` it for a table.
+
+    - `method`: "first order", "second order", "Monte Carlo" or "Sobol sequence".
+    - `std_error`: of the mean, where it is of independent samples.
+    - `samples`: values of the result: those that could be computed, or those of the polynomial that is the method's.
+    - `failed`: how many members could not be computed, by reason. They are in no mean and no percentile.
+    - `causes`: what each parameter has in the variance, for the method of first order.
+    - `unfinished`: how many members an interrupt has left out. They count nowhere.
+    """
+
+    result: str
+    scale: Scale
+    method: str
+    mean: float
+    std: float
+    samples: Float[np.ndarray, " n"]
+    failed: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    std_error: float = 0.0
+    causes: tuple[Cause, ...] = ()
+    unfinished: int = 0
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Shares of the variance by parameter, for the method of first order."""
+        return {cause.parameter: cause.share for cause in self.causes}
+
+    def percentile(self, p: npt.ArrayLike) -> Any:
+        """The value below which p per cent lie; several at once for a sequence."""
+        if not np.all((np.asarray(p) >= 0.0) & (np.asarray(p) <= 100.0)):
+            raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
+        if self.method == "first order":
+            from scipy.special import ndtri
+
+            found = self.mean + self.std * ndtri(np.asarray(p, float) / 100.0)
+        else:
+            found = np.percentile(self.samples, np.asarray(p, float))
+        return float(found) if np.ndim(found) == 0 else found
+
+    def share(self, low: Any = None, high: Any = None) -> "Yield":
+        """The share of members between two limits, with its interval of 95 % after Wilson; failed ones are outside."""
+        if low is None and high is None:
+            raise ModelError("A yield needs a limit: share(low=...), share(high=...) or both.")
+        below = -np.inf if low is None else self._limit(low)
+        above = np.inf if high is None else self._limit(high)
+        n = len(self.samples) + sum(self.failed.values())
+        if self.method == "first order":
+            from scipy.special import ndtr
+
+            inside = float(ndtr((above - self.mean) / self.std) - ndtr((below - self.mean) / self.std))
+            return Yield(inside, inside, inside)
+        inside = float(np.sum((self.samples >= below) & (self.samples <= above))) / n
+        return Yield(inside, *(_wilson(inside, n) if self.failed or self.std_error else (inside, inside)))
+
+    def _limit(self, limit: Any) -> float:
+        """A limit in the unit of the result: a plain number is in it, and a text or a quantity has one of its own."""
+        if not isinstance(limit, str) and not has_unit(limit):
+            return float(limit)
+        return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.unit, self.result)[0])
+
+    def plot(self, ax: Axes | None = None, limits: Any = ()) -> Axes:
+        """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
+        from .plots import plot_spread
+
+        return plot_spread(self, ax, limits)
+
+    def row(self) -> list[str]:
+        """Its line in a table."""
+        numbers = [self.mean, *self.percentile(SHOWN)]
+        mean, *percentiles = (f"{self.scale.value(number):.5g}" for number in numbers)
+        std = f"{self.scale.difference(self.std):.4g}"
+        return [self.result, self.scale.unit, self.method, mean, std, *percentiles, str(sum(self.failed.values()))]
+
+    def __str__(self) -> str:
+        return table([self])
+
+
+@dataclasses.dataclass(frozen=True)
+class Yield:
+    """The share of members within a specification, and the interval that it is known to."""
+
+    share: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{100 * self.share:.4g} % ({100 * self.low:.4g} to {100 * self.high:.4g} %)"
+
+
+class Spreads(dict[str, Spread]):
+    """The distributions of several results by name; `print` it for a table."""
+
+    def __str__(self) -> str:
+        return table(list(self.values()))
+
+
+def table(spreads: list[Spread]) -> str:
+    """Lines of distributions, what failed, and what causes the variance."""
+    head = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
+    lines = [aligned([head, *(spread.row() for spread in spreads)])]
+    failed = next((spread.failed for spread in spreads if spread.failed), {})
+    lines += [f"failed, {number} times: {reason}" for reason, number in failed.items()]
+    if unfinished := max(spread.unfinished for spread in spreads):
+        lines.append(f"interrupted: {unfinished} members are missing")
+    return "\n".join([*lines, *(table_of(s.result, s.scale, s.causes) for s in spreads if s.causes)])
+
+
+def _wilson(share: float, n: int) -> tuple[float, float]:
+    """Wilson (1927): the interval of 95 % of a binomial share."""
+    z = 1.959963984540054
+    centre = (share + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
+    return float(max(centre - half, 0.0)), float(min(centre + half, 1.0))

@@ -1,0 +1,232 @@
+"""`Tolerance`: how results scatter with the parameters."""
+
+import functools as ft
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ..._declare.component import Component
+from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
+from .._compute.evaluator import Evaluator
+from .._problem.distributions import Distribution, member_count, sobol_scores
+from .._problem.limits import objectives_of
+from .._problem.types import ByPath, Executor, Progress
+from .._sensitivity.hessian import hessians_of
+from .._sweep.batches import Batch, Outcomes
+from .._sweep.pieces import evaluated
+from .joint import JointDistribution
+from .sobol_indices import Indices, indices_of
+from .spread import Cause, Spread, Spreads
+from .worst import Worst, worst
+
+M = TypeVar("M", bound=Component)
+SURROGATE = 2**16  # samples of the polynomial of second order
+
+
+class Members(NamedTuple):
+    """Sampled parameters, row by row in the order of `Tolerance.names`, with their results and codes."""
+
+    parameters: Float[np.ndarray, "n k"]
+    outcomes: Outcomes
+
+
+class Tolerance(Generic[M]):
+    """How results of a model scatter where its parameters do.
+
+        study = Tolerance(
+            drive,
+            {"motor.resistor.R": Normal(std="5 %"), "gear.ratio": Uniform("-1 %", "+1 %")},
+            {"time": (lambda s: s.t1, "ms")},
+            run=lambda m: simulate(m, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end"),
+        )
+        print(study.first_order(), study.monte_carlo(2000), study.indices(512), study.worst_case("time"), sep="\\n")
+
+    - `distributions`: by path, or by a tuple of paths that share a value: `Normal`, `Uniform`, `Triangular` or
+      `Samples`.
+    - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name.
+    - `run`: a function of the model that returns what the other functions take; without it, they take the model.
+    - `correlation`: of pairs of parameters, `{("a", "b"): 0.5}`. It is that of the normal scores (a Gaussian copula),
+      and so of the values themselves where both are normal.
+    - `executor`: where batches run, an object with `submit` as those of `concurrent.futures`; by default threads on all
+      cores.
+
+    Laws: GUM (JCGM 100) for the methods of first and second order, JCGM 101 for Monte Carlo.
+
+    Raises `ModelError` or `ParameterError` for what is wrong with names, numbers and units.
+    """
+
+    def __init__(
+        self,
+        model: M,
+        distributions: ByPath[Distribution],
+        results: object,
+        *,
+        run: Callable[[M], Any] | None = None,
+        correlation: Mapping[tuple[str, str], float] | None = None,
+        executor: Executor | None = None,
+    ) -> None:
+        self.model = model
+        self._joint = JointDistribution.of(model, distributions, correlation)
+        self.free = self._joint.free
+        objectives = {objective.name: objective for objective in objectives_of(results, "result")}
+        self._scales = {name: objective.scale for name, objective in objectives.items()}
+        functions = {name: objective.function for name, objective in objectives.items()}
+        self._evaluator = Evaluator(model, self.free, functions, run)
+        self._batch = Batch(model, self.free, functions, run)
+        self._executor = executor
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that scatter."""
+        return self.free.names
+
+    @property
+    def means(self) -> Float[np.ndarray, " k"]:
+        return self._joint.means
+
+    @property
+    def covariance(self) -> Float[np.ndarray, "k k"]:
+        """From standard deviations and the correlation of the scores; exact if all parameters are normal."""
+        return self._joint.covariance
+
+    def parameters_at(self, scores: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
+        """Parameters from independent scores of the standard normal distribution."""
+        return self._joint.parameters_at(scores)
+
+    def first_order(self) -> Spreads:
+        """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters.
+
+        The print shows which share of the variance each parameter causes: g_i (S g)_i / g^T S g.
+        """
+        values, gradient = self._derivatives
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+            g = gradient[i]
+            variance = float(g @ self.covariance @ g)
+            shares = g * (self.covariance @ g) / (variance or 1.0)
+            std = self._joint.std
+            rows = zip(self.free.variables, std.tolist(), (g * std).tolist(), shares.tolist(), strict=True)
+            causes = tuple(Cause(variable.name, variable.scale, *row) for variable, *row in rows)
+            found[name] = Spread(
+                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), causes=causes
+            )
+        return found
+
+    def second_order(self) -> Spreads:
+        """From the polynomial of second order about the means, with exact second derivatives H.
+
+        The mean is f + tr(H S)/2. Spread and percentiles are those of the polynomial, of which many members of a Sobol
+        sequence are taken, as they cost nothing. Raises `SimulationError` where there are no second derivatives, as
+        `hessian` does.
+        """
+        values, gradient = self._derivatives
+        hessian = self._hessian
+        steps = self.parameters_at(sobol_scores(len(self.names), SURROGATE, 0)) - self.means
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+            mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
+            samples = values[i] + steps @ gradient[i] + 0.5 * np.einsum("ni,ij,nj->n", steps, hessian[i], steps)
+            std = float(np.std(samples))
+            found[name] = Spread(name, self._scales[owner], "second order", mean, std, samples)
+        return found
+
+    def monte_carlo(
+        self, n: int = 1000, *, seed: int = 0, progress: Progress | bool | None = None, scores: np.ndarray | None = None
+    ) -> Spreads:
+        """From `n` independent members, drawn by numpy's `default_rng(seed)`, or from `scores` of one's own.
+
+        The distributions hold the members that could be computed; the others are counted by reason. `progress` is as in
+        `sweep`, or a function of how many members are done and how many there are. After an interrupt from the
+        keyboard, the distributions are those of the members that are finished, and say how many are missing.
+        """
+        if scores is None:
+            scores = np.random.default_rng(seed).standard_normal((member_count(n), len(self.names)))
+        return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
+
+    def sobol_sequence(self, n: int = 1024, *, seed: int = 0, progress: Progress | bool | None = None) -> Spreads:
+        """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
+        return self._sampled("Sobol sequence", sobol_scores(len(self.names), member_count(n), seed), progress)
+
+    def members(
+        self, scores: Float[np.ndarray, "n k"], progress: Progress | bool | None = None, what: str = "members"
+    ) -> Members:
+        """The runs of members that are given by independent scores; `what` is what the bar calls them."""
+        x = self.parameters_at(scores)
+        return Members(x, evaluated(self._batch, x, what, executor=self._executor, progress=progress))
+
+    def indices(self, n: int = 512, *, seed: int = 0, progress: Progress | bool | None = None) -> Indices:
+        """Sobol' indices of first order and in total, by n (k + 2) runs for k parameters; these have to be independent.
+
+        Estimators: Saltelli and others (2010), Computer Physics Communications 181, 259-270, table 2 (b) and (f).
+        """
+        if not np.allclose(self._joint.root, np.eye(len(self.names))):
+            raise ModelError("Sobol' indices are defined for independent parameters: leave out `correlation`.")
+        k = len(self.names)
+        both = sobol_scores(2 * k, member_count(n), seed)
+        first, second = both[:, :k], both[:, k:]
+        mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
+        # Sample by sample, so that an interrupt leaves whole ones.
+        scores = np.stack([first, second, *mixed], axis=1).reshape(n * (k + 2), k)
+        found = self.members(scores, progress, "Sobol indices")
+        return indices_of(self.names, self._columns[0], found.outcomes, n, k, seed)
+
+    def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
+        """The least and the greatest value of a result within the tolerances, and where they are.
+
+        The box goes to the limits of bounded distributions and to so many standard deviations of `Normal` ones; that
+        parameters are correlated is not considered. Found by scipy's L-BFGS-B with exact gradients, from the corner
+        that the gradient at the mean points to and from further starts.
+
+        Raises `ParameterError` where the box leaves the range of a parameter.
+        """
+        _, gradient = self._derivatives
+        row, box = self._row(result), self._joint.box(self.model, sigmas)
+        owner = self._columns[1][row]
+        return worst(self._evaluator, row, box, gradient[row], self._scales[owner], starts, seed)
+
+    @ft.cached_property
+    def _columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The names of the results, and which function each of them is from."""
+        return self._batch.columns
+
+    def _row(self, result: str) -> int:
+        names = self._columns[0]
+        if not result and len(names) == 1:
+            return 0
+        if result not in names:
+            raise UnknownNameError(f"There is no result {result!r}.{suggestion(result, names)}")
+        return names.index(result)
+
+    def _sampled(self, method: str, scores: np.ndarray, progress: Progress | bool | None) -> Spreads:
+        if scores.ndim != 2 or scores.shape[1] != len(self.names):
+            raise ModelError(f"scores need a column for each of {len(self.names)} parameters, got {scores.shape}.")
+        outcomes = self.members(scores, progress, method).outcomes
+        good = outcomes.values[outcomes.are_good]
+        unfinished = int(np.sum(~outcomes.are_finished))
+        if len(good) < 2:
+            reasons = ", ".join(f"{reason} ({number})" for reason, number in outcomes.failed.items())
+            raise SimulationError(f"Fewer than two of {len(scores)} members could be computed: {reasons}.")
+        found = Spreads()
+        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+            mean, std = float(np.mean(good[:, i])), float(np.std(good[:, i], ddof=1))
+            error = std / np.sqrt(len(good)) if method == "Monte Carlo" else 0.0
+            found[name] = Spread(
+                name, self._scales[owner], method, mean, std, good[:, i], outcomes.failed, float(error),
+                unfinished=unfinished,
+            )  # fmt: skip
+        return found
+
+    @ft.cached_property
+    def _derivatives(self) -> tuple[np.ndarray, np.ndarray]:
+        """Results at the means and their derivatives."""
+        found = self._evaluator(self.means)
+        if not found.is_good:
+            raise SimulationError(f"The model cannot be computed with the means of its parameters: {found.why}.")
+        return found.values, found.jacobian
+
+    @ft.cached_property
+    def _hessian(self) -> np.ndarray:
+        """Second derivatives of the results at the means."""
+        return hessians_of(self._evaluator, self.means)

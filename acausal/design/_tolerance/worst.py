@@ -1,0 +1,81 @@
+"""The worst case: the least and the greatest value of a result within a box of tolerances."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..._analyse.table import aligned
+from ..._errors import SimulationError
+from ..._units.display import Scale
+from .._compute.evaluator import Evaluator
+
+REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the result
+
+
+@dataclasses.dataclass(frozen=True)
+class Worst:
+    """Both ends of a result within the tolerances, and the parameters there, by name, in `units`; `print` it for a
+    table.
+    """
+
+    result: str
+    scale: Scale
+    low: float
+    high: float
+    at_low: Mapping[str, float]
+    at_high: Mapping[str, float]
+    evaluations: int
+    units: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
+        scales = map(Scale.of, self.units or ("",) * len(self.at_low))
+        rows = [
+            [name, *(f"{scale.value(place[name]):.6g}" for place in (self.at_low, self.at_high)), scale.shown]
+            for name, scale in zip(self.at_low, scales, strict=True)
+        ]
+        return aligned([[f"worst case of {self.result}", *ends, ""], *rows])
+
+
+def worst(
+    evaluator: Evaluator, row: int, box: np.ndarray, gradient: np.ndarray, scale: Scale, starts: int, seed: int,
+) -> Worst:  # fmt: skip
+    """Both ends, each the best of several searches."""
+    before = evaluator.evaluations
+    ends = [_end(evaluator, row, box, sign, gradient, starts, seed) for sign in (1.0, -1.0)]
+    (low, at_low), (high, at_high) = ends
+    free = evaluator.free
+    places = [dict(zip(free.names, x.tolist(), strict=True)) for x in (at_low, at_high)]
+    effort = evaluator.evaluations - before
+    return Worst(evaluator.names[row], scale, low, high, places[0], places[1], effort, free.units)
+
+
+def _end(
+    evaluator: Evaluator, row: int, box: np.ndarray, sign: float, gradient: np.ndarray, starts: int, seed: int
+) -> tuple[float, np.ndarray]:
+    """The least of sign times the result."""
+    from scipy.optimize import minimize
+
+    low, width = box[:, 0], box[:, 1] - box[:, 0]
+    size = float(np.sum(np.abs(gradient) * width)) or 1.0
+    corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
+    # In the corner itself the search would end at once; from a little inside, it follows the gradient there.
+    places = [0.02 + 0.96 * corner, *np.random.default_rng(seed).random((max(starts - 1, 0), len(low)))]
+
+    def function(z: np.ndarray) -> tuple[float, np.ndarray]:
+        found = evaluator(low + width * z)
+        if not found.is_good:
+            return REFUSED, np.zeros(len(low))
+        return sign * found.values[row] / size, sign * found.jacobian[row] * width / size
+
+    options: Any = dict(ftol=1e-14, gtol=1e-10)
+    ends = [
+        minimize(function, z, jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(low), options=options)
+        for z in places
+    ]
+    best = min(ends, key=lambda end: float(end.fun))
+    if best.fun >= REFUSED:
+        raise SimulationError("No design within the tolerances could be computed.")
+    return sign * size * float(best.fun), low + width * best.x
