@@ -69,7 +69,7 @@ class Tolerance(Generic[M]):
     ) -> None:
         self.model = model
         self._joint = JointDistribution.of(model, distributions, correlation)
-        self.free = self._joint.free
+        self.free, self.distributions = self._joint.free, self._joint.marginals
         objectives = {objective.name: objective for objective in objectives_of(results, "result")}
         self._scales = {name: objective.scale for name, objective in objectives.items()}
         functions = {name: objective.function for name, objective in objectives.items()}
