@@ -92,14 +92,14 @@ def test_units_are_shown_as_they_were_given() -> None:
     [
         ({}, "at least one"),
         ({"a.bor": (0.0, 1.0)}, r"no parameter or start value 'a\.bor'.*a\.bore"),
-        ({"bore": (0.0, 1.0)}, r"ambiguous.*a\.bore or b\.bore"),
-        ({"a": (0.0, 1.0)}, r"a is no parameter, but holds some: a\.table\.y, a\.bore"),
-        ({"a.table.y[3]": (0.0, 1.0)}, r"no element of a\.table\.y, which has the shape \(3,\)"),
-        ({"a.table.y[0,1]": (0.0, 1.0)}, r"no element of a\.table\.y"),
+        ({"bore": (0.0, 1.0)}, r"not a complete path.*a\.bore or b\.bore"),
+        ({"a": (0.0, 1.0)}, r"a is not a parameter but contains some: a\.table\.y, a\.bore"),
+        ({"a.table.y[3]": (0.0, 1.0)}, r"not an element of a\.table\.y, which has the shape \(3,\)"),
+        ({"a.table.y[0,1]": (0.0, 1.0)}, r"not an element of a\.table\.y"),
         ({"b.v": (0.0, 1.0)}, r"b\.v has no start value"),
         ({"a.table.y": (0.0, 9.0), "a.table.y[1]": (0.0, 9.0)}, r"a\.table\.y\[1\] is named twice"),
         ({("a.bore", "temperature"): (0.0, 1.0)}, "cannot share a value: their units are K, m"),
-        ({("a.table.y", "a.bore"): (0.0, 1.0)}, "must have as many"),
+        ({("a.table.y", "a.bore"): (0.0, 1.0)}, "must have equally many"),
         ({3: (0.0, 1.0)}, "named by its path"),
     ],
 )
@@ -115,11 +115,11 @@ def test_wrong_names_are_told(free: Any, said: str) -> None:
         ((0.02, 0.02), "must be below"),
         (("15 K", "25 mm"), r"a\.bore is in m.*given in"),
         (("fifteen", 1.0), "'fifteen' is not a number with a unit"),
-        (("30 mm", "40 mm"), r"a\.bore starts from 20 mm, outside of its bounds 30 to 40 mm"),
+        (("30 mm", "40 mm"), r"a\.bore starts from 20 mm, outside its bounds 30 to 40 mm"),
         ((0.01, 0.02, 0.03), "bounds are a pair"),
         (0.02, "bounds are a pair"),
         (([0.01, 0.02], 0.03), "2 bounds are given for 1 numbers"),
-        ((object(), 0.03), "is not a number"),
+        ((object(), 0.03), "expected a number"),
     ],
 )
 def test_wrong_bounds_are_told(bounds: Any, said: str) -> None:
@@ -138,5 +138,5 @@ def test_bounds_stay_in_the_declared_range() -> None:
 
 def test_what_is_shared_starts_from_one_value() -> None:
     model = Rig(a=source(bore=0.02), b=source(bore=0.03))
-    with pytest.raises(ParameterError, match=r"must start from one: a\.bore = 20 mm, b\.bore = 30 mm"):
+    with pytest.raises(ParameterError, match=r"must start from the same one: a\.bore = 20 mm, b\.bore = 30 mm"):
         free_parameters(model, {("a.bore", "b.bore"): (0.01, 0.05)})

@@ -12,7 +12,7 @@ from _problems import GearedLoad, Valleys
 
 from acausal import SimulationError
 from acausal.design import identify, optimise, pareto
-from acausal.design._compute.cores import heard
+from acausal.design._compute.cores import interruptible
 from acausal.design._compute.evaluator import Evaluator
 from acausal.design._identify.experiment import Experiment
 from acausal.design._optimise import report
@@ -23,11 +23,11 @@ RATIO = {"ratio": (5.0, 40.0)}
 BOTH = {"time": (lambda m: m.time, "ms"), "motor speed": (lambda m: m.motor_speed, "rad/s")}
 
 
-def test_work_in_a_thread_leaves_an_interrupt_to_be_heard() -> None:
+def test_work_in_a_thread_leaves_the_main_thread_interruptible() -> None:
     began = time.monotonic()
     threading.Timer(0.3, _thread.interrupt_main).start()
     with pytest.raises(KeyboardInterrupt):
-        heard(lambda: time.sleep(4.0))
+        interruptible(lambda: time.sleep(4.0))
     assert time.monotonic() - began < 2.3
 
 

@@ -251,7 +251,7 @@ BAD: dict[str, tuple[Any, type[Exception], str]] = {
     "mode outside": (
         lambda: study(distributions={C: Triangular(1.0, 2.0)}),
         ParameterError,
-        "the mode 0.04 N/mm lies outside of the limits 0.001 to 0.002 N/mm",
+        "the mode 0.04 N/mm is outside the bounds 0.001 to 0.002 N/mm",
     ),
     "one sample": (lambda: study(distributions={C: Samples([1.0])}), ParameterError, "at least two different finite"),
     "not a number": (

@@ -1,4 +1,4 @@
-"""What curvature says of a place: a minimum, none, or undecided; and which steps lead on from it."""
+"""Classification of a point by its curvature, and descent directions from it."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -9,21 +9,20 @@ from .first_order import OPTIMAL, Multipliers, multipliers_of, residual, station
 from .point import Bounds, Point, PointAt
 from .second_order import CLOSE, STEP, Eigenpair, Quadratic
 
-ROUGH = 1e-3  # share of a curvature by which those to both sides may differ by errors of differences
-REACH = 0.1  # of scaled variables: a step aside
+ROUGH = 1e-3  # relative difference of one-sided curvatures within the error of differences
+REACH = 0.1  # trial step of scaled variables
 
 
 @dataclasses.dataclass(frozen=True)
 class Curvature:
-    """The second-order conditions at the end of a search.
+    """Second-order conditions at the end of a search.
 
-    - `eigenvalues` of the Hessian of the Lagrangian on the directions that constraints and bounds with a multiplier
-      leave free; `error` is how uncertain they are, and `kink` by how much the Hessians to both sides of the place
-      differ: not at all, unless first derivatives have a kink there.
-    - `least`: the least curvature along directions that do not break active limits either; infinite without any.
-    - `distance`: how far Newton's step leads, as the largest share of a range.
-    - `is_level`: whether the first-order conditions are met aside of the place as well, along all directions without
-      curvature.
+    - `eigenvalues` of the Hessian of the Lagrangian in the null space of the constraints and bounds that have a
+      multiplier. `error` is their uncertainty, and `kink` the difference between the one-sided Hessians, zero unless
+      the first derivatives have a kink.
+    - `least`: the smallest curvature in the critical cone; infinite if the cone is empty.
+    - `distance`: the length of the Newton step, as the largest share of a range.
+    - `is_level`: whether the first-order conditions also hold a step away along all directions without curvature.
     """
 
     eigenvalues: np.ndarray
@@ -35,12 +34,12 @@ class Curvature:
 
     @property
     def is_minimum(self) -> bool:
-        """Whether the second-order conditions of a local minimum are met."""
+        """Whether the second-order conditions of a local minimum hold."""
         return self.verdict.startswith(("a strict", "a vertex", "a local minimum"))
 
     @property
     def is_far(self) -> bool:
-        """Whether there is curvature, but slope as well: the minimum is elsewhere."""
+        """Whether the Newton step leads away from the point."""
         return self.distance > STEP
 
     @property
@@ -48,25 +47,25 @@ class Curvature:
         if np.isinf(self.least):
             return "a vertex: as many limits are active as variables are free"
         if not np.all(np.isfinite(self.eigenvalues)):
-            return "unknown: what lies beside it cannot be computed"
+            return "unknown: no design next to it can be computed"
         size = float(np.max(np.abs(self.eigenvalues)))
         rough = 0.5 * self.kink if self.kink > ROUGH * size else 0.0
         if self.is_far:
-            return f"no minimum: by slope and curvature, one may be {self.distance:.2g} ranges away"
+            return f"not a minimum: the Newton step leads {self.distance:.2g} ranges away"
         if self.least > max(self.error, rough):
             return "a strict local minimum"
         if rough > max(self.error, abs(self.least)):
-            return "undecided: it has no second derivatives, but a kink in the first ones"
+            return "undecided: the first derivatives have a kink"
         if self.least < -self.error:
-            return "no minimum: the objective falls to second order"
-        return "a local minimum, flat in some directions" if self.is_level else "undecided: it is flat"
+            return "not a minimum: the curvature is negative"
+        return "a local minimum, flat in some directions" if self.is_level else "undecided: the objective is flat"
 
 
 UNKNOWN = Curvature(np.full(1, np.nan), np.inf)
 
 
 def curvature_of(at: PointAt, point: Point, quadratic: Quadratic, bounds: Bounds, is_equation: np.ndarray) -> Curvature:
-    """The curvature at a point, from the quadratic model there."""
+    """Curvature at a point from its quadratic model."""
     if not len(quadratic.slope):
         return Curvature(np.zeros(0), 0.0, least=np.inf)
     if not quadratic.is_computed:
@@ -92,7 +91,7 @@ def _aside(at: PointAt, point: Point, pair: Eigenpair, bounds: Bounds) -> Point 
 
 
 def _falls_aside(at: PointAt, point: Point, pair: Eigenpair, multipliers: Multipliers, bounds: Bounds) -> bool:
-    """Whether the Lagrangian falls further at a step aside."""
+    """Whether the Lagrangian decreases further after a trial step."""
     aside = _aside(at, point, pair, bounds)
     return aside is not None and bool(stationarity(aside, multipliers) @ pair.vector < -CLOSE)
 
@@ -100,18 +99,18 @@ def _falls_aside(at: PointAt, point: Point, pair: Eigenpair, multipliers: Multip
 def _is_level(
     at: PointAt, point: Point, pair: Eigenpair, bounds: Bounds, is_equation: np.ndarray, scale: float
 ) -> bool:  # fmt: skip
-    """Whether the first-order conditions are met aside, too."""
+    """Whether the first-order conditions also hold after a trial step."""
     aside = _aside(at, point, pair, bounds)
     if aside is None:
         return False
     return residual(aside, multipliers_of(aside, bounds, is_equation), is_equation, scale) <= OPTIMAL
 
 
-def ways(
+def descent_steps(
     at: PointAt, point: Point, multipliers: Multipliers, quadratic: Quadratic, bounds: Bounds
 ) -> Iterator[np.ndarray]:
-    """Steps from a point along which the Lagrangian falls: Newton's step, directions of negative curvature, and
-    directions without curvature along which it has a slope here or aside.
+    """Steps along which the Lagrangian decreases: the Newton step, directions of negative curvature, and directions
+    without curvature along which it has a slope at the point or after a trial step.
     """
     if not quadratic.is_computed or not len(quadratic.slope):
         return

@@ -1,4 +1,4 @@
-"""Derivatives by differences on one side."""
+"""One-sided differences."""
 
 from collections.abc import Mapping
 
@@ -6,9 +6,9 @@ import numpy as np
 
 
 def from_sides(values: Mapping[int, np.ndarray], step: float) -> list[np.ndarray]:
-    """The derivatives to the right and to the left of a place, of second order, by values at multiples of a step.
+    """Second-order one-sided derivatives, right then left, from values at multiples of a step.
 
-    A side of which a value is missing is left out.
+    A side with a missing value is left out.
     """
     sides = {sign: [values[sign * k] for k in (0, 1, 2)] for sign in (1, -1) if {sign, 2 * sign} <= values.keys()}
     return [sign * (4.0 * once - twice - 3.0 * here) / (2.0 * step) for sign, (here, once, twice) in sides.items()]

@@ -1,12 +1,12 @@
-"""The first-order conditions of an optimum, whatever found it.
+"""First-order (KKT) conditions of an optimum.
 
-At a local minimum of f with c <= 0, within bounds, there are multipliers that are not negative with
+At a local minimum of f with c <= 0, within bounds, there are non-negative multipliers with
 
     grad f + sum_i lambda_i grad c_i + (upper - lower bound multipliers) = 0,    lambda_i c_i = 0,
 
 if a constraint qualification holds, such as that of Mangasarian and Fromovitz: some direction leads inside all active
-limits, to first order, along equations whose gradients are independent. Where none does, multipliers need not exist, or
-grow beyond all bounds nearby. See Nocedal and Wright, Numerical Optimization, 2nd ed. (Springer, 2006), chapter 12.
+limits, to first order, along equations with independent gradients. Otherwise multipliers need not exist, or they are
+unbounded nearby. See Nocedal and Wright, Numerical Optimization, 2nd ed. (Springer, 2006), chapter 12.
 """
 
 from typing import NamedTuple
@@ -16,39 +16,38 @@ from scipy import linalg, optimize
 
 from .point import FEASIBLE, Bounds, Point
 
-OPTIMAL = 1e-6  # the residual of the conditions of an optimum
-NEAR = 1e-3  # what is so close to a limit may be active, as long as the place is not accurate
-ACTIVE = 1e-6  # of the size of a limit, or of the distance of the bounds
-DEPENDENT = 1e-6  # a scaled gradient, or a combination of gradients, that is none
-UNQUALIFIED = FEASIBLE**0.5  # gradients as small as those of x^2 where it is FEASIBLE
-SHARE = 1e-3  # least share of a gradient that takes part in a combination that vanishes
+OPTIMAL = 1e-6  # tolerance of the KKT residual
+NEAR = 1e-3  # tolerance of active constraints at an inaccurate point
+ACTIVE = 1e-6  # tolerance of active constraints, relative to the size of the limit or the distance of the bounds
+DEPENDENT = 1e-6  # norm of a scaled gradient, or of a combination of gradients, that counts as zero
+UNQUALIFIED = FEASIBLE**0.5  # the gradient of x^2 where x^2 is FEASIBLE
+SHARE = 1e-3  # least share of a gradient in a vanishing combination
 
 
 class Multipliers(NamedTuple):
-    """Scaled: of the constraints and of the lower and upper bounds, zero where these are not active."""
+    """Scaled multipliers of the constraints and bounds, zero for inactive ones."""
 
     constraints: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
 
     def active(self, least: float = 0.0) -> "Multipliers":
-        """Which of them are above `least`, as truth values."""
+        """Truth values: which of them are above `least`."""
         return Multipliers(*(np.abs(values) > least for values in self))
 
 
 def multipliers_of(point: Point, bounds: Bounds, is_equation: np.ndarray, within: float = ACTIVE) -> Multipliers:
-    """The multipliers that come closest to making the point stationary, by least squares over what is active: the
-    smallest ones.
+    """The smallest multipliers that minimise the gradient of the Lagrangian, by least squares over active constraints.
 
-    Those of inequalities and bounds are not negative: where the unrestricted ones have a wrong sign, the point is no
-    optimum, and the residual says so.
+    Multipliers of inequalities and bounds are restricted to non-negative values. If that restriction is active, the
+    point is not an optimum and has a large residual.
     """
     places, columns = _active(point, bounds, is_equation, within)
     found = np.zeros(columns.shape[1])
     if len(found):
         n_bounds = len(places.lower) + len(places.upper)
         least = np.where(np.append(is_equation[places.constraints], np.zeros(n_bounds, bool)), -np.inf, 0.0)
-        # A combination of gradients that vanishes balances nothing, however large its multipliers are.
+        # A vanishing combination of gradients contributes nothing, however large its multipliers are.
         left, values, right = np.linalg.svd(columns, full_matrices=False)
         kept = values > DEPENDENT
         columns = (left[:, kept] * values[kept]) @ right[kept]
@@ -59,9 +58,9 @@ def multipliers_of(point: Point, bounds: Bounds, is_equation: np.ndarray, within
 
 
 def ambiguous(point: Point, bounds: Bounds, is_equation: np.ndarray, within: float = ACTIVE) -> Multipliers:
-    """Which multipliers are not unique, as truth values: the gradients of what is active depend on each other there.
+    """Truth values: which multipliers are not unique because the gradients of active constraints depend on each other.
 
-    A constraint whose gradient vanishes does not count.
+    Constraints with a zero gradient are excluded.
     """
     places, columns = _active(point, bounds, is_equation, within)
     lengths = np.linalg.norm(columns, axis=0)
@@ -73,15 +72,15 @@ def ambiguous(point: Point, bounds: Bounds, is_equation: np.ndarray, within: flo
 
 
 def unmoved(point: Point, is_equation: np.ndarray, within: float = ACTIVE) -> np.ndarray:
-    """Which active constraints no variable moves, to first order: they have no price."""
+    """Active constraints with a zero gradient. They have no multiplier."""
     return (is_equation | (point.c >= -within)) & (np.linalg.norm(point.jacobian, axis=1) <= DEPENDENT)
 
 
 def unqualified(point: Point, bounds: Bounds, is_equation: np.ndarray, within: float = ACTIVE) -> Multipliers:
-    """Which constraints and bounds violate the constraint qualification of Mangasarian and Fromovitz, as truth values.
+    """Truth values: which constraints and bounds violate the constraint qualification of Mangasarian and Fromovitz.
 
-    They are those in a combination of gradients that vanishes, with weights that are not negative for limits and bounds
-    (Gordan's theorem). None if the qualification holds, or if moderate multipliers meet the first-order conditions.
+    They form a vanishing combination of gradients with non-negative weights for limits and bounds (Gordan's theorem).
+    None if the qualification holds, or if moderate multipliers satisfy the first-order conditions.
     """
     multipliers = multipliers_of(point, bounds, is_equation, within)
     scale = float(np.max(np.abs(point.gradient)))
@@ -105,7 +104,7 @@ def unqualified(point: Point, bounds: Bounds, is_equation: np.ndarray, within: f
 
 
 def _active(point: Point, bounds: Bounds, is_equation: np.ndarray, within: float) -> tuple[Multipliers, np.ndarray]:
-    """Where constraints and bounds are active, and in columns the gradients of all of them."""
+    """Indices of the active constraints and bounds, and the matrix with their gradients as columns."""
     rows = np.flatnonzero(is_equation | (np.abs(point.c) <= within))
     lower, upper = (np.flatnonzero(np.abs(point.z - bound) <= within) for bound in bounds)
     unit = np.eye(len(point.z))
@@ -113,7 +112,7 @@ def _active(point: Point, bounds: Bounds, is_equation: np.ndarray, within: float
 
 
 def _spread(point: Point, places: Multipliers, values: np.ndarray) -> Multipliers:
-    """`values`, of which there is one for each active place, put at these places; zero elsewhere."""
+    """Full vectors with `values` at the active indices and zero elsewhere."""
     n = len(point.z)
     made = Multipliers(np.zeros(len(point.c)), np.zeros(n), np.zeros(n))
     ends = np.cumsum([len(places.constraints), len(places.lower)])
@@ -128,8 +127,9 @@ def stationarity(point: Point, multipliers: Multipliers) -> np.ndarray:
 
 
 def residual(point: Point, multipliers: Multipliers, is_equation: np.ndarray, scale: float = 1.0) -> float:
-    """The largest of what is left of stationarity, of the limits that are broken, and of lambda_i c_i; slopes and
-    multipliers are measured by `scale`.
+    """KKT residual: the largest of the gradient of the Lagrangian, constraint violations and lambda_i c_i.
+
+    `scale` normalises gradients and multipliers.
     """
     broken = np.where(is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
     slack = multipliers.constraints * point.c / scale

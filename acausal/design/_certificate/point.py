@@ -11,7 +11,7 @@ Bounds: TypeAlias = tuple[np.ndarray, np.ndarray]
 
 
 class Point(NamedTuple):
-    """A place `z` with objective `f` and constraints `c`, which are at most 0, or 0 where they are equations."""
+    """A point `z` with objective `f` and constraints `c` <= 0, or `c` = 0 for equations."""
 
     z: np.ndarray
     f: float
@@ -24,6 +24,6 @@ PointAt: TypeAlias = Callable[[np.ndarray], Point | None]  # None if nothing can
 
 
 def violation(point: Point, is_equation: np.ndarray) -> float:
-    """The largest violation of a constraint."""
+    """The largest constraint violation."""
     broken = np.where(is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
     return float(np.max(broken, initial=0.0))

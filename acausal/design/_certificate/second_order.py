@@ -1,11 +1,11 @@
-"""The second-order conditions of an optimum: the curvature of the Lagrangian on the critical cone.
+"""Second-order conditions of an optimum: the curvature of the Lagrangian on the critical cone.
 
-The critical cone holds the directions d along which, to first order, constraints and bounds with a multiplier stay as
-they are, and active ones without a multiplier are not broken. At a local minimum d'Hd >= 0 on the cone, H being the
-Hessian of the Lagrangian; where first-order conditions hold and d'Hd > 0, the place is a strict local minimum. See
+The critical cone contains the directions d along which, to first order, constraints and bounds with a multiplier stay
+constant, and active ones without a multiplier are not violated. At a local minimum d'Hd >= 0 on the cone, with the
+Hessian H of the Lagrangian. If the first-order conditions hold and d'Hd > 0, the point is a strict local minimum. See
 Nocedal and Wright, Numerical Optimization, 2nd ed. (Springer, 2006), theorems 12.5 and 12.6.
 
-On a cone that is bounded by planes, d'Hd is least along an eigenvector of H on one of its faces (a Pareto eigenvector:
+On a polyhedral cone, d'Hd is smallest along an eigenvector of H on one of its faces (a Pareto eigenvector:
 Seeger, Linear Algebra Appl. 292 (1999) 1).
 """
 
@@ -20,14 +20,14 @@ from .differences import from_sides
 from .first_order import ACTIVE, DEPENDENT, Multipliers, stationarity
 from .point import Bounds, Point, PointAt
 
-STEP = 1e-3  # of scaled variables, for differences of gradients
-CLOSE = 1e-9  # a scaled slope or multiplier that is none
-FACES = 8  # active limits without a multiplier, whose faces are all looked at
-WITHIN = 1e-9  # by how much a unit vector may leave the cone
+STEP = 1e-3  # step of scaled variables for differences of gradients
+CLOSE = 1e-9  # scaled slope or multiplier that counts as zero
+FACES = 8  # most active limits without a multiplier for which all faces are examined
+WITHIN = 1e-9  # distance from the cone that a unit vector may have
 
 
 class Eigenpair(NamedTuple):
-    """The curvature along a unit vector in the critical cone, and the slope of the Lagrangian there."""
+    """Curvature and slope of the Lagrangian along a unit vector in the critical cone."""
 
     value: float
     vector: np.ndarray
@@ -35,11 +35,11 @@ class Eigenpair(NamedTuple):
 
 
 class Quadratic(NamedTuple):
-    """A quadratic model of the Lagrangian on the directions along which what has a multiplier stays as it is.
+    """Quadratic model of the Lagrangian in the null space of the constraints and bounds that have a multiplier.
 
-    `basis` holds these directions in columns; `slope` and `hessian` belong to them. `error` is how uncertain the
-    Hessian is, `kink` by how much the Hessians to both sides differ. Rows of `weak` are gradients of active limits
-    without a multiplier, along the basis.
+    Columns of `basis` span the null space; `slope` and `hessian` are in this basis. `error` is the uncertainty of the
+    Hessian and `kink` the difference between its one-sided values. Rows of `weak` are gradients of active limits
+    without a multiplier, in this basis.
     """
 
     basis: np.ndarray
@@ -55,11 +55,11 @@ class Quadratic(NamedTuple):
 
     @property
     def has_all_faces(self) -> bool:
-        """Whether `pairs` looks at all faces of the cone."""
+        """Whether `pairs` examines all faces of the cone."""
         return len(self.weak) <= FACES
 
     def pairs(self) -> Iterator[Eigenpair]:
-        """The eigenvectors on the faces of the critical cone that point into it, in both senses if both do."""
+        """Eigenvectors on the faces of the critical cone that point into it, with either sign."""
         numbers = range(len(self.weak))
         sizes = numbers if self.has_all_faces else range(2)
         faces = itertools.chain.from_iterable(itertools.combinations(numbers, size) for size in (*sizes, len(numbers)))
@@ -73,7 +73,7 @@ class Quadratic(NamedTuple):
                         yield Eigenpair(value, self.basis @ vector, float(self.slope @ vector))
 
     def newton(self) -> np.ndarray:
-        """Newton's step along directions of positive curvature."""
+        """The Newton step along directions of positive curvature."""
         values, vectors = np.linalg.eigh(self.hessian)
         bent = values > self.error
         return -self.basis @ (vectors[:, bent] @ ((vectors[:, bent].T @ self.slope) / values[bent]))
@@ -82,9 +82,9 @@ class Quadratic(NamedTuple):
 def quadratic_of(
     at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, is_equation: np.ndarray, idle: np.ndarray
 ) -> Quadratic:
-    """The quadratic model at a point by differences of exact gradients, over `STEP` and 2 `STEP` within the bounds.
+    """Quadratic model from differences of exact gradients over `STEP` and 2 `STEP` within the bounds.
 
-    It is without the variables that do not matter, which `idle` marks.
+    It excludes the variables that `idle` marks.
     """
     unit, strong = np.eye(len(point.z)), multipliers.active(CLOSE)
     rows = (strong.constraints | is_equation) & (np.linalg.norm(point.jacobian, axis=1) > DEPENDENT)
@@ -107,7 +107,7 @@ def _unit(rows: np.ndarray) -> np.ndarray:
 def _hessian(
     at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, moving: np.ndarray, basis: np.ndarray
 ) -> tuple[np.ndarray, float, float]:
-    """The Hessian of the Lagrangian along a basis, its error and its kink."""
+    """Hessian of the Lagrangian in a basis, with its error and kink."""
     n = basis.shape[1]
     if not n:
         return np.zeros((0, 0)), 0.0, 0.0
@@ -124,9 +124,7 @@ def _hessian(
 def slopes_along(
     at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, variable: int, reach: int = 2
 ) -> dict[int, np.ndarray]:
-    """The gradient of the Lagrangian at multiples of a step of a variable, where that is within the bounds and can be
-    computed.
-    """
+    """Gradient of the Lagrangian at multiples of a step of one variable, within the bounds and if computable."""
     found = {0: stationarity(point, multipliers)}
     for k in range(-reach, reach + 1):
         z = point.z + k * STEP * np.eye(len(point.z))[variable]
@@ -136,7 +134,7 @@ def slopes_along(
 
 
 def _column(slopes: dict[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A column of the Hessian, its error, and the difference of those to both sides."""
+    """A column of the Hessian, its error, and the difference between its one-sided values."""
     none = np.zeros(len(slopes[0]))
     sides = from_sides(slopes, STEP)
     if len(sides) == 2:

@@ -1,4 +1,4 @@
-"""How far a long piece of work is: a bar on a terminal, a line now and then in a log."""
+"""Progress of a long computation: a bar on a terminal, occasional lines in a log."""
 
 import sys
 import time
@@ -7,21 +7,21 @@ from ..._progress import is_read, is_silent, is_terminal
 from .._problem.types import Progress
 
 EVERY = 10.0  # s between lines in a log
-FAILURES = 5  # that are reported as they happen
+FAILURES = 5  # most failures that are reported as they happen
 
 
 class Bar:
-    """Is told how much is done and how much there is, and says so with the rate and the time left.
+    """Shows how many of how many members are done, with the rate and the time left.
 
-    `wanted`: whether to say it; None: also in logs, but only of work that takes longer than `EVERY`. A function of the
-    two numbers is told instead.
+    `wanted`: whether to show it. None: on terminals, and in logs after `EVERY`. A function receives both numbers
+    instead.
     """
 
     def __init__(self, what: str, wanted: Progress | bool | None) -> None:
         self._what, self._wanted = what, wanted
         self._began = self._said = time.monotonic()
-        self._already = -1  # done before, as a store tells
-        self._first: tuple[int, float] | None = None  # done, and when: a program is compiled before that
+        self._already = -1  # done before, according to a store
+        self._first: tuple[int, float] | None = None  # first progress and its time, after compilation
         self._failures, self._is_begun = 0, False
 
     def __call__(self, done: int, total: int) -> None:
@@ -42,13 +42,13 @@ class Bar:
             _write(self._text(done, total) + "\n")
 
     def say(self, text: str) -> None:
-        """A line of its own."""
+        """Prints a separate line."""
         if not callable(self._wanted) and not is_silent(sys.stderr, self._wanted):
             line = f"{self._what}: {text}"
             _write(f"\r{line.ljust(79)}\n" if is_terminal(sys.stderr) else f"{line}\n")
 
     def failed(self, text: str) -> None:
-        """Say the first failures."""
+        """Reports a failure, if it is among the first."""
         self._failures += 1
         if self._failures <= FAILURES:
             self.say(text)

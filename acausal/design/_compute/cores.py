@@ -1,6 +1,6 @@
-"""Work in threads, on all cores, while the main thread listens for an interrupt from the keyboard.
+"""Work in threads on all cores, while the main thread waits for a keyboard interrupt.
 
-A compiled program runs without Python's lock, so that threads keep all cores busy.
+Compiled programs release Python's global lock, so threads keep all cores busy.
 """
 
 import concurrent.futures
@@ -15,18 +15,17 @@ import numpy as np
 from jaxtyping import Float
 
 T = TypeVar("T")
-SPAN = 0.25  # s that a piece of work takes, unless a single member takes longer
-LISTEN = 0.5  # s after which a waiting thread looks for an interrupt, as not every system wakes it
-CHUNK = 256  # members of a piece at most
+SPAN = 0.25  # s, target duration of a piece of work
+LISTEN = 0.5  # s between checks for an interrupt, as not every system wakes a waiting thread
+CHUNK = 256  # most members of a piece
 
 
 def on_all_cores(
     work: Callable[[np.ndarray], Any], x: Float[np.ndarray, "n k"], most: int = CHUNK
 ) -> Generator[tuple[slice, Any]]:
-    """Pieces of the rows of x and what `work` makes of them, in the order in which they are done.
+    """Slices of the rows of x with the results of `work`, in order of completion.
 
-    Pieces are as short as `SPAN` asks for, so that an interrupt loses little, and leave some rows for each core, so
-    that none waits for another at the end.
+    A piece takes about `SPAN`, so an interrupt loses little. The last pieces are spread over all cores.
     """
     cores, first, size = os.cpu_count() or 1, 0, 1
     running: dict[Any, slice] = {}
@@ -44,8 +43,8 @@ def on_all_cores(
                 yield rows, found
 
 
-def heard(work: Callable[[], T]) -> T:
-    """The result of a piece of work, which leaves the main thread free to hear an interrupt."""
+def interruptible(work: Callable[[], T]) -> T:
+    """The result of `work`, computed in another thread so that the main thread can receive an interrupt."""
     if threading.current_thread() is not threading.main_thread():
         return work()
     with threads(1) as pool:
@@ -55,19 +54,19 @@ def heard(work: Callable[[], T]) -> T:
 
 
 def wait_for(futures: Iterable[concurrent.futures.Future[Any]]) -> None:
-    """Returns once all of them are done."""
+    """Waits until all futures are done."""
     while concurrent.futures.wait(futures, LISTEN).not_done:
         pass
 
 
 def finished(futures: Iterable[concurrent.futures.Future[T]]) -> set[concurrent.futures.Future[T]]:
-    """Those that are done: at least one, or none after `LISTEN`."""
+    """The futures that are done: at least one, or none after `LISTEN`."""
     return concurrent.futures.wait(futures, LISTEN, concurrent.futures.FIRST_COMPLETED).done
 
 
 @contextlib.contextmanager
 def threads(number: int) -> Iterator[concurrent.futures.Executor]:
-    """Threads that nobody waits for once an interrupt ends the work; each ends after its piece."""
+    """A thread pool that does not wait for its threads on exit; each ends after its piece."""
     pool = concurrent.futures.ThreadPoolExecutor(number)
     try:
         yield pool

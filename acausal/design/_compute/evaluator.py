@@ -1,4 +1,4 @@
-"""All results of a problem and their derivatives, from one compiled program."""
+"""Results of a model with their derivatives, from one compiled program."""
 
 import dataclasses
 import time
@@ -25,18 +25,18 @@ from ..._numbers import Numbers
 from ..._progress import compiling
 from .._problem.free import Free
 from .._problem.types import Function
-from .cores import heard
+from .cores import interruptible
 
 T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True)
 class Evaluation:
-    """The results at values `x` of the free parameters, and their derivatives; `why` says why there are none."""
+    """Results and derivatives at values `x` of the free parameters; `why` is the reason of a failure."""
 
     x: np.ndarray  # in the declared units
     values: np.ndarray
-    jacobian: np.ndarray  # of the values, by x
+    jacobian: np.ndarray  # d(values)/dx
     why: str = ""
 
     @property
@@ -45,11 +45,11 @@ class Evaluation:
 
 
 class Evaluator:
-    """Functions of the runs of a model, evaluated with their derivatives by its free parameters.
+    """Evaluates functions of the runs of a model with their derivatives with respect to its free parameters.
 
-    `run` is a function of the model that returns what the functions take: a solution or any container of solutions.
-    Without it, they take the model. With `scenarios`, changes of the model by path, there is one run for each, and they
-    take a dictionary of runs. A function may return several numbers, in any container; each has a name.
+    `run` is a function of the model that returns the argument of the functions: a solution or any container of
+    solutions; by default the model. `scenarios` are changes of the model by path: each has its run, and the functions
+    take a dictionary of runs. A function can return several numbers in any container; each has a name.
     """
 
     def __init__(
@@ -62,15 +62,15 @@ class Evaluator:
     ) -> None:
         self.model, self.free, self.functions = model, free, dict(functions)
         self._run, self._is_run = _runs(run, scenarios), run is not None
-        self.names: tuple[str, ...] = ()  # of the values, known from the first evaluation on
-        self.owners: tuple[str, ...] = ()  # which function each of them is from
+        self.names: tuple[str, ...] = ()  # of the values, known after the first evaluation
+        self.owners: tuple[str, ...] = ()  # name of the function that each of them is from
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
-        self.watch: Callable[[Evaluation], None] = lambda found: None  # is told of each evaluation
+        self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
         self._seen: dict[bytes, Evaluation] = {}
         self._compiled = eqx.filter_jit(self._with_jacobian)
 
     def __call__(self, x: np.ndarray) -> Evaluation:
-        """The evaluation at some values; what was asked for before is not computed again."""
+        """The evaluation at some values; cached."""
         x = np.array(x, float)
         key = x.tobytes()
         if key not in self._seen:
@@ -79,7 +79,7 @@ class Evaluator:
 
     def _evaluate(self, x: np.ndarray) -> Evaluation:
         began = time.perf_counter()
-        values, jacobian, results = heard(lambda: self._run_at(x))
+        values, jacobian, results = interruptible(lambda: self._run_at(x))
         found = Evaluation(x, np.asarray(values), np.asarray(jacobian), _failure(self.names, values, jacobian, results))
         self.seconds += time.perf_counter() - began
         self.evaluations += 1
@@ -92,7 +92,7 @@ class Evaluator:
             return jax.block_until_ready(self._compiled(self.model, x))
 
     def idle(self, rows: Iterable[int]) -> np.ndarray:
-        """Which variables some results do not depend on, as far as has been evaluated."""
+        """Marks variables with zero derivatives of some results in all evaluations."""
         slopes = [found.jacobian[list(rows)] for found in list(self._seen.values()) if found.is_good]
         return ~np.any(np.concatenate(slopes), axis=0)
 
@@ -101,7 +101,7 @@ class Evaluator:
             values, results = self.results(self.free.with_values(model, x))
             return values, (values, results)
 
-        # With so few parameters a run itself computes its forward sensitivities, whichever mode is asked for.
+        # With few parameters a run computes its forward sensitivities in either mode.
         is_forward = len(x) <= max(FEW, len(self.functions))
         derivative = jax.jacfwd if is_forward else jax.jacrev
         jacobian, (values, results) = derivative(twice, has_aux=True)(x)
@@ -110,21 +110,22 @@ class Evaluator:
     def results(self, model: Component) -> tuple[Array, list[PyTree]]:
         """All numbers that the functions return, and the outcomes of the runs."""
         runs = self._run(model)
-        solutions = _those(Solution, runs)
+        solutions = _instances(Solution, runs)
         named = [(name, *pair) for name, function in self.functions.items() for pair in _returned(name, function, runs)]
         self.owners = tuple(owner for owner, _, _ in named)
         self.names = tuple(name for _, name, _ in named)
         if twice := [name for name in self.names if self.names.count(name) > 1]:
             raise ModelError(f"{twice[0]} is the name of two results. Rename one of the functions.")
-        # A run checks the requirements of the model that it is made of, which need not be this one.
-        are_valid = (
-            [in_range(m) for m in _those(Component, model)] if self._is_run else map(are_met, _those(Component, runs))
-        )
-        ranges = [Result.where(is_good, Result.reached_end, Result.bad_parameter) for is_good in are_valid]
+        # A run checks the requirements of its own model, which can differ from this one.
+        is_valid, checked = (in_range, model) if self._is_run else (are_met, runs)
+        ranges = [
+            Result.where(is_valid(one), Result.reached_end, Result.bad_parameter)
+            for one in _instances(Component, checked)
+        ]
         return jnp.stack([value for _, _, value in named]), ranges + [_outcome(solution) for solution in solutions]
 
     def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Component:
-        """The gradient of the weighted sum of the results by all parameters of the model, a tree like it."""
+        """Gradient of the weighted sum of the results with respect to all parameters, a tree like the model."""
 
         def combined(model: Component) -> Numbers:
             return weights @ self.results(self.free.with_values(model, x))[0]
@@ -133,7 +134,7 @@ class Evaluator:
             with trials(), compiling("the sensitivities", self.model, combined):
                 return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
 
-        return heard(gradient)
+        return interruptible(gradient)
 
 
 def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | None) -> Function:
@@ -143,11 +144,11 @@ def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | 
     if scenarios is None:
         return function
     if not isinstance(scenarios, Mapping) or not scenarios:
-        raise ModelError(f"scenarios is a dictionary of changes by name, one at least; got {scenarios!r}.")
+        raise ModelError(f"scenarios must be a dictionary of at least one change by name; got {scenarios!r}.")
     changes = dict(scenarios)
 
     def each(model: Component) -> dict[str, PyTree]:
-        # One run is compiled for all scenarios; what one of them does not change is as in the model.
+        # All scenarios share one compiled run. Parameters that a scenario does not change keep their values.
         known = {leaf.path: leaf.value for leaf in leaves_of(model)}
         changed = [_values_at(replace(model, change), change) for change in changes.values()]
         paths = list(dict.fromkeys(path for values in changed for path in values))
@@ -159,31 +160,31 @@ def _runs(run: Function | None, scenarios: Mapping[str, Mapping[str, object]] | 
 
 
 def _values_at(model: Component, paths: Iterable[str]) -> dict[str, Any]:
-    """The values that a model has at some paths."""
+    """Values of a model at some paths."""
     return {leaf.path: leaf.value for leaf in leaves_of(model) if leaf.path in set(paths)}
 
 
 def _outcome(solution: Solution) -> PyTree:
-    """The outcome of a run; of a batch, that of the first run that failed, if one did."""
+    """Outcome of a run, or of the first failed run of a batch."""
     result = solution.result
     if not solution.is_batched:
         return result
     return jax.tree_util.tree_map(lambda x: x[jnp.argmin(is_success(result))], result)
 
 
-def _those(kind: type[T], tree: PyTree) -> list[T]:
-    """What a tree holds of a kind."""
+def _instances(kind: type[T], tree: PyTree) -> list[T]:
+    """All instances of a class in a tree."""
     leaves = jax.tree_util.tree_leaves(tree, is_leaf=lambda value: isinstance(value, kind))
     return [leaf for leaf in leaves if isinstance(leaf, kind)]
 
 
 def _returned(name: str, function: Function, runs: PyTree) -> list[tuple[str, Array]]:
-    """The numbers that a function returns, each with its name."""
+    """Names and values of the numbers that a function returns."""
     try:
         leaves, _ = jax.tree_util.tree_flatten_with_path(function(runs))
     except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
         raise ModelError(
-            f"{name} cannot be differentiated: it uses the value of what it computes, as float(x), numpy or `if` do. "
+            f"{name} cannot be differentiated: it needs concrete values, as float(x), numpy or `if` do. "
             "Use jax.numpy, and jnp.where for a choice."
         ) from error
     found = []
@@ -202,7 +203,7 @@ def _returned(name: str, function: Function, runs: PyTree) -> list[tuple[str, Ar
 
 
 def _failure(names: tuple[str, ...], values: Array, jacobian: Array, results: list[PyTree]) -> str:
-    """Why an evaluation is of no use; empty where it is."""
+    """Reason why an evaluation failed; empty for a success."""
     for result in results:
         if not bool(is_success(result)):
             return sentence(result).split(". ")[0].rstrip(".")

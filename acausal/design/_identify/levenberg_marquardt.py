@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..._linear_solver import least_squares
 from ..._progress import compiling
-from .._compute.cores import heard
+from .._compute.cores import interruptible
 from .fit_problem import REFUSED, FitProblem
 
 DAMPING = 0.1  # of the first step, as a share of the largest curvature
@@ -129,7 +129,7 @@ def solved(problem: FitProblem, z: np.ndarray, held: Bool[Array, " n"], toleranc
         with compiling("the fit", problem.model, _solve):
             return jax.block_until_ready(_solve(problem, jnp.asarray(z), held, *problem.bounds, tolerance, most))
 
-    return heard(work)
+    return interruptible(work)
 
 
 def minimise(problem: FitProblem, start: np.ndarray, held: np.ndarray, tolerance: float, most: int = 200) -> Minimum:

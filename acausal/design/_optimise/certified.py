@@ -1,4 +1,4 @@
-"""The end of a search as a design with its certificate."""
+"""Certificates: designs from the ends of searches."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from .entries import Active, LimitedResult, Sensitivity, Tried
 from .local_search import SearchResult
 from .task import Task
 
-SHARE = 1e-3  # of a conflict, below which a limit has no part in it
+SHARE = 1e-3  # least share of a limit in a conflict
 
 
 def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
@@ -32,7 +32,7 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
     is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
     idle = task.idle(point.z) if is_end else np.zeros(len(point.z), bool)
     bent = _curvature(task, point, multipliers, idle) if is_end else UNKNOWN
-    # At an optimum that nothing limits, slopes are measured by what curvature makes of them over a range.
+    # At an interior optimum the gradient vanishes, so the curvature gives the scale of slopes.
     scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(bent.eigenvalues), initial=0.0))) or 1.0
     scale = scale if np.isfinite(scale) else 1.0
     kkt = residual(point, multipliers, task.is_equation, scale)
@@ -75,7 +75,7 @@ def _curvature(task: Task, point: Point, multipliers: Multipliers, idle: np.ndar
 
 
 def _shown(bent: Curvature, task: Task, value: float) -> Curvature:
-    """Curvature of the objective divided by its value; of one that is zero, by its size."""
+    """Curvature relative to the value of the objective, or to its size for a value of zero."""
     factor = task.size / abs(value) if abs(value) > 1e-6 * task.size else 1.0
     return dataclasses.replace(
         bent, eigenvalues=factor * bent.eigenvalues, error=factor * bent.error, kink=factor * bent.kink,
@@ -125,7 +125,7 @@ def _tried(task: Task, found: Evaluation) -> Tried:
 
 
 def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) -> tuple[Sensitivity, ...]:
-    """The derivative of the Lagrangian, f + sum_i lambda_i g_i, by the parameters that are not free."""
+    """Derivatives of the Lagrangian, f + sum_i lambda_i g_i, with respect to the fixed parameters."""
     weights = np.zeros(len(task.evaluator.names))
     weights[task.objective] = 1.0
     for active in design.active:

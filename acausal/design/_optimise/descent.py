@@ -1,19 +1,19 @@
-"""From a start to a local minimum: a solver, Newton's method, and steps that lead on from saddles."""
+"""Descent to a local minimum: a solver, Newton's method and steps away from saddle points."""
 
 import itertools
 from collections.abc import Callable
 
 import numpy as np
 
-from .._certificate.curvature import ways
+from .._certificate.curvature import descent_steps
 from .._certificate.first_order import NEAR, Multipliers, multipliers_of, residual
 from .._certificate.point import FEASIBLE, Bounds, Point, PointAt, violation
 from .._certificate.second_order import CLOSE, STEP, quadratic_of, slopes_along
 
-ROUNDS = 8  # of Newton's method, and of steps that lead on
-CONTRACTION = 0.1  # share that a round has to reduce the residual to: else there is no optimum nearby
-WAYS = 4  # that are tried from one place
-SHORTER = (1.0, 0.1, 0.01)  # shares of a step that are tried
+ROUNDS = 8  # most Newton iterations, and most steps away from saddle points
+CONTRACTION = 0.1  # required reduction of the residual per Newton iteration; otherwise no optimum is nearby
+WAYS = 4  # most directions to try from a point
+SHORTER = (1.0, 0.1, 0.01)  # shares of a step to try
 
 
 def descended(
@@ -24,16 +24,16 @@ def descended(
     idle: Callable[[np.ndarray], np.ndarray],
     solver: Callable[[np.ndarray], np.ndarray],
 ) -> Point:
-    """A local minimum from `z`, as far as first and second derivatives tell.
+    """A local minimum from `z`, according to first and second derivatives.
 
-    Where the solver ends at a saddle, or too early, the search goes on from a step along which the Lagrangian falls,
-    such as one of negative curvature. `idle` tells which variables do not matter at a place.
+    If the solver ends at a saddle point or too early, the search continues after a step along which the Lagrangian
+    decreases, such as a direction of negative curvature. `idle` marks the variables without effect at a point.
     """
 
     def better(point: Point) -> Point | None:
         multipliers = multipliers_of(point, bounds, is_equation)
         quadratic = quadratic_of(at, point, multipliers, bounds, is_equation, idle(point.z))
-        for step in itertools.islice(ways(at, point, multipliers, quadratic, bounds), WAYS):
+        for step in itertools.islice(descent_steps(at, point, multipliers, quadratic, bounds), WAYS):
             start = _lower(at, point, multipliers, step, bounds)
             found = point if start is None else certain(at, solver(start.z))
             if _merit(found, is_equation) < _merit(point, is_equation):
@@ -50,7 +50,7 @@ def descended(
 
 def certain(at: PointAt, z: np.ndarray) -> Point:
     point = at(z)
-    assert point is not None  # a solver ends where it could compute
+    assert point is not None  # a solver ends at a point that it could compute
     return point
 
 
@@ -59,7 +59,7 @@ def _merit(point: Point, is_equation: np.ndarray) -> tuple[float, float]:
 
 
 def _lower(at: PointAt, point: Point, multipliers: Multipliers, step: np.ndarray, bounds: Bounds) -> Point | None:
-    """The end of a step, or of a shorter one, where the Lagrangian is lower; None if it is nowhere."""
+    """The end of a step, or of a shorter one, with a lower Lagrangian; None if there is none."""
 
     def lagrangian(point: Point) -> float:
         return point.f + float(multipliers.constraints @ point.c)
@@ -72,7 +72,7 @@ def _lower(at: PointAt, point: Point, multipliers: Multipliers, step: np.ndarray
 
 
 def polished(at: PointAt, z: np.ndarray, bounds: Bounds, is_equation: np.ndarray) -> np.ndarray:
-    """Newton's method on the conditions of an optimum, with what is active at `z`, as long as the residual falls."""
+    """Newton's method on the KKT conditions with the active constraints at `z`, as long as the residual decreases."""
     point = certain(at, z)
     before = residual(point, multipliers_of(point, bounds, is_equation), is_equation)
     for _ in range(ROUNDS):
@@ -92,7 +92,7 @@ def polished(at: PointAt, z: np.ndarray, bounds: Bounds, is_equation: np.ndarray
 def _newton(
     at: PointAt, point: Point, multipliers: Multipliers, bounds: Bounds, is_equation: np.ndarray
 ) -> np.ndarray | None:
-    """Where the conditions are met that are linearised with active bounds reached; None where no such place is near."""
+    """Solution of the linearised KKT conditions with the active bounds attained; None if it is not nearby."""
     active = multipliers.active()
     low, high = bounds
     z = np.where(active.lower, low, np.where(active.upper, high, point.z))

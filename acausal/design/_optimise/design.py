@@ -1,4 +1,4 @@
-"""What an optimisation found, with its certificate."""
+"""An optimal design with its certificate."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -24,29 +24,28 @@ SHOWN = 12  # sensitivities in a table
 
 @dataclasses.dataclass(frozen=True)
 class Design(Generic[M]):
-    """A design that an optimisation ended with; `print` it for its certificate.
+    """The result of an optimisation; `print` it for its certificate.
 
-    Numbers are in the declared units of parameters, and those of results in the units that they are computed in, SI.
+    Parameters are in their declared units, results in SI units or in the units that their functions return.
 
-    - `model`: the model with the values found; `values`: these by name.
-    - `status`: "optimal" (first- and second-order conditions are met), "stationary" (the first-order ones are),
-      "infeasible" (no design nearby keeps all limits; this one breaks them least, and `conflict` has the shares of the
-      limits that are in each other's way), "unbounded" (the objective falls for ever, as far as the search went),
-      "interrupted" or "not converged".
-    - `kkt_residual`: what is left of the first-order conditions, objective, limits and ranges scaled to 1.
-    - `active`: the limits and bounds that hold the optimum, with their multipliers.
-    - `not_unique`: those of them whose multipliers are one choice of many, since their gradients depend on each other,
-      as those of two limits that say the same or that touch do.
-    - `unmoved`: active limits that no variable moves, to first order; they have no price.
-    - `unqualified`: active limits that violate the constraint qualification of Mangasarian and Fromovitz, where no
-      moderate multipliers meet the first-order conditions: an optimum at such limits need not have any.
-    - `idle`: variables that nothing depends on, neither on the way nor at other values of them; they keep theirs.
-    - `curvature`: the eigenvalues of the Hessian of the Lagrangian on the directions that remain free, scaled.
-    - `sensitivities`: derivatives of the optimum by the parameters that are not free.
-    - `history` and `failed`: the designs on the way, and those that could not be computed; the search took
-      `evaluations` and `seconds`.
-    - `others`: the ends of searches from other starts. All searches took `total_evaluations` and `total_seconds`,
-      compiling included.
+    - `model`: the model with the optimal values; `values`: these by name.
+    - `status`: "optimal" (first- and second-order conditions hold), "stationary" (first-order conditions hold),
+      "infeasible" (no design nearby satisfies all limits; this one has the smallest violation, and `conflict` holds the
+      shares of the limits in conflict), "unbounded" (the objective decreases without limit), "interrupted" or
+      "not converged".
+    - `kkt_residual`: residual of the first-order conditions, with objective, limits and ranges scaled to 1.
+    - `active`: active limits and bounds with their multipliers.
+    - `not_unique`: those with multipliers that are not unique because their gradients are linearly dependent, such as
+      two equal limits or limits that touch.
+    - `unmoved`: active limits with a zero gradient. They have no multiplier.
+    - `unqualified`: active limits that violate the constraint qualification of Mangasarian and Fromovitz, if no
+      moderate multipliers satisfy the first-order conditions. An optimum at such limits need not have multipliers.
+    - `idle`: variables without effect, during the search and at other values. They keep their values.
+    - `curvature`: scaled eigenvalues of the Hessian of the Lagrangian in the free directions.
+    - `sensitivities`: derivatives of the optimum with respect to the fixed parameters.
+    - `history` and `failed`: iterates, and designs that could not be computed, in `evaluations` and `seconds`.
+    - `others`: results of the searches from other starts. All searches took `total_evaluations` and `total_seconds`,
+      including compilation.
     """
 
     model: M
@@ -82,15 +81,15 @@ class Design(Generic[M]):
 
     @property
     def multipliers(self) -> dict[str, float]:
-        """The multipliers of what is active, by name; those of bounds by the name of the variable."""
+        """Multipliers of active limits and bounds by name; those of bounds by the name of the variable."""
         return {active.name: active.multiplier for active in self.active}
 
     def price(self, active: Active) -> float:
-        """The multiplier of an active limit or bound in shown units: ms per bar, where `multipliers` has s per Pa."""
+        """The multiplier of an active limit or bound in display units: ms per bar instead of s per Pa."""
         return active.multiplier * active.scale.factor / self.objective_scale.factor
 
     def optima(self, tolerance: float = 1e-4) -> list["Design[M]"]:
-        """The different designs that all starts ended in, the best one first; `tolerance` is of the scaled values."""
+        """The different optima of all starts, the best one first; `tolerance` applies to scaled values."""
         found: list[Design[M]] = []
         for design in (self, *self.others):
             z = np.asarray(self.free.scaled(design.x))
@@ -99,31 +98,31 @@ class Design(Generic[M]):
         return found
 
     def plot(self) -> Figure:
-        """Draw variables, objective and margins over the steps of the search; returns the matplotlib figure."""
+        """Draws variables, objective and margins over the steps of the search; returns the matplotlib figure."""
         from .plots import plot_design
 
         return plot_design(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the design to a file, model, certificate and way included, as `acausal.save` does."""
+        """Writes the design with its model, certificate and history to a file, as `acausal.save` does."""
         save(path, self)
 
     @staticmethod
     def load(path: str | Path) -> "Design[Any]":
-        """The design of a file. It may hold code: open only files that you trust.
+        """Reads a design from a file. A file can contain code: open only files that you trust.
 
-        Raises `ModelError` for a file of anything else, and otherwise as `acausal.load`.
+        Raises `ModelError` for a file of anything else, and the errors of `acausal.load`.
         """
         try:
             found = load(path)
         except ModelError as error:
-            raise ModelError(f"{path} holds no design that can be read. {error}") from error
+            raise ModelError(f"{path} holds no readable design. {error}") from error
         if not isinstance(found, Design):
-            raise ModelError(f"{path} holds no design, but a {type(found).__name__}.")
+            raise ModelError(f"{path} holds a {type(found).__name__} instead of a design.")
         return found
 
     def _described(self) -> dict[str, Any]:
-        """What a file says of it."""
+        """Description for the header of a file."""
         units = dict(zip(self.free.names, self.free.units, strict=True))
         values = {name: {"value": value, "unit": units[name]} for name, value in self.values.items()}
         return {"status": self.status, "objective": self._objective, "values": values}
@@ -143,7 +142,7 @@ class Design(Generic[M]):
         yield ""
         yield aligned([("variable", "value", "from", "to", ""), *map(self._variable_row, range(len(self.x)))])
         if self.idle:
-            yield f"does not matter: {', '.join(self.idle)}"
+            yield f"without effect: {', '.join(self.idle)}"
         if self.results:
             yield ""
             yield aligned([("limit", "result", "", "margin", ""), *(result.row() for result in self.results)])
@@ -152,9 +151,9 @@ class Design(Generic[M]):
             head = ("active", f"one unit more buys [{self.objective_scale.unit}]", "")
             yield aligned([head, *map(self._active_row, self.active)])
         if self.not_unique:
-            yield f"not unique, since they say the same or touch: {', '.join(self.not_unique)}"
+            yield f"multipliers not unique, because the gradients depend on each other: {', '.join(self.not_unique)}"
         if self.unmoved:
-            yield f"active, but moved by no variable: {', '.join(self.unmoved)}"
+            yield f"active with a zero gradient: {', '.join(self.unmoved)}"
         if self.sensitivities:
             yield ""
             yield self._sensitivity_table()
@@ -168,20 +167,18 @@ class Design(Generic[M]):
     def _verdict(self) -> str:
         if self.conflict:
             names = ", ".join(f"{name} ({share:.0%})" for name, share in self.conflict.items())
-            return f"infeasible. No design nearby keeps all limits; in conflict are {names}."
+            return f"infeasible. No design nearby satisfies all limits; in conflict: {names}."
         if self.status == "unbounded":
-            return "unbounded: it falls for ever. Give bounds to what is free, or limits to results."
+            return "unbounded: it decreases without limit. Bound the free parameters, or limit a result."
         broken = [f"{one.limit.name} ({-one.margin:.1%})" for one in self.results if one.is_broken]
         if broken and self.status == "not converged":
-            text = (
-                "no design was found that keeps all limits. Of those that could be computed, this one breaks them least"
-            )
+            text = "the search found no feasible design. This one has the smallest violation"
             return f"{self.status}, {text}: {', '.join(broken)}."
         if self.unqualified:
             return (
                 f"{self.status}: no constraint qualification holds. The gradients of {', '.join(self.unqualified)} "
-                "leave no direction inside these limits, so an optimum here need not have multipliers. State the "
-                "limits otherwise, such as x^2 <= 0 as x == 0."
+                "leave no direction inside these limits, so an optimum here need not have multipliers. Restate the "
+                "limits, for example x == 0 instead of x^2 <= 0."
             )
         return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
 

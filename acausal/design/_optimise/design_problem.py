@@ -1,4 +1,4 @@
-"""An optimisation as it is stated: a model, what is free, what is minimised, and the limits of results."""
+"""A design problem as the user states it: model, free parameters, objective and limits."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from .task import Task, task_of
 
 @dataclasses.dataclass(frozen=True)
 class DesignProblem:
-    """What is minimised under which limits, and the program that computes it."""
+    """Objective and limits of a design, with the evaluator that computes them."""
 
     model: Any
     free: Free
@@ -39,7 +39,7 @@ class DesignProblem:
         scenarios: Mapping[str, Mapping[str, object]] | None,
     ) -> "DesignProblem":
         if not isinstance(model, Component):
-            raise ModelError(f"{model!r} is no component: optimise a model.")
+            raise ModelError(f"{model!r} is not a component. Give a model to optimise.")
         limits = limits_of(constraints)
         for objective in objectives:
             if objective.name in limits:
@@ -51,14 +51,14 @@ class DesignProblem:
         return DesignProblem(model, variables, objectives[0], stated, evaluator)
 
     def task(self, x: np.ndarray) -> Task:
-        """The task, measured by what the results are at `x`, or next to it where these cannot be computed."""
+        """The task, scaled by the results at `x`, or at the nearest design that can be computed."""
         task = task_of(self.evaluator, self.evaluator(x), self.objective.name, self.limits)
         good = nearest_good(task, np.asarray(self.free.scaled(x)))
         return task_of(self.evaluator, task.evaluation(good), self.objective.name, self.limits)
 
 
 def starts_of(free: Free, model: Component, start: object) -> list[np.ndarray]:
-    """The values to start from: those of the model, changed by what is given."""
+    """Start values: those of the model with the given changes."""
     given = start if isinstance(start, list) else [start]
     return [_start(free, free.values(model), one) for one in given or [None]]
 
@@ -70,5 +70,7 @@ def _start(free: Free, x: np.ndarray, start: object) -> np.ndarray:
     if given is None:
         return x
     if not isinstance(given, Mapping):
-        raise ModelError(f"start is a dictionary of values by path, a Design, or a file of one; got {start!r}.")
+        raise ModelError(
+            f"start must be a dictionary of values by path, a Design, or the file of a Design; got {start!r}."
+        )
     return free.changed(x, given)

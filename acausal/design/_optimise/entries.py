@@ -7,14 +7,14 @@ import numpy as np
 from ..._units.display import Scale
 from .._problem.limits import Limit
 
-ROUNDING = 1e-9  # of a margin
-BROKEN = 1e-6  # share of a limit
+ROUNDING = 1e-9  # margin that counts as zero
+BROKEN = 1e-6  # relative violation that counts as broken
 
 
 class Active(NamedTuple):
-    """A limit or bound that holds the optimum, with its multiplier: the fall of the objective per unit of relaxation.
+    """An active limit or bound with its multiplier: the decrease of the objective per unit of relaxation.
 
-    The multiplier of an equation is the fall of the objective per rise of the right-hand side, and may be negative.
+    The multiplier of an equation is the decrease per unit of its right-hand side, and can be negative.
     """
 
     name: str
@@ -24,7 +24,7 @@ class Active(NamedTuple):
 
 
 class LimitedResult(NamedTuple):
-    """A result that has a limit, and the fraction of the limit that is left; negative where it is broken."""
+    """A result with a limit. The margin is relative to the limit, and negative for a violated one."""
 
     limit: Limit
     value: float
@@ -46,7 +46,7 @@ class LimitedResult(NamedTuple):
 
 
 class Sensitivity(NamedTuple):
-    """The derivative of the optimum by a parameter that is not free, all that is free following."""
+    """Derivative of the optimum with respect to a fixed parameter, with the free parameters adapted."""
 
     path: str
     value: float
@@ -60,9 +60,9 @@ class Sensitivity(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """A design on the way: the values of the variables, of the objective and of the limited results.
+    """An iterate of a search: values of the variables, the objective and the limited results.
 
-    `why` says why it could not be computed, and is empty where it could.
+    `why` is the reason of a failed one, otherwise empty.
     """
 
     x: np.ndarray

@@ -1,4 +1,4 @@
-"""From a start to a local optimum, or to the design that comes closest to its limits."""
+"""Search from a start for a local optimum, or for the design with the smallest violation."""
 
 import dataclasses
 import threading
@@ -16,18 +16,18 @@ from .descent import certain, descended, polished
 from .solve import Method, solve
 from .task import Task
 
-PLACES = 64  # tried where the start cannot be computed
-ALIKE = 5  # designs that fail for the same reason, after which no more are tried
-RESIZED = 3  # times that a search goes on with larger sizes of variables without bounds
+PLACES = 64  # most points to try if the start cannot be computed
+ALIKE = 5  # designs that fail for the same reason before the search gives up
+RESIZED = 3  # most searches with larger sizes of variables without bounds
 
 
 class Interrupted(Exception):
-    """Somebody has asked the search to end."""
+    """Ends a search on request."""
 
 
 @dataclasses.dataclass
 class Trail:
-    """Where a search has been: the designs that its solver went through, and those that could not be computed."""
+    """History of a search: the iterates of its solver, and the designs that could not be computed."""
 
     steps: list[Evaluation] = dataclasses.field(default_factory=list)
     failed: list[Evaluation] = dataclasses.field(default_factory=list)
@@ -49,9 +49,7 @@ class Trail:
 
 @dataclasses.dataclass
 class SearchResult:
-    """The end of a search: its point in the scales of its task and, where no design keeps all limits, the shares that
-    those in conflict have.
-    """
+    """The end of a search: its point in the scales of its task and, if infeasible, the shares of limits in conflict."""
 
     task: Task
     point: Point
@@ -84,14 +82,14 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
 
 
 def interrupted(task: Task, trail: Trail) -> SearchResult | None:
-    """Ends a search with the best design so far; None if there is none."""
+    """Ends a search with its best design; None if there is none."""
     trail.stop.set()
     best = _best(task, trail)
     return None if best is None else SearchResult(task, best, trail, is_interrupted=True)
 
 
 def _evaluator(task: Task, trail: Trail) -> PointAt:
-    """The points of a task, which the trail keeps an account of."""
+    """Points of a task, recorded in the trail."""
 
     def at(z: np.ndarray) -> Point | None:
         if trail.stop.is_set():
@@ -129,7 +127,7 @@ def _search(task: Task, at: PointAt, z: np.ndarray, trail: Trail, method: Method
     point = solved(z)
     if is_feasible(point):
         return SearchResult(task, point, trail)
-    # A solver may have strayed to where little can be computed: what matters is how close it came on the way.
+    # The solver may have strayed to failing designs, so the search continues from its best iterate.
     closest, shares = _best(task, trail) or point, None
     if not is_feasible(closest):
         nearest, shares = _least_infeasible(task, at, closest, most)
@@ -142,7 +140,7 @@ def _search(task: Task, at: PointAt, z: np.ndarray, trail: Trail, method: Method
 
 
 def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:
-    """The start, or the nearest place of a sample where all can be computed."""
+    """The start, or the nearest point of a sample that can be computed."""
     if task.at(start) is not None:
         return start
     places = list(sample(task, PLACES))
@@ -162,7 +160,7 @@ def nearest_good(task: Task, start: np.ndarray) -> np.ndarray:
 
 
 def sample(task: Task, n: int) -> Iterator[np.ndarray]:
-    """Places that fill the space between the bounds: Sobol's sequence, scrambled always alike."""
+    """Points of a Sobol sequence between the bounds, scrambled with a fixed seed."""
     low, high = task.bounds
     low, high = np.where(np.isfinite(low), low, -1.0), np.where(np.isfinite(high), high, 1.0)
     points = qmc.Sobol(len(low), rng=0).random_base2(max(n - 1, 0).bit_length())[:n]
@@ -170,17 +168,17 @@ def sample(task: Task, n: int) -> Iterator[np.ndarray]:
 
 
 def _best(task: Task, trail: Trail) -> Point | None:
-    """The best design so far: of those that keep the limits, else the one that breaks them least."""
+    """The best feasible design so far, otherwise the one with the smallest violation."""
     points = [task.point(np.asarray(task.free.scaled(found.x)), found) for found in trail.steps]
     ranked = [(max(task.violation(point) - FEASIBLE, 0.0), point.f, i) for i, point in enumerate(points)]
     return points[min(ranked)[2]] if ranked else None
 
 
 def _least_infeasible(task: Task, at: PointAt, point: Point, most: int) -> tuple[Point, np.ndarray | None]:
-    """The design whose largest violation t is least, min t with c <= t, and the multipliers of the limits there.
+    """The design with the smallest maximum violation, min t with c <= t, and the multipliers of its limits.
 
-    These sum to one: they are the shares that the limits have in the conflict. None where the conditions of that
-    optimum are not met, so that a conflict is not proven.
+    The multipliers sum to one and are the shares of the limits in the conflict. They are None if the KKT conditions do
+    not hold, because the conflict is then not proven.
     """
     is_equation = task.is_equation
     n = len(point.z)

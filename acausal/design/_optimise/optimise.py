@@ -1,4 +1,4 @@
-"""`optimise`: the free parameters of a model that minimise a result of its runs while others keep their limits."""
+"""`optimise`: free parameters that minimise a result of a model subject to limits of other results."""
 
 import dataclasses
 import os
@@ -42,7 +42,7 @@ def optimise(
     sensitivities: bool = True,
     progress: bool | None = None,
 ) -> Design[M]:
-    """Find the values of free parameters that minimise a result, and certify them.
+    """Finds the values of free parameters that minimise a result, and certifies the optimum.
 
         optimise(
             drive,
@@ -52,29 +52,27 @@ def optimise(
             constraints={"final speed": (lambda s: s.final.load.w, "<= 100 rpm")},
         )
 
-    - `free`: bounds by path; a tuple of paths shares one value, an element of an array is named as in `"table.y[3]"`.
-    - `minimise`: a function of the run, with the unit to show it in if it is not a pure number, and with a name.
-    - `run`: a function of the model that returns what the other functions take, a solution or a container of several;
-      without it, they take the model. With `scenarios`, changes of the model by path, as in `{"cold": {"oil.T":
-      253.0}}`, there is a run for each, and the functions take a dictionary of them.
-    - `constraints`: a function and its limit by name, "<= 60 A", ">= 1.2" or "== 3 bar"; a function that returns
-      several numbers has its limit for each of them. A limit with a unit is converted to SI.
-    - `start`: where to begin: values by path, a `Design` or the file of one, to resume, or a list of these; by default
-      the model's values.
-    - `starts`: how many starts, those that are not given being from Sobol's sequence between the bounds.
-    - `method`: "SLSQP" or "trust-constr", both of scipy, with exact gradients. What they find is improved by Newton's
-      method on the conditions of an optimum, whose residual is accurate to the runs: use `rtol=1e-9` or so.
-    - `most`: how many iterations at most. `sensitivities`: whether to compute those of the optimum to all fixed
-      parameters.
-    - `progress`: whether to print a line for each iteration; by default on a terminal. Unless it is False, the first
-      designs that fail are reported, and every ten seconds how many were computed.
+    - `free`: bounds by path. A tuple of paths shares one value; `"table.y[3]"` is an element of an array.
+    - `minimise`: a function of the run, with its display unit unless it is a pure number, and with a name.
+    - `run`: a function of the model that returns the argument of the other functions, a solution or a container of
+      several; by default the model. `scenarios` are changes of the model by path, as in `{"cold": {"oil.T": 253.0}}`:
+      each has its run, and the functions take a dictionary of runs.
+    - `constraints`: a function and its limit by name: "<= 60 A", ">= 1.2" or "== 3 bar". The limit applies to each
+      number that the function returns. A limit with a unit is converted to SI.
+    - `start`: values by path, a `Design` or its file, to resume, or a list of these; by default the model's values.
+    - `starts`: number of starts. Those not given come from a Sobol sequence between the bounds.
+    - `method`: "SLSQP" or "trust-constr" of scipy, with exact gradients. Newton's method on the KKT conditions refines
+      the result. The residual is as accurate as the runs: use `rtol=1e-9` or so.
+    - `most`: most iterations. `sensitivities`: whether to compute those of the optimum to all fixed parameters.
+    - `progress`: whether to print a line for each iteration; by default on a terminal. Unless it is False, the search
+      also reports the first failures and, every ten seconds, the number of designs.
 
-    A run that fails, or never meets its stop condition, is a design that the search steps back from, whatever its
-    `throw` says. If the start and four designs spread between the bounds fail for the same reason, the search ends with
-    it. An interrupt from the keyboard ends the search with the best design so far.
+    If a run fails or never meets its stop condition, the search steps back, whatever the `throw` of the run. It stops
+    if the start and four designs spread between the bounds fail for the same reason. A keyboard interrupt ends the
+    search with the best design so far.
 
-    Raises `ModelError` for what is wrong with the problem, `ParameterError` for bounds, units and starts, and
-    `SimulationError` where no design between the bounds can be computed.
+    Raises `ModelError` for an invalid problem, `ParameterError` for bounds, units and starts, and `SimulationError` if
+    no design between the bounds can be computed.
     """
     began = time.perf_counter()
     objective, *more = objectives_of(minimise)
@@ -109,7 +107,7 @@ def search_all(
     progress: bool | None,
     objective: Objective,
 ) -> list[SearchResult]:
-    """The ends of searches from the given and from further starts, on all cores where there are several."""
+    """Results of the searches from the given and further starts, on all cores."""
     own = [np.asarray(task.free.scaled(x)) for x in given]
     places = [*own, *sample(task, starts - len(own))]
     trails = [Trail(said=reporter(task, objective, number, starts, progress)) for number in range(len(places))]
@@ -122,14 +120,14 @@ def search_all(
             wait_for(futures)
             ends = [future.result() for future in futures]
         except KeyboardInterrupt:
-            # What still runs has its last design in its trail; nobody waits for its next one.
+            # A search that still runs ends with its best design, without waiting for its next one.
             pairs = futures.items()
             ends = [future.result() if future.done() else interrupted(task, trail) for future, trail in pairs]
             if not any(ends):
                 raise
     outcomes = [end for end in ends if end is not None]
     if not outcomes:
-        raise SimulationError("None of the starts led to a design that could be computed.")
+        raise SimulationError("No start led to a design that could be computed.")
     return outcomes
 
 

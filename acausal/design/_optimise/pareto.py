@@ -1,4 +1,4 @@
-"""`pareto`: what a little less of one result costs in another one."""
+"""`pareto`: trade-off between two results."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -28,11 +28,11 @@ M = TypeVar("M", bound=Component)
 
 @dataclasses.dataclass(frozen=True)
 class Front(Generic[M]):
-    """Designs of which none is better in both of two results, from the least of the first to the least of the second.
+    """Pareto front: designs from the minimum of the first result to the minimum of the second one.
 
-    `values[i]` are the two results of `designs[i]`. Between the ends, a design has the least first result with the
-    second one limited to its value, so that the multiplier of that limit is the slope of the front. If the search was
-    interrupted, `is_interrupted`, designs are missing between the ends, or at one of them.
+    `values[i]` are the two results of `designs[i]`. A design between the ends minimises the first result with the
+    second one limited to its value, so the multiplier of this limit is the slope of the front. After an interrupt,
+    `is_interrupted`, designs are missing between the ends or at one of them.
     """
 
     names: tuple[str, str]
@@ -56,7 +56,7 @@ class Front(Generic[M]):
         return f"<Front of {self.names[0]} and {self.names[1]}: {len(self.designs)} designs>"
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the front; returns the matplotlib axes."""
+        """Draws the front; returns the matplotlib axes."""
         from .plots import plot_front
 
         return plot_front(self, ax)
@@ -76,16 +76,16 @@ def pareto(
     most: int = 200,
     progress: bool | None = None,
 ) -> Front[M]:
-    """The Pareto front of two results, which `minimise` names, by the epsilon-constraint method.
+    """Pareto front of the two results in `minimise`, by the epsilon-constraint method.
 
-    The ends are the optima of each result by itself; variables that it does not depend on minimise the other one.
-    Between them the second one is limited to evenly spaced values, and the first one minimised from the design before;
-    one compiled program serves all. All else is as in `optimise`, and each design has its certificate. An interrupt
-    from the keyboard ends the search with the designs so far.
+    The ends are the optima of either result; variables without effect on it minimise the other one. Between the ends,
+    each design minimises the first result from the design before, with the second one limited to evenly spaced values.
+    All share one compiled program, and each has its certificate. The other arguments are those of `optimise`. A
+    keyboard interrupt ends the search with the designs so far.
 
     Source: Haimes, Lasdon and Wismer, IEEE Trans. SMC 1 (1971) 296.
 
-    Raises what `optimise` raises, and `ModelError` unless there are two results and at least two points.
+    Raises the errors of `optimise`, and `ModelError` unless there are two results and at least two points.
     """
     objectives = objectives_of(minimise)
     if len(objectives) != 2:
@@ -110,7 +110,7 @@ def pareto(
         return search(task, np.asarray(task.free.scaled(x)), trail, method, most)
 
     def an_end(objective: Objective, other: Objective, x: np.ndarray, number: int) -> Design[M]:
-        """The optimum of one result; variables that it does not depend on minimise the other one."""
+        """The optimum of one result; variables without effect on it minimise the other one."""
         stated, task = posed(objective, x, {})
         found = searched(task, objective, x, number)
         task, z = found.task, found.point.z
@@ -147,6 +147,6 @@ def pareto(
 
 
 def _raise_interrupted(designs: Sequence[Design[Any]]) -> None:
-    """Raise for a design whose search was interrupted: no further ones are wanted."""
+    """Raises `KeyboardInterrupt` after an interrupted search."""
     if any(design.status == "interrupted" for design in designs):
         raise KeyboardInterrupt

@@ -9,7 +9,7 @@ from .design import Design
 from .entries import Tried
 from .pareto import Front
 
-LEAST = -1.0  # margins below are cut off: a start may break its limits by far
+LEAST = -1.0  # smallest margin to draw: a start can violate its limits by far
 
 
 def plot_design(design: Design[Any]) -> Figure:
@@ -32,10 +32,10 @@ def plot_design(design: Design[Any]) -> Figure:
 
 def _plot_objective(design: Design[Any], panel: Axes) -> None:
     scale = design.objective_scale
-    feasible = [_keeps_limits(design, tried) for tried in design.history]
+    feasible = [_is_feasible(design, tried) for tried in design.history]
     values = [scale.value(tried.objective) for tried in design.history]
     panel.plot(values, color="0.6", linewidth=1.0)
-    for is_good, colour, label in ((True, "C0", "keeps all limits"), (False, "C3", "breaks a limit")):
+    for is_good, colour, label in ((True, "C0", "feasible"), (False, "C3", "infeasible")):
         where = [i for i, good in enumerate(feasible) if good is is_good]
         if where:
             panel.plot(where, [values[i] for i in where], "o", color=colour, label=label)
@@ -64,7 +64,7 @@ def _plot_margins(design: Design[Any], panel: Axes) -> None:
     panel.set_ylabel("margin [%]")
 
 
-def _keeps_limits(design: Design[Any], tried: Tried) -> bool:
+def _is_feasible(design: Design[Any], tried: Tried) -> bool:
     pairs = zip(design.results, tried.results, strict=True)
     return all(result._replace(value=value).margin > -1e-6 for result, value in pairs)
 

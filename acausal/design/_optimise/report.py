@@ -1,4 +1,4 @@
-"""What is said while an optimisation runs."""
+"""Progress messages of an optimisation."""
 
 import sys
 import time
@@ -29,8 +29,8 @@ def reporter(
 
 
 class ProgressReport:
-    """Is told of each design that a search computes. It says the first failures as they happen and, every now and then,
-    how many designs were computed: in logs as well, unless `wanted` forbids it. When a search ends is not known before.
+    """Reports the first failures as they happen and regularly the number of designs, also in logs unless `wanted` is
+    False. Searches call it after each design.
     """
 
     def __init__(self, evaluator: Evaluator, wanted: bool | None) -> None:

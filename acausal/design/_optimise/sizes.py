@@ -1,4 +1,4 @@
-"""Sizes of variables that lack a bound, checked by what the results of a model say."""
+"""Sizes of variables that lack a bound, from the curvature of results."""
 
 from collections.abc import Callable, Iterable
 
@@ -7,15 +7,14 @@ import numpy as np
 from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.free import Free
 
-STRAIGHT = 0.1  # relative change of a slope below which a result is a straight line
-DECADES = range(0, 16, 3)  # by which sizes are tried; those between are tried once a slope changes
+STRAIGHT = 0.1  # relative change of a slope below which a result is linear
+DECADES = range(0, 16, 3)  # trial factors of sizes; those between are tried once a slope changes
 
 
 def with_sizes(evaluator: Evaluator, free: Free, x: np.ndarray, objective: int, rows: Iterable[int]) -> Free:
-    """The free parameters with larger sizes where the given ones are too small to see more than straight lines.
+    """The free parameters with larger sizes of those over which all results are linear.
 
-    A size grows until a slope of the objective or of another result changes over it. It stays as it is if no slope
-    changes over any size.
+    A size grows until the slope of a result changes over it. It stays unchanged if no size changes a slope.
     """
     here = evaluator(x)
     if not here.is_good:
@@ -33,7 +32,7 @@ def with_sizes(evaluator: Evaluator, free: Free, x: np.ndarray, objective: int, 
 
 
 def _decade(is_bent: Callable[[int], bool | None]) -> int:
-    """The least decade over which slopes change; zero if there is none. None stands for what cannot be computed."""
+    """The smallest decade over which slopes change, or zero. `is_bent` returns None if nothing can be computed."""
     for decade in DECADES:
         found = is_bent(decade)
         if found is not False:
@@ -43,7 +42,7 @@ def _decade(is_bent: Callable[[int], bool | None]) -> int:
 
 
 def _moved(free: Free, here: Evaluation, group: list[int], size: float, objective: int) -> np.ndarray:
-    """The place at a distance of one size, where the objective falls if that side is within the bounds."""
+    """The point one size away, in the direction of descent if that is within the bounds."""
     x = here.x.copy()
     falls = np.where(here.jacobian[objective, group] > 0.0, -size, size)
     is_inside = (x[group] + falls >= free.low[group]) & (x[group] + falls <= free.high[group])

@@ -1,4 +1,4 @@
-"""Local optima by the solvers of scipy, which are kept away from what cannot be computed."""
+"""Local optima by the solvers of scipy, with a penalty for points that cannot be computed."""
 
 from collections.abc import Callable
 from typing import Any, Literal
@@ -10,14 +10,14 @@ from .._certificate.point import Point, PointAt
 
 Callback = Callable[[np.ndarray], None]
 Method = Literal["SLSQP", "trust-constr"]
-# Of a trust-region method: the first step in scaled variables, and how far it first keeps inside of limits, in sizes of
-# the objective. Larger ones, which are scipy's own, leave what can be computed.
+# First radius of the trust region in scaled variables, and first barrier parameter in sizes of the objective. The
+# larger defaults of scipy lead to points that cannot be computed.
 RADIUS, BARRIER = 0.1, 0.01
-FAILED = 1e10  # the objective, in units of its size, of what cannot be computed: line searches step back from it
+FAILED = 1e10  # scaled objective of a point that cannot be computed: line searches step back from it
 
 
 class _Updated(optimize.BFGS):
-    """A Hessian that is learnt from steps on which the gradient changes."""
+    """BFGS approximation that ignores steps without a change of the gradient."""
 
     def update(self, delta_x: np.ndarray, delta_grad: np.ndarray) -> None:
         if np.any(delta_grad):
@@ -25,7 +25,7 @@ class _Updated(optimize.BFGS):
 
 
 class Guarded:
-    """Objective and constraints as scipy wants them: where nothing can be computed, a high value."""
+    """Objective and constraints for scipy, with a high objective at points that cannot be computed."""
 
     def __init__(self, at: PointAt, start: np.ndarray) -> None:
         point = at(start)
@@ -41,7 +41,7 @@ class Guarded:
 
     @property
     def good(self) -> np.ndarray:
-        """The last place where all could be computed."""
+        """The last point that could be computed."""
         return self._good.z
 
     def objective(self, z: np.ndarray) -> float:
@@ -68,7 +68,7 @@ def solve(
     most: int = 200,
     watch: Callback = lambda z: None,
 ) -> np.ndarray:
-    """Where scipy's solver ends from `start`, which has to be a place where all can be computed."""
+    """The end of a search by scipy from `start`, a point that can be computed."""
     guarded = Guarded(at, start)
     box = optimize.Bounds(*bounds, keep_feasible=True)  # pyright: ignore[reportArgumentType]
     if method == "SLSQP":
@@ -96,7 +96,7 @@ def _kinds(is_equation: np.ndarray) -> list[tuple[np.ndarray, str]]:
 
 
 def _as_dictionary(guarded: Guarded, rows: np.ndarray, kind: str) -> dict[str, Any]:
-    """For SLSQP, to which a constraint is fulfilled where it is not negative."""
+    """Constraints for SLSQP, which requires non-negative values."""
     return {
         "type": kind,
         "fun": lambda z: -guarded.constraints(z)[rows],

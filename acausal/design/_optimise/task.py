@@ -1,7 +1,7 @@
-"""A problem in scaled numbers: variables from 0 to 1, objective and constraints as fractions of their sizes.
+"""A problem in scaled numbers: variables from 0 to 1, objective and constraints relative to their sizes.
 
-The size of the objective is that of its slope over the range of a variable (gradient-based scaling), and its zero is
-its value at the start: an objective in another unit, or with another constant, is the same task.
+The size of the objective is its largest slope over the range of a variable (gradient-based scaling), and its zero is
+its value at the start. So the unit of the objective and a constant in it do not matter.
 """
 
 import dataclasses
@@ -17,20 +17,20 @@ from .._problem.free import Free
 from .._problem.limits import Limit
 from .sizes import with_sizes
 
-ROUNDING = 1e-12  # distance of a scaled variable from its bound that is none
-DEEP = 1e6  # sizes of the objective below the start: no optimum is sought there
-MANY = 10.0  # sizes of a variable without bounds: one that moves so far has another size
-FAR = 1e3  # sizes of a variable without bounds,
-FALLING = 1e-3  # and what the objective would fall by where the variable is twice as large, as a fraction of its change
-BESIDE = 1e-2  # how far inside the bounds a result is looked at again, as a share of their distance
+ROUNDING = 1e-12  # distance of a scaled variable from its bound that counts as zero
+DEEP = 1e6  # decrease of the objective, in its sizes, that counts as unbounded
+MANY = 10.0  # displacement of a variable without bounds, in its sizes, that requires a larger size
+FAR = 1e3  # displacement of a variable without bounds, in its sizes, that counts as infinite
+FALLING = 1e-3  # relative decrease of the objective for a doubled variable that counts as descent
+BESIDE = 1e-2  # scaled distance of the second point that measures the objective
 
 
 @dataclasses.dataclass
 class Task:
-    """Minimise one result of a program while others keep their limits.
+    """Minimise one result of an evaluator subject to limits of others.
 
-    `rows` says which result each limit is about. The scaled objective is its difference from `zero`, divided by `size`.
-    `within` are bounds of the scaled variables that replace the given ones.
+    `rows` are the rows of the limited results. The scaled objective is its difference from `zero`, divided by `size`.
+    `within` replaces the bounds of the scaled variables.
     """
 
     evaluator: Evaluator
@@ -48,7 +48,7 @@ class Task:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the scaled variables; infinite where there are none."""
+        """Bounds of the scaled variables; infinite if there are none."""
         free = self.free
         return self.within or (np.asarray(free.scaled(free.low)), np.asarray(free.scaled(free.high)))
 
@@ -59,7 +59,7 @@ class Task:
         return self.evaluator(x)
 
     def at(self, z: np.ndarray) -> Point | None:
-        """The point at `z`; None where nothing can be computed."""
+        """The point at `z`; None if it cannot be computed."""
         found = self.evaluation(z)
         return self.point(z, found) if found.is_good else None
 
@@ -76,9 +76,7 @@ class Task:
         )
 
     def idle(self, z: np.ndarray) -> np.ndarray:
-        """Which variables neither the objective nor a limit depends on: nowhere that has been evaluated, nor at a place
-        aside from `z`, where all of them have other values.
-        """
+        """Marks variables that affect neither objective nor limits, at all evaluated points and at one next to `z`."""
         rows = [self.objective, *self.rows]
         maybe = self.evaluator.idle(rows)
         if not np.any(maybe):
@@ -90,11 +88,11 @@ class Task:
         return self.evaluator.idle(rows) if aside.is_good else np.zeros(len(z), bool)
 
     def violation(self, point: Point) -> float:
-        """The largest fraction by which a limit is broken."""
+        """The largest constraint violation."""
         return violation(point, self.is_equation)
 
     def with_size_of_steps(self, point: Point) -> "Task | None":
-        """The task with larger sizes of variables without bounds that moved by many sizes; None if none did."""
+        """The task with larger sizes of variables without bounds that moved by many sizes; None if no variable did."""
         moved = [(group, float(np.max(np.abs(point.z[group])))) for group in self.free.open_groups]
         sizes = {i: self.free.variables[i].size * steps for group, steps in moved if steps > MANY for i in group}
         if not sizes or self.is_unbounded(point):
@@ -103,8 +101,8 @@ class Task:
         return larger.measured(self.evaluation(point.z))
 
     def measured(self, found: Evaluation) -> "Task":
-        """The task with an objective that is scaled by its slopes at a design and a little further inside the bounds:
-        the latter are what counts at an optimum. The size is zero if there is no slope.
+        """The task with the objective scaled by its slopes at a design and at a second point inside the bounds, since
+        the slopes can vanish at an optimum. The size is zero if there is no slope.
         """
         z = np.asarray(self.free.scaled(found.x))
         beside = self.evaluation(z + np.where(z + BESIDE <= self.bounds[1], BESIDE, -BESIDE))
@@ -117,7 +115,7 @@ class Task:
         return dataclasses.replace(self, zero=float(found.values[self.objective]), size=size)
 
     def is_unbounded(self, point: Point) -> bool:
-        """Whether a point is far out, with all limits kept and the objective still falling."""
+        """Whether a feasible point is far away and the objective still decreases there."""
         if self.violation(point) > FEASIBLE:
             return False
         is_far = self.free.is_open & (np.abs(point.z) > FAR)
@@ -125,13 +123,13 @@ class Task:
 
 
 def task_of(evaluator: Evaluator, first: Evaluation, objective: str, limits: Mapping[str, Limit]) -> Task:
-    """The task of minimising one of the functions of an evaluator, whose first evaluation tells what they return.
+    """The task of minimising one of the functions of an evaluator, given its first evaluation.
 
-    The limit of a function that returns several numbers is one for each of them.
+    A limit applies to each of the numbers that its function returns.
     """
     names, owners = evaluator.names, evaluator.owners
     if (returned := owners.count(objective)) != 1:
-        raise ModelError(f"{objective} returned {returned} numbers: what is minimised is one.")
+        raise ModelError(f"{objective} must return one number, but returned {returned}.")
     row = owners.index(objective)
     rows = [i for i, owner in enumerate(owners) if owner in limits]
     free = with_sizes(evaluator, evaluator.free, first.x, row, rows)
@@ -144,13 +142,13 @@ def task_of(evaluator: Evaluator, first: Evaluation, objective: str, limits: Map
     if not task.size:
         raise ModelError(
             f"{objective} does not depend on {', '.join(evaluator.free.names)} at the start: its derivatives are zero. "
-            "What counts or rounds cannot be minimised by gradients."
+            "Functions that count or round cannot be minimised by gradients."
         )
     return task
 
 
 def _sized(limit: Limit, result: float, slopes: np.ndarray) -> Limit:
-    """A limit of zero is compared with what the result is at the start, or with what it becomes between the bounds."""
+    """A limit of zero gets the size of the result at the start, or of its change between the bounds."""
     if limit.value:
         return limit
     known = [size for size in (abs(float(result)), float(np.max(slopes))) if np.isfinite(size)]

@@ -1,4 +1,4 @@
-"""Distributions of parameters: what is known of a number beforehand, or how it scatters in production."""
+"""Distributions of parameters: prior knowledge or scatter in production."""
 
 import abc
 import dataclasses
@@ -18,9 +18,9 @@ from .parse import difference_in, number_in
 
 @dataclasses.dataclass(frozen=True)
 class Normal:
-    """The normal distribution; `mean` is the model's own value unless given, and `std` may be a share of it: "5 %".
+    """The normal distribution. `mean` defaults to the value in the model; `std` can be a share of the mean: "5 %".
 
-    Numbers are in the declared unit, quantities, or texts such as "0.2 mm".
+    Values are numbers in the declared unit, quantities, or texts such as "0.2 mm".
     """
 
     mean: Any = None
@@ -28,11 +28,11 @@ class Normal:
 
     @property
     def is_relative(self) -> bool:
-        """Whether it scatters by a share of the model's own value."""
+        """Whether the scatter is relative to the value in the model."""
         return _percent(self.std) is not None
 
     def resolved(self, unit: str, where: str, nominal: float) -> "Normal":
-        """The same with numbers in the declared unit."""
+        """A copy with numbers in the declared unit."""
         if self.std is None:
             raise ParameterError(f"{where}: Normal needs a standard deviation, as in Normal(std='5 %').")
         mean = nominal if self.mean is None else number_in(self.mean, unit, where)[0]
@@ -42,28 +42,34 @@ class Normal:
         return Normal(mean, std)
 
     def of_score(self, z: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """Values from scores of the standard normal distribution."""
+        """Values from standard normal scores."""
         return self.mean + self.std * z
 
     def box(self, sigmas: float) -> tuple[float, float]:
-        """The tolerance: so many standard deviations to either side."""
+        """Tolerance band of so many standard deviations to either side."""
         return self.mean - sigmas * self.std, self.mean + sigmas * self.std
 
 
 class Bounded(abc.ABC):
-    """A distribution that is known by its quantiles."""
+    """A bounded distribution, defined by its quantile function."""
 
     @property
     def is_relative(self) -> bool:
-        """Whether it scatters by a share of the model's own value."""
+        """Whether the scatter is relative to the value in the model."""
         return any(_percent(value) is not None for value in vars(self).values())
 
     @abc.abstractmethod
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The values below which the shares `u` lie."""
+        """Values of the quantile function."""
+
+    def box(self, sigmas: float) -> tuple[float, float]:
+        """Tolerance band: the bounds."""
+        del sigmas
+        low, high = self.quantile(np.array([0.0, 1.0])).tolist()
+        return low, high
 
     def of_score(self, z: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """Values from scores of the standard normal distribution."""
+        """Values from standard normal scores."""
         from scipy.special import ndtr
 
         return self.quantile(ndtr(z))
@@ -71,13 +77,13 @@ class Bounded(abc.ABC):
 
 @dataclasses.dataclass(frozen=True)
 class Uniform(Bounded):
-    """All values between two limits equally likely. A limit "-5 %" or "+5 %" is that far from the model's own value."""
+    """The uniform distribution. A bound "-5 %" or "+5 %" is relative to the value in the model."""
 
     low: Any
     high: Any
 
     def resolved(self, unit: str, where: str, nominal: float) -> "Uniform":
-        """The same with numbers in the declared unit."""
+        """A copy with numbers in the declared unit."""
         low, high = (_limit(value, unit, where, nominal) for value in (self.low, self.high))
         _check_order(where, low, high, unit)
         return Uniform(low, high)
@@ -91,20 +97,14 @@ class Uniform(Bounded):
         return (self.high - self.low) / np.sqrt(12.0)
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The values below which the shares `u` lie."""
-        return self.low + (self.high - self.low) * u
-
-    def box(self, sigmas: float) -> tuple[float, float]:
-        """The limits."""
-        del sigmas
-        return self.low, self.high
+        return (1.0 - u) * self.low + u * self.high
 
 
 @dataclasses.dataclass(frozen=True)
 class Triangular(Bounded):
-    """Values between two limits, the most likely one at `mode`, by default the model's own value.
+    """The triangular distribution. `mode` defaults to the value in the model.
 
-    A limit "-5 %" or "+5 %" is that far from the model's own value.
+    A bound "-5 %" or "+5 %" is relative to the value in the model.
     """
 
     low: Any
@@ -112,14 +112,14 @@ class Triangular(Bounded):
     mode: Any = None
 
     def resolved(self, unit: str, where: str, nominal: float) -> "Triangular":
-        """The same with numbers in the declared unit."""
+        """A copy with numbers in the declared unit."""
         low, high = (_limit(value, unit, where, nominal) for value in (self.low, self.high))
         mode = nominal if self.mode is None else _limit(self.mode, unit, where, nominal)
         _check_order(where, low, high, unit)
         if not low <= mode <= high:
             scale = Scale.of(unit)
             raise ParameterError(
-                f"{where}: the mode {scale.value(mode):g}{scale.text} lies outside of the limits "
+                f"{where}: the mode {scale.value(mode):g}{scale.text} is outside the bounds "
                 f"{span_text(low, high, scale)}."
             )
         return Triangular(low, high, mode)
@@ -134,26 +134,20 @@ class Triangular(Bounded):
         return float(np.sqrt((a * a + b * b + c * c - a * b - a * c - b * c) / 18.0))
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The values below which the shares `u` lie."""
         width, rise = self.high - self.low, self.mode - self.low
         below = self.low + np.sqrt(u * width * rise)
         above = self.high - np.sqrt((1.0 - u) * width * (width - rise))
         return np.where(u * width < rise, below, above)
 
-    def box(self, sigmas: float) -> tuple[float, float]:
-        """The limits."""
-        del sigmas
-        return self.low, self.high
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Samples(Bounded):
-    """The values of a table, such as those measured on parts, each equally likely, and linear between them."""
+    """The empirical distribution of measured values, interpolated linearly."""
 
     values: Any
 
     def resolved(self, unit: str, where: str, nominal: float) -> "Samples":
-        """The same with numbers in the declared unit, in rising order."""
+        """A copy with sorted numbers in the declared unit."""
         del nominal
         given: Any = magnitude(self.values, unit, where) if has_unit(self.values) else self.values
         if isinstance(given, Sequence):
@@ -172,21 +166,15 @@ class Samples(Bounded):
         return float(np.std(self.values, ddof=1))
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """The values below which the shares `u` lie; the outermost ones are the limits."""
         n = len(self.values)
         return np.interp(u, (np.arange(n) + 0.5) / n, self.values)
-
-    def box(self, sigmas: float) -> tuple[float, float]:
-        """The smallest and the largest value."""
-        del sigmas
-        return float(self.values[0]), float(self.values[-1])
 
 
 Distribution: TypeAlias = Normal | Uniform | Triangular | Samples
 
 
 def _percent(value: object) -> float | None:
-    """The share that a text such as "5 %" stands for."""
+    """The share in a text such as "5 %"; None for anything else."""
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:
             return float(value.rstrip()[:-1]) / 100.0
@@ -197,9 +185,7 @@ def _percent(value: object) -> float | None:
 
 def _difference(value: object, unit: str, where: str, mean: float) -> float:
     share = _percent(value)
-    if share is not None:
-        return share * abs(mean)
-    return difference_in(value, unit, where)
+    return difference_in(value, unit, where) if share is None else share * abs(mean)
 
 
 def _limit(value: object, unit: str, where: str, nominal: float) -> float:
@@ -210,22 +196,22 @@ def _limit(value: object, unit: str, where: str, nominal: float) -> float:
 def _check_order(where: str, low: float, high: float, unit: str) -> None:
     if not (np.isfinite(low) and np.isfinite(high) and low < high):
         span = span_text(low, high, Scale.of(unit))
-        raise ParameterError(f"{where}: the lower limit must be below the upper one, got {span}.")
+        raise ParameterError(f"{where}: the lower bound must be below the upper one, got {span}.")
 
 
 def member_count(n: int) -> int:
-    """The number of members, checked; raises `ParameterError` unless it is an integer of at least 2."""
+    """The number of members. Raises `ParameterError` unless it is an integer of at least 2."""
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2:
-        raise ParameterError(f"The number of members is an integer of at least 2, got {n!r}.")
+        raise ParameterError(f"The number of members must be an integer of at least 2, got {n!r}.")
     return int(n)
 
 
 def sobol_scores(dimensions: int, n: int, seed: int) -> Float[np.ndarray, "n k"]:
-    """Scores of `n` members of a scrambled Sobol sequence, which fills the space evenly."""
+    """Standard normal scores of `n` members of a scrambled Sobol sequence."""
     from scipy.special import ndtri
     from scipy.stats import qmc
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that n is no power of two
+        warnings.simplefilter("ignore")  # about n that is not a power of two
         points = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(n)
     return ndtri(np.clip(points, 1e-12, 1.0 - 1e-12))

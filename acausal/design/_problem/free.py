@@ -1,4 +1,4 @@
-"""Free parameters of a model, as a vector of numbers in declared units, and scaled between their bounds."""
+"""Free parameters of a model as a vector, in declared units or scaled between their bounds."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,11 +18,11 @@ from .parse import number_in
 
 M = TypeVar("M", bound=Component)
 Values: TypeAlias = Array | np.ndarray  # one number for each variable
-DECADE = 10.0  # a ratio of the bounds from which on a variable is scaled by its logarithm
+DECADE = 10.0  # ratio of the bounds above which a variable is scaled logarithmically
 
 
 class Place(NamedTuple):
-    """A number in a model: the path of a parameter or start value, and the indices of an element of it."""
+    """Location of a number in a model: the path of a parameter or start value, and the indices of an element."""
 
     path: str
     element: tuple[int, ...] | None = None
@@ -33,7 +33,7 @@ class Place(NamedTuple):
 
 
 class Variable(NamedTuple):
-    """One free number, which stands at one place or at several ones; bounds in the declared unit.
+    """A free number at one or several places, with bounds in the declared unit.
 
     `size` is the unit of its scaled values if a bound is missing.
     """
@@ -48,16 +48,16 @@ class Variable(NamedTuple):
     size: float = 1.0
 
     def checked(self, value: float) -> float:
-        """A value to start from, which has to lie between the bounds."""
+        """The start value. Raises `ParameterError` if it is outside the bounds."""
         if not self.low <= value <= self.high:
             raise ParameterError(
-                f"{self.name} starts from {self.text(value)}, outside of its bounds "
-                f"{span_text(self.low, self.high, self.scale)}. Widen these, or start from another value."
+                f"{self.name} starts from {self.text(value)}, outside its bounds "
+                f"{span_text(self.low, self.high, self.scale)}. Widen them, or start from another value."
             )
         return value
 
     def text(self, value: float) -> str:
-        """A value with its unit, as tables show it."""
+        """A value in its display unit."""
         return f"{self.scale.value(value):.6g}{self.scale.text}"
 
     @property
@@ -71,7 +71,7 @@ class Variable(NamedTuple):
 
     @property
     def origin_and_width(self) -> tuple[float, float]:
-        """Of the variable, or of its logarithm: what is scaled to 0, and its distance to what is scaled to 1."""
+        """The value that is scaled to 0, and its distance to the value that is scaled to 1; logarithms if `is_log`."""
         if self.is_log:
             return float(np.log(self.low)), float(np.log(self.high / self.low))
         return (self.start, self.size) if self.is_open else (self.low, self.high - self.low)
@@ -79,9 +79,9 @@ class Variable(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Free:
-    """The free parameters of a model, in the order in which they were named.
+    """The free parameters of a model, in the order in which the user named them.
 
-    Vectors `x` hold their values in the declared units, `z` the scaled ones; both may be traced.
+    Vectors `x` hold values in the declared units, vectors `z` scaled values; both can be traced.
     """
 
     variables: tuple[Variable, ...]
@@ -92,7 +92,7 @@ class Free:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The declared units, in which all numbers here are."""
+        """The declared units."""
         return tuple(variable.unit for variable in self.variables)
 
     @property
@@ -105,12 +105,12 @@ class Free:
 
     @property
     def is_open(self) -> np.ndarray:
-        """Which variables lack a bound."""
+        """Marks the variables that lack a bound."""
         return np.array([variable.is_open for variable in self.variables])
 
     @property
     def open_groups(self) -> list[list[int]]:
-        """The variables that lack a bound, by their positions, those of one array together."""
+        """Positions of the variables that lack a bound, grouped by array."""
         groups: dict[str, list[int]] = {}
         for i, variable in enumerate(self.variables):
             if variable.is_open:
@@ -118,28 +118,28 @@ class Free:
         return list(groups.values())
 
     def with_sizes(self, sizes: Mapping[int, float]) -> Self:
-        """A copy with other sizes of variables that lack a bound, by their positions."""
+        """A copy with other sizes of variables that lack a bound, by position."""
         variables = tuple(v._replace(size=sizes.get(i, v.size)) for i, v in enumerate(self.variables))
         return dataclasses.replace(self, variables=variables)
 
     def values(self, model: Component) -> Float[np.ndarray, " n"]:
-        """The numbers of a model."""
+        """The values in a model."""
         leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
         return np.array([number_at(leaves, variable.places[0]) for variable in self.variables])
 
     def with_values(self, model: M, x: Values | Sequence[float]) -> M:
-        """The model with other numbers, which may be traced."""
+        """A copy of the model with other values, which can be traced."""
         return with_numbers(model, [variable.places for variable in self.variables], x)
 
     def text(self, x: Values) -> str:
-        """Names and values, as in "load.m = 3 kg"; what follows the values of the variables is left out."""
+        """Names and values, such as "load.m = 3 kg". Values beyond the variables are ignored."""
         shown = (
             (v.name, f"{v.scale.value(value):.6g}{v.scale.text}") for v, value in zip(self.variables, x, strict=False)
         )
         return ", ".join(f"{name} = {value}" for name, value in shown)
 
     def changed(self, x: Values, values: Mapping[str, object]) -> np.ndarray:
-        """The numbers with some of them changed, by the names of the variables."""
+        """A copy of the values with some changed, by name."""
         new = np.array(x, float)
         for name, value in values.items():
             if name not in self.names:
@@ -149,21 +149,21 @@ class Free:
         return new
 
     def scaled(self, x: Values) -> Array:
-        """From 0 at the lower to 1 at the upper bound: evenly, or by the logarithm over more than a decade.
+        """Values from 0 at the lower to 1 at the upper bound, linear or, over more than a decade, logarithmic.
 
-        Variables that lack a bound are scaled to their distances from the start, in their sizes.
+        Without both bounds: the distance from the start, divided by the size.
         """
         origin, width = self._origin_and_width
         return (jnp.where(self._is_log, jnp.log(jnp.where(self._is_log, x, 1.0)), x) - origin) / width
 
     def unscaled(self, z: Values) -> Array:
-        """The numbers from those between 0 and 1."""
+        """The inverse of `scaled`."""
         origin, width = self._origin_and_width
         straight = origin + width * z
         return jnp.where(self._is_log, jnp.exp(jnp.where(self._is_log, straight, 0.0)), straight)
 
     def slopes(self, x: Values) -> Array:
-        """dx/dz, from scaled numbers to the numbers themselves."""
+        """dx/dz, the derivatives with respect to scaled values."""
         _, width = self._origin_and_width
         return jnp.where(self._is_log, x, 1.0) * width
 
@@ -178,7 +178,7 @@ class Free:
 
 
 def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Values | Sequence[float]) -> M:
-    """The model with other numbers, each of them at one place or at several ones."""
+    """A copy of the model with other values, each at one or several places."""
     leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
     changed: dict[str, object] = {}
     for own, value in zip(places, x, strict=True):

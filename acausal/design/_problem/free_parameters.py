@@ -1,4 +1,4 @@
-"""Which parameters are free: found by path, with their bounds and units checked."""
+"""Free parameters found by path, with their bounds and units checked."""
 
 import itertools
 import re
@@ -21,16 +21,16 @@ _MEMBER = re.compile(r"\[(\d+)\]\.")
 
 
 def free_parameters(model: Component, free: ByPath[object]) -> Free:
-    """The free parameters that a mapping names.
+    """The free parameters named by a mapping.
 
-    A key is the path of a parameter or of a start value that is given, as in `"gearbox.ratio"`, of an element of an
-    array, as in `"table.y[3]"`, or a tuple of paths that share one value. An array that is named as a whole is as many
-    variables as it has elements. A value is a pair of bounds: numbers in the declared unit, quantities, or texts such
-    as `"15 mm"`; None is no bound, also in place of the pair. The start is what the model has. All elements of an array
-    that lack a bound have one size, that of the largest of them.
+    A key is the path of a parameter or of a given start value, such as `"gearbox.ratio"`, the path of an array element,
+    such as `"table.y[3]"`, or a tuple of paths that share one value. The path of a whole array adds one variable per
+    element. A value is a pair of bounds: numbers in the declared unit, quantities, or texts such as `"15 mm"`. None
+    means no bound, or no bounds instead of the pair. The start is the value in the model. The elements of an array that
+    lack a bound share one size, that of the largest.
 
-    Raises `ModelError` for a path that the model does not have or that is named twice, and `ParameterError` for bounds
-    that are crossed, of another dimension or outside of the declared range, and for a start outside of its bounds.
+    Raises `ModelError` for an unknown path or one named twice, and `ParameterError` for bounds that are crossed, of
+    another dimension or outside the declared range, and for a start outside its bounds.
     """
     if not isinstance(free, Mapping) or not free:
         raise ModelError(f"Name at least one free parameter, as in {{'gearbox.ratio': (2.0, 20.0)}}; got {free!r}.")
@@ -46,7 +46,7 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
 
 
 def single_parameters(model: Component, keys: Iterable[Key], what: str) -> Free:
-    """Parameters without bounds, each of which is one number; `what` begins the message where one is a whole array."""
+    """Scalar parameters without bounds. `what` begins the error message about a whole array."""
     named = dict.fromkeys(keys)
     free = free_parameters(model, named)
     if len(free.variables) != len(named):
@@ -61,7 +61,7 @@ def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[
     columns = [_places(known, path) for path in paths]
     if len({len(column) for column in columns}) > 1:
         sizes = ", ".join(f"{path} ({len(column)})" for path, column in zip(paths, columns, strict=True))
-        raise ModelError(f"What shares values must have as many of them: {sizes}.")
+        raise ModelError(f"Paths that share values must have equally many: {sizes}.")
     units = {known[column[0].path].declaration.unit for column in columns}
     if len(units) > 1:
         raise ParameterError(f"{', '.join(paths)} cannot share a value: their units are {', '.join(sorted(units))}.")
@@ -72,7 +72,7 @@ def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[
 
 
 def _places(known: Mapping[str, Leaf], path: str) -> list[Place]:
-    """The numbers that a path stands for."""
+    """The places of the numbers at a path."""
     leaf, index = known.get(path), None
     if leaf is None and (element := _ELEMENT.fullmatch(path)) and element[1] in known:
         leaf, index = known[element[1]], tuple(int(i) for i in element[2].split(","))
@@ -83,14 +83,12 @@ def _places(known: Mapping[str, Leaf], path: str) -> list[Place]:
     if leaf is None:
         raise ModelError(_unknown(path, known))
     if leaf.value is None:
-        raise ModelError(
-            f"{path} has no start value that could be free. Give it one: replace(model, {{{path!r}: ...}})."
-        )
+        raise ModelError(f"{path} has no start value. Give it one: replace(model, {{{path!r}: ...}}).")
     shape = np.shape(leaf.value)
     if index is None:
         return [Place(leaf.path, i) for i in np.ndindex(shape)] if shape else [Place(leaf.path)]
     if len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True)):
-        raise ModelError(f"{path} is no element of {leaf.path}, which has the shape {shape}.")
+        raise ModelError(f"{path} is not an element of {leaf.path}, which has the shape {shape}.")
     return [Place(leaf.path, index)]
 
 
@@ -99,14 +97,14 @@ def _unknown(path: str, known: Mapping[str, Leaf]) -> str:
     inside = [name for name in parameters if name.startswith((f"{path}.", f"{path}["))]
     same = [name for name in parameters if name.endswith(f".{path}")]
     if inside:
-        return f"{path} is no parameter, but holds some: {', '.join(inside)}. Name one of them."
+        return f"{path} is not a parameter but contains some: {', '.join(inside)}. Name one of them."
     if same:
-        return f"{path!r} is ambiguous or no whole path. Write it out: {' or '.join(same)}."
+        return f"{path!r} is not a complete path. Write it out: {' or '.join(same)}."
     return f"The model has no parameter or start value {path!r}.{suggestion(path, parameters)}"
 
 
 def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, float, Scale]]:
-    """The bounds of each of `n` numbers: a pair, or a pair of sequences of them; None where there are none."""
+    """Bounds and display units of `n` numbers, from a pair, a pair of sequences, or None."""
     if bounds is None:
         return [(-np.inf, np.inf, scale_of("", unit, where))] * n
     if isinstance(bounds, str) or not hasattr(bounds, "__len__") or len(bounds) != 2:
@@ -140,7 +138,9 @@ def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, 
     found = Variable(name, places, known[places[0].path].declaration.unit, scale, low, high, start)
     if any(other != start for other in starts):
         values = ", ".join(f"{place.name} = {found.text(value)}" for place, value in zip(places, starts, strict=True))
-        raise ParameterError(f"What shares a value must start from one: {values}. Set them by replace(model, ...).")
+        raise ParameterError(
+            f"Paths that share a value must start from the same one: {values}. Set them by replace(model, ...)."
+        )
     found.checked(start)
     return found
 
@@ -148,6 +148,6 @@ def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, 
 def _check_range(name: str, declaration: Declaration, low: float, high: float, scale: Scale) -> None:
     sign = declaration.sign
     if np.isinf(low) and np.isinf(high):
-        return  # a trial outside of the range is a run that fails
+        return  # a run outside the declared range fails
     if sign is not None and not (sign.admits(low) and sign.admits(high) and (sign.name != "nonzero" or low * high > 0)):
         raise ParameterError(f"{name} must be {sign.name}, also at its bounds, got {span_text(low, high, scale)}.")

@@ -1,4 +1,4 @@
-"""What a problem minimises, and the limits that its results have to keep."""
+"""Objectives and limits of results."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ _LIMIT = re.compile(r"\s*(<=|>=|==)\s*(.+?)\s*")
 
 @dataclasses.dataclass(frozen=True)
 class Objective:
-    """What is minimised: a result, and the unit that it is shown in."""
+    """A result to minimise, with its display unit."""
 
     name: str
     function: Function
@@ -29,17 +29,17 @@ class Objective:
 
 @dataclasses.dataclass(frozen=True)
 class Limit:
-    """A limit of a result: in SI units, or whichever the function returns."""
+    """A limit of a result, in SI units or in the unit that the function returns."""
 
     name: str
     sense: Sense
     value: float
     scale: Scale
-    measure: float = 1.0  # what a distance from a limit of zero is compared with
+    measure: float = 1.0  # size of a limit of zero
 
     @property
     def sign(self) -> float:
-        """1 where results have to stay below, -1 where above; 1 for an equation."""
+        """1 for an upper limit or an equation, -1 for a lower limit."""
         return -1.0 if self.sense == ">=" else 1.0
 
     @property
@@ -48,15 +48,15 @@ class Limit:
 
     @property
     def size(self) -> float:
-        """What a distance from the limit is compared with."""
+        """The size that violations are relative to."""
         return abs(self.value) or self.measure
 
     def excess(self, result: Numbers) -> Numbers:
-        """By how much the limit is broken, as a fraction of it; negative inside of it."""
+        """Signed violation relative to the size of the limit; negative if the limit is satisfied."""
         return self.sign * (result - self.value) / self.size
 
     def violation(self, result: Numbers) -> Numbers:
-        """The excess, zero inside of the limit."""
+        """Violation relative to the size of the limit; zero if the limit is satisfied."""
         excess = self.excess(result)
         return np.abs(excess) if self.is_equation else np.maximum(excess, 0.0)
 
@@ -66,9 +66,9 @@ class Limit:
 
 
 def objectives_of(minimise: object, name: str = "objective") -> tuple[Objective, ...]:
-    """What `minimise` says: a function, a function with the unit to show it in, or a dictionary of these by name.
+    """Objectives from a function, a function with its display unit, or a dictionary of these by name.
 
-    A single one is called `name`.
+    `name` is the name of a single one.
     """
     if isinstance(minimise, Mapping):
         if not minimise:
@@ -88,9 +88,9 @@ def _objective(name: str, value: object) -> Objective:
 
 
 def limits_of(constraints: Mapping[str, object] | None) -> dict[str, tuple[Function, Limit]]:
-    """The functions and limits that `constraints` states, as in `{"current": (lambda s: ..., "<= 60 A")}`.
+    """Functions and limits by name, from a dictionary such as `{"current": (lambda s: ..., "<= 60 A")}`.
 
-    Raises `ModelError` for what is no such pair, and `ParameterError` for a limit that is no number with a unit.
+    Raises `ModelError` for anything else, and `ParameterError` for a limit that is not a number with a unit.
     """
     if not isinstance(constraints, Mapping | None):
         raise ModelError(
@@ -106,10 +106,10 @@ def limits_of(constraints: Mapping[str, object] | None) -> dict[str, tuple[Funct
         function, text = value
         parts = _LIMIT.fullmatch(text)
         if parts is None:
-            raise ParameterError(f"{name}: {text!r} is no limit, such as '<= 60 A', '>= 1.2' or '== 3 bar'.")
+            raise ParameterError(f"{name}: {text!r} is not a limit, such as '<= 60 A', '>= 1.2' or '== 3 bar'.")
         number, unit = number_in(parts[2], "", name)
         if not math.isfinite(number):
-            raise ParameterError(f"{name}: a limit is finite, got {text!r}. Leave out what has none.")
+            raise ParameterError(f"{name}: a limit must be finite, got {text!r}. Leave out a constraint without one.")
         found[name] = function, Limit(name, _sense(parts[1]), number, scale_of(unit, "", name))
     return found
 

@@ -1,4 +1,4 @@
-"""Numbers with units as they are written in a problem: "15 mm", a quantity of pint, or a number in SI units."""
+"""Numbers with units: texts such as "15 mm", quantities of pint, and plain numbers."""
 
 import re
 from typing import Any
@@ -11,7 +11,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s
 
 
 def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
-    """A number in `unit`, "" being that of SI, and the unit that it was written in; "" for a plain number.
+    """A number converted to `unit` ("": the SI unit), and the unit it was written in ("" for a plain number).
 
     Raises `ParameterError` for text that is not a number with a unit, and for a unit of another dimension.
     """
@@ -31,10 +31,10 @@ def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
     try:
         return float(value), ""
     except (TypeError, ValueError) as error:
-        raise ParameterError(f"{where}: {value!r} is not a number, nor one with a unit such as '15 mm'.") from error
+        raise ParameterError(f"{where}: expected a number, with or without a unit, got {value!r}.") from error
 
 
 def difference_in(value: object, unit: str, where: str) -> float:
-    """A difference in `unit`: 2 degC are 2 K, although the temperature of 2 degC is 275.15 K."""
+    """A difference converted to `unit`: 2 degC become 2 K, whereas the temperature 2 degC is 275.15 K."""
     number, written = number_in(value, unit, where)
     return number - scale_of(written or unit, unit, where).zero

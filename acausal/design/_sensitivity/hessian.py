@@ -1,4 +1,4 @@
-"""Second derivatives of results by parameters: exact, and checked, as there are none where a slope has a kink."""
+"""`hessian`: exact second derivatives of results, checked by differences because a kink has none."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple, overload
@@ -21,15 +21,15 @@ from .._problem.free_parameters import single_parameters
 from .._problem.limits import objectives_of
 from .._problem.types import Function, One
 
-STEPS = tuple(10.0**-k for k in range(2, 7))  # in sizes of parameters; a large one may reach a kink nearby
-APART = 1e-3  # how far exact derivatives may be from differences, as a share of them and of how they vary
-LEAST = 1e-5  # share of a result to which differences between runs are known
+STEPS = tuple(10.0**-k for k in range(2, 7))  # relative to the sizes of parameters; a large one can reach a kink nearby
+APART = 1e-3  # tolerance of exact derivatives against differences, relative to their size and variation
+LEAST = 1e-5  # relative accuracy of differences between runs
 
 
 class Hessian(NamedTuple):
-    """The second derivatives of a result by parameters; `print` it.
+    """Second derivatives of a result with respect to parameters; `print` it.
 
-    `value` is in SI units, `gradient` and `matrix` are in these per units of the parameters, in the order of `names`.
+    `value` is in SI units, `gradient` and `matrix` in SI units per units of the parameters, in the order of `names`.
     """
 
     result: str
@@ -61,7 +61,7 @@ def hessian(
 def hessian(
     model: Component, over: Iterable[str], results: One | Mapping[str, One], *, run: Function | None = None
 ) -> Hessian | dict[str, Hessian]:
-    """The second derivatives of results by parameters: a `Hessian` for one result, or one for each by name.
+    """Second derivatives of results with respect to parameters: a `Hessian`, or one by name for several results.
 
         bent = hessian(drive, ["gear.ratio", "supply.V"], (lambda s: s.t1, "ms"), run=lambda m: simulate(...))
         bent.matrix[0, 1]
@@ -69,13 +69,12 @@ def hessian(
     - `over`: paths of parameters, elements of arrays one by one.
     - `results` and `run`: as in `sensitivities`.
 
-    The run itself is differentiated twice, with the moments of its events. What comes out is compared with differences
-    of first derivatives on both sides of the place, over steps of 1 % of a parameter and less until they agree: to 1e-3
-    of what they are and of how they vary within 2 %.
+    The run is differentiated twice, including its event times. The result is checked against one-sided differences of
+    first derivatives over steps of 1 % of a parameter and less, until both agree to 1e-3 of their size and of their
+    variation within 2 %.
 
-    Raises `SimulationError` where second derivatives are not defined, as at the kink of an absolute value or of the
-    larger one of two, or are lost on the way, as in a table with straight lines or by `stop_gradient`; and where the
-    results cannot be computed.
+    Raises `SimulationError` if second derivatives do not exist, such as at the kink of an absolute value or a maximum,
+    if they are lost, such as in a piecewise linear table or by `stop_gradient`, and if a result cannot be computed.
     """
     objectives = {objective.name: objective for objective in objectives_of(results, "result")}
     free = single_parameters(model, over, "Second derivatives are by elements of arrays")
@@ -91,10 +90,10 @@ def hessian(
 
 
 def hessians_of(evaluator: Evaluator, x: Float[np.ndarray, " k"]) -> Float[np.ndarray, "m k k"]:
-    """The second derivatives of all results of a program at some values, checked."""
+    """Checked second derivatives of all results at some values."""
     here = evaluator(x)
     if not here.is_good:
-        raise SimulationError(f"There are no second derivatives where there is no result: {here.why}.")
+        raise SimulationError(f"There are no second derivatives, because there is no result: {here.why}.")
 
     def results(x: Array) -> Array:
         return evaluator.results(evaluator.free.with_values(evaluator.model, x))[0]
@@ -111,7 +110,7 @@ def hessians_of(evaluator: Evaluator, x: Float[np.ndarray, " k"]) -> Float[np.nd
 
 
 def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
-    """The sizes of the parameters, for steps; of one that is zero, the change that makes a result another one."""
+    """Sizes of the parameters for steps; for a value of zero, the length scale of the results."""
     slopes, bends = np.abs(here.jacobian), np.abs(np.diagonal(second, axis1=1, axis2=2))
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = np.where(bends > 0.0, slopes / bends, np.abs(here.values)[:, None] / slopes)
@@ -120,8 +119,9 @@ def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
 
 
 class _Beside(NamedTuple):
-    """Slopes of results and `bends`, the slopes of their gradients, on both sides; `slope` and `bend` are how large
-    either becomes. `why` says why a side could not be computed.
+    """One-sided derivatives of results (`slopes`) and gradients (`bends`), and their largest values `slope` and `bend`.
+
+    `why` is the reason if a side could not be computed.
     """
 
     slopes: list[np.ndarray]
@@ -132,7 +132,7 @@ class _Beside(NamedTuple):
 
 
 def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, step: float) -> _Beside:
-    """What is at steps of the i-th parameter."""
+    """One-sided differences over steps of the i-th parameter."""
     sides = {k: evaluator(here.x + k * step * sizes * (np.arange(len(sizes)) == i)) for k in (-2, -1, 1, 2)}
     why = next((side.why for side in sides.values() if not side.is_good), "")
     good = {k: side for k, side in sides.items() if side.is_good}
@@ -145,7 +145,7 @@ def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, s
 
 
 def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
-    """What differences over steps of the i-th parameter say against its second derivatives; empty if some agree."""
+    """Contradiction between differences over the i-th parameter and its second derivatives; empty if some agree."""
     variable = evaluator.free.variables[i]
     first, where = here.jacobian[:, i] * sizes[i], f"{variable.name} = {variable.text(here.x[i])}"
     wide = _beside(evaluator, here, i, sizes, STEPS[0])
@@ -155,9 +155,7 @@ def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int,
     told = ""
     for step in STEPS:
         beside = _beside(evaluator, here, i, sizes, step)
-        said = (
-            f"The second derivatives at {where} cannot be checked, as there is no result on either side: {beside.why}."
-        )
+        said = f"The second derivatives at {where} cannot be checked, because neither side has a result: {beside.why}."
         if beside.bends:
             pairs = (
                 _said([s[row] for s in beside.slopes], first[row], room[row])
@@ -173,15 +171,15 @@ def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int,
 
 
 def _said(sides: list[np.ndarray | float], derivative: np.ndarray | float, room: np.ndarray | float) -> str:
-    """What derivatives by differences on one or both sides say against the exact one."""
+    """Contradiction between one-sided differences and the exact derivative; empty if they agree."""
     if all(np.all(np.abs(side - derivative) <= room) for side in sides):
         return ""
     if np.any(np.abs(sides[0] - sides[-1]) > room):
         return (
-            "its slopes on either side do not go together, as at a kink, where an event only just happens, or where "
-            "runs are not accurate enough (rtol=1e-9)"
+            "its one-sided derivatives differ, as at a kink, at an event that only just happens, or in inaccurate runs "
+            "(use rtol=1e-9)"
         )
     return (
-        "differences on either side contradict them. Something on the way is not smooth, such as a table with straight "
-        "lines, or is hidden from derivatives by stop_gradient"
+        "differences on both sides contradict them. The run contains a function that is not smooth, such as a "
+        "piecewise linear table, or stop_gradient"
     )

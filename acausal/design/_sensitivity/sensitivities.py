@@ -1,4 +1,4 @@
-"""Sensitivities of results to all parameters, as a sorted table and chart."""
+"""`sensitivities`: sensitivities of results to all parameters, as a sorted table and chart."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, overload
@@ -22,9 +22,9 @@ MOST = 15  # rows of a chart
 class SensitivityRow(NamedTuple):
     """The sensitivity of a result to one parameter.
 
-    `value` is in the declared `unit` and `per_unit` is d(result)/d(parameter) in SI units per that unit; tables and
-    charts show both in display units. `relative` is the change of the result in per cent where the parameter changes
-    by one per cent, not a number where the result is zero.
+    `value` is in the declared `unit`, and `per_unit` is d(result)/d(parameter) in SI units per that unit; tables and
+    charts use display units. `relative` is the change of the result in per cent per one per cent of the parameter, nan
+    for a result of zero.
     """
 
     parameter: str
@@ -35,7 +35,7 @@ class SensitivityRow(NamedTuple):
 
 
 class SensitivityTable(NamedTuple):
-    """The sensitivities of one result to all parameters, the largest relative one first; `print` it."""
+    """Sensitivities of one result to all parameters, the largest relative one first; `print` it."""
 
     result: str
     scale: Scale
@@ -62,7 +62,7 @@ class SensitivityTable(NamedTuple):
         ]  # fmt: skip
 
     def plot(self, ax: Axes | None = None, most: int = MOST) -> Axes:
-        """Bars of the change in per cent for one per cent of each parameter, the largest on top; returns the axes."""
+        """Draws bars of the change in per cent per one per cent of each parameter; returns the axes."""
         from .plots import plot_sensitivities
 
         return plot_sensitivities(self, ax, most)
@@ -77,17 +77,16 @@ def sensitivities(
 def sensitivities(
     model: Component, results: One | Mapping[str, One], *, run: Function | None = None
 ) -> SensitivityTable | dict[str, SensitivityTable]:
-    """The sensitivities of results to all parameters of a model: a `SensitivityTable` for one result, or one for each
-    by name.
+    """Sensitivities of results to all parameters of a model: a `SensitivityTable`, or one by name for several results.
 
         table = sensitivities(drive, (lambda s: s.t1, "ms"), run=lambda m: simulate(m, 0.5, until=...))
         print(table); table.plot()
 
-    `results` is a function of the run, with the unit to show it in if it is not a pure number, or a dictionary of
-    these; `run` is a function of the model that returns what they take, without it they take the model. Derivatives
-    are exact, from one compiled program.
+    `results` is a function of the run, with its display unit unless it is a pure number, or a dictionary of these.
+    `run` is a function of the model that returns their argument, by default the model. Derivatives are exact, from one
+    compiled program.
 
-    Raises `SimulationError` where a result cannot be computed.
+    Raises `SimulationError` if a result cannot be computed.
     """
     objectives = objectives_of(results, "result")
     found = dict(_tables(model, {objective.name: objective for objective in objectives}, run))
