@@ -39,7 +39,7 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path, monkeypatch: pyte
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        with pytest.raises(ArgumentError, match=r"Of a client of Dask, give client.get_executor\(\)"):
+        with pytest.raises(ArgumentError, match=r"For a client of Dask, use client.get_executor\(\)"):
             sweep(rig(), {C: [1.0]}, late, run=first_passage, executor=client)
         killed = []
 

@@ -118,7 +118,7 @@ def of_a_model(module: Any, store: Path) -> np.ndarray:
 def test_results_of_another_model_are_refused(case: str, study: Any, tmp_path: Path) -> None:
     first = of_a_model(study(), tmp_path / "kept")
     np.testing.assert_array_equal(of_a_model(study(), tmp_path / "kept"), first)
-    with pytest.raises(ModelError, match="its model, run or results state something else"):
+    with pytest.raises(ModelError, match="its model, run or results have another definition"):
         of_a_model(study(*OF_A_MODEL[case]), tmp_path / "kept")
 
 
@@ -136,7 +136,7 @@ def test_results_of_another_run_are_refused(study: Any, tmp_path: Path) -> None:
     first = swept(study())
     np.testing.assert_array_equal(swept(study()), first)
     for change in OF_A_RUN.values():
-        with pytest.raises(ModelError, match="its model, run or results state something else"):
+        with pytest.raises(ModelError, match="its model, run or results have another definition"):
             swept(study(*change))
 
 
@@ -145,7 +145,7 @@ def test_a_choice_of_another_model_is_refused(study: Any, tmp_path: Path) -> Non
     module, other = study(), study(*OF_A_MODEL["a property"])
     for _ in range(2):
         choose(module.model(), tables, module.at_once, store=tmp_path / "kept")
-    with pytest.raises(ModelError, match="its model, run or results state something else"):
+    with pytest.raises(ModelError, match="its model, run or results have another definition"):
         choose(other.model(), tables, other.at_once, store=tmp_path / "kept")
 
 
@@ -173,5 +173,5 @@ def test_long_arrays_count_to_the_last_number(make: Any, tmp_path: Path) -> None
 
     for _ in range(2):
         swept(numbers)
-    with pytest.raises(ModelError, match="its model, run or results state something else"):
+    with pytest.raises(ModelError, match="its model, run or results have another definition"):
         swept(np.where(numbers == 2000.0, 0.0, numbers))

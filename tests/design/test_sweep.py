@@ -117,11 +117,11 @@ def test_a_store_is_gone_on_with_and_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (lambda: (rig(d=2.0), {C: [1.0, 2.0]}, {"f": frequency}), "its model has other numbers"),
-        (lambda: (rig(), {C: [1.0, 3.0]}, {"f": frequency}), "its parameters or their values are others"),
-        (lambda: (rig(), {D: [1.0, 2.0]}, {"f": frequency}), "its parameters or their values are others"),
-        (lambda: (rig(), {C: [1.0, 2.0]}, {"g": frequency}), "its results have other names"),
-        (lambda: (rig(), {C: [1.0, 2.0]}, {"f": lambda m: m.link.c}), "its model, run or results state something else"),
+        (lambda: (rig(d=2.0), {C: [1.0, 2.0]}, {"f": frequency}), "its model has other parameter values"),
+        (lambda: (rig(), {C: [1.0, 3.0]}, {"f": frequency}), "it has other parameters or values"),
+        (lambda: (rig(), {D: [1.0, 2.0]}, {"f": frequency}), "it has other parameters or values"),
+        (lambda: (rig(), {C: [1.0, 2.0]}, {"g": frequency}), "it has other results"),
+        (lambda: (rig(), {C: [1.0, 2.0]}, {"f": lambda m: m.link.c}), "results have another definition"),
     ],
 )
 def test_the_store_of_another_study_is_refused(change: Any, text: str, tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_what_a_function_closes_over_is_part_of_a_study(first: Any, second: Any,
     store = tmp_path / "kept.zarr"
     for _ in range(2):
         sweep(rig(), {C: [1.0, 2.0]}, {"f": first}, store=store)
-    with pytest.raises(ModelError, match="its model, run or results state something else"):
+    with pytest.raises(ModelError, match="its model, run or results have another definition"):
         sweep(rig(), {C: [1.0, 2.0]}, {"f": second}, store=store)
 
 
@@ -273,7 +273,7 @@ def test_a_worker_that_dies(tmp_path: Path) -> None:
     with pytest.raises(SimulationError, match=r"A worker died after 3 of 9 members.* lost, as no store was given"):
         sweep(rig(), over, {"f": frequency}, executor=Dying(), chunk=3)
     store = tmp_path / "kept.zarr"
-    with pytest.raises(SimulationError, match="the same call goes on from there"):
+    with pytest.raises(SimulationError, match="the same call resumes from there"):
         sweep(rig(), over, {"f": frequency}, executor=Dying(), chunk=3, store=store)
     found = sweep(rig(), over, {"f": frequency}, store=store)
     np.testing.assert_allclose(found["f"], np.sqrt(over[C]), rtol=1e-14)
@@ -298,20 +298,20 @@ def test_the_bar(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 BAD: dict[str, tuple[Any, type[Exception], str]] = {
-    "nothing": ([], ModelError, "over is a dictionary of values, a list of dictionaries or a Sample"),
+    "nothing": ([], ModelError, "over must be a dictionary of values, a list of dictionaries or a Sample"),
     "one value": ({C: 3.0}, ParameterError, "link.c: give a sequence of values"),
     "not a number": ({C: [1.0, float("nan")]}, ParameterError, "link.c: values must be finite"),
     "other unit": ({C: quantity(np.array([1.0, 2.0]), "m")}, ParameterError, "link.c is in N/m"),
     "unknown": ({"link.k": [1.0]}, ModelError, "no parameter or start value 'link.k'"),
-    "other names": ([{C: 1.0}, {D: 1.0}], ModelError, "Member 1 names link.d, but the first one link.c"),
+    "other names": ([{C: 1.0}, {D: 1.0}], ModelError, "Member 1 names link.d, but the first member names link.c"),
     "no bounds": (Sample({C: (None, None)}, 8), ParameterError, "a sample needs two finite bounds"),
-    "too many": ({C: range(10_000), D: range(10_000)}, ModelError, "is too large. Take a Sample of it"),
+    "too many": ({C: range(10_000), D: range(10_000)}, ModelError, "is too large. Use a Sample"),
 }
 
 
 def test_an_executor_that_is_none() -> None:
     wrong: Any = 3
-    with pytest.raises(ArgumentError, match=r"executor must be like those of concurrent\.futures.*got int"):
+    with pytest.raises(ArgumentError, match=r"must return a concurrent\.futures\.Future; got int"):
         sweep(rig(), {C: [10.0, 20.0]}, {"f": frequency}, executor=wrong)
 
 

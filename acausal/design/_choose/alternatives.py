@@ -1,4 +1,4 @@
-"""What tables offer, and all combinations of it: values by path, and figures that are no parameters of the model."""
+"""Tables of alternatives and all their combinations: values by path, and figures outside the model."""
 
 import dataclasses
 import functools as ft
@@ -24,7 +24,7 @@ Figures = Mapping[str, Mapping[str, object]]  # by table and by name
 
 
 class Alternatives(NamedTuple):
-    """A table: the names of its rows, their values by path, as `given` and as numbers, and their figures."""
+    """A table: names of its rows, their values by path, as `given` and as numbers, and their figures."""
 
     title: str
     names: tuple[str, ...]
@@ -37,7 +37,7 @@ class Alternatives(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class CatalogueVariables(Free):
-    """The values of a combination, path by path, and after them its figures."""
+    """Variables of a combination: values by path, followed by figures."""
 
     figures: tuple[tuple[str, str], ...]  # table and name of each
 
@@ -49,7 +49,7 @@ class CatalogueVariables(Free):
         return np.concatenate([super().values(model), np.zeros(len(self.figures))])
 
     def with_values(self, model: Any, x: Any) -> Any:
-        """The model with other numbers, and the figures by table."""
+        """A copy of the model with other values, and the figures by table."""
         n = len(self.variables)
         found: dict[str, dict[str, Scalar]] = {}
         for (table, name), value in zip(self.figures, x[n:], strict=True):
@@ -59,14 +59,14 @@ class CatalogueVariables(Free):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class DesignSpace(Generic[M]):
-    """A model with its tables, and all combinations of what they offer, the last table going fastest."""
+    """A model with its tables and all combinations of their rows, the last table varying fastest."""
 
     name: str
     model: M
     tables: tuple[Alternatives, ...]
     part: CatalogueVariables
     picked: Int[np.ndarray, "n t"]  # row of each table
-    x: Float[np.ndarray, "n k"]  # values, and figures after them
+    x: Float[np.ndarray, "n k"]  # values followed by figures
 
     def named(self, i: int) -> dict[str, str]:
         """The names of the alternatives of a combination, by table."""
@@ -77,23 +77,23 @@ class DesignSpace(Generic[M]):
         return self.part.with_values(self.model, self.x[i].tolist())
 
     def span(self, path: Key) -> tuple[object, object]:
-        """The least and the largest value that the tables offer for a path, with the units that they have there."""
+        """The smallest and the largest value of a path in the tables, with their units."""
         for table in self.tables:
             if path in table.paths:
                 column = table.x[:, table.paths.index(path)]
                 return table.given[np.argmin(column)][path], table.given[np.argmax(column)][path]
         known = ", ".join(str(path) for table in self.tables for path in table.paths)
-        raise ModelError(f"The tables hold no {path!r}; they hold {known}.")
+        raise ModelError(f"The tables have no {path!r}, but {known}.")
 
 
 def design_space(name: str, model: M, tables: Mapping[str, object]) -> DesignSpace[M]:
-    """All combinations of tables; raises `ModelError` or `ParameterError` for what is wrong with these."""
+    """All combinations of tables. Raises `ModelError` or `ParameterError` for invalid tables."""
     if not isinstance(tables, Mapping) or not tables:
-        raise ModelError(f"tables is a dictionary of at least one table, got {tables!r}.")
+        raise ModelError(f"tables must be a dictionary of at least one table, got {tables!r}.")
     found = tuple(_alternatives(model, title, table) for title, table in tables.items())
     paths = [path for table in found for path in table.paths]
     if twice := [path for path in paths if paths.count(path) > 1]:
-        raise ModelError(f"{twice[0]} stands in two tables. Keep it in one of them.")
+        raise ModelError(f"{twice[0]} is in two tables. Keep it in one of them.")
     n = math.prod(len(table.names) for table in found)
     if n > MOST:
         raise ModelError(f"{n} combinations are too many. Leave out alternatives that cannot win.")
@@ -108,7 +108,7 @@ def design_space(name: str, model: M, tables: Mapping[str, object]) -> DesignSpa
 def _alternatives(model: Component, title: str, table: Any) -> Alternatives:
     rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
     if not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise ModelError(f"{title}: a table is a list of dictionaries with values by path, got {table!r}.")
+        raise ModelError(f"{title}: a table must be a list of dictionaries with values by path, got {table!r}.")
     values = [{key: value for key, value in row.items() if key not in ("name", "figures")} for row in rows]
     names = tuple(
         str(row.get("name", "") or ", ".join(map(_label, value.values())))
@@ -122,7 +122,9 @@ def _alternatives(model: Component, title: str, table: Any) -> Alternatives:
 def _figures(title: str, names: Sequence[str], rows: Sequence[Any]) -> tuple[tuple[str, ...], np.ndarray]:
     for name, row in zip(names, rows, strict=True):
         if not isinstance(row, Mapping) or row.keys() != rows[0].keys():
-            raise ModelError(f"{title}, {name}: figures are a dictionary with the names of the first row, got {row!r}.")
+            raise ModelError(
+                f"{title}, {name}: figures must be a dictionary with the names of the first row, got {row!r}."
+            )
     found = np.array(
         [
             [number_in(value, "", f"{title}, {name}: {key}")[0] for key, value in row.items()]
@@ -140,13 +142,13 @@ def _label(value: object) -> str:
 
 
 def run_of_pair(run: Function, pair: tuple[Any, Figures]) -> tuple[Any, Figures]:
-    """What functions of the run take: the run of a model, with its figures."""
+    """The run of a model, with its figures."""
     model, figures = pair
     return run(model), figures
 
 
 def on_pair(function: Callable[..., Any]) -> Callable[[tuple[Any, Figures]], Any]:
-    """A function of a run, or of a run and the figures, as a function of the pair (run, figures)."""
+    """A function of a run, or of a run and figures, as a function of the pair (run, figures)."""
     return ft.partial(_with_figures if _takes_two(function) else _without, function)
 
 

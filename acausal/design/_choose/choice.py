@@ -1,4 +1,4 @@
-"""What a choice among catalogues found: all combinations with their results."""
+"""Result of `choose`: all combinations with their results."""
 
 import dataclasses
 import functools as ft
@@ -20,12 +20,12 @@ from .._sweep.batches import COMPUTED, code_names, said
 from .alternatives import DesignSpace, held
 
 M = TypeVar("M", bound=Component)
-BROKEN = 1e-9  # share of a limit from which on it is broken
+BROKEN = 1e-9  # relative violation above which a limit is broken
 
 
 @dataclasses.dataclass(frozen=True)
 class Asked:
-    """What was asked of the combinations."""
+    """Objectives, constraints and run of the combinations."""
 
     minimise: Mapping[str, Any]
     constraints: Mapping[str, Any]
@@ -35,12 +35,12 @@ class Asked:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Choice(Generic[M]):
-    """All combinations with their results; `print` it for the best of them and what ruled the others out.
+    """All combinations with their results; `print` it for the best ones and the reasons against the others.
 
-    - `values`: of the objectives, in SI units; not a number for what could not be computed.
-    - `excess`: by how much each limit is broken, as a fraction of it; negative inside of it.
-    - `codes`: 0 for combinations that were computed; of the others, why not.
-    - `places`: the structure of each combination, and which one of it.
+    - `values`: of the objectives, in SI units; nan for failed combinations.
+    - `excess`: signed violation of each limit, relative to the limit; negative for a satisfied one.
+    - `codes`: 0 for computed combinations, otherwise the reason of failure.
+    - `places`: the structure of each combination, and its number within the structure.
     """
 
     structures: tuple[DesignSpace[M], ...]
@@ -57,14 +57,14 @@ class Choice(Generic[M]):
         return np.array(pairs)
 
     def combination(self, i: int) -> dict[str, str]:
-        """The names of the alternatives of a combination by table, with that of its structure where there are some."""
+        """Names of the alternatives of a combination by table, and of its structure if there are several."""
         number, place = self.places[i].tolist()
         structure = self.structures[number]
         return ({"structure": structure.name} if structure.name else {}) | structure.named(place)
 
     @ft.cached_property
     def combinations(self) -> tuple[dict[str, str], ...]:
-        """All of them by name."""
+        """All combinations by name."""
         return tuple(self.combination(i) for i in range(len(self.codes)))
 
     def model(self, i: int) -> M:
@@ -78,23 +78,23 @@ class Choice(Generic[M]):
 
     @property
     def is_feasible(self) -> Bool[np.ndarray, " n"]:
-        """Combinations that keep all limits."""
+        """Combinations that satisfy all limits."""
         return self.is_computed & np.all(self.excess <= BROKEN, axis=1)
 
     @property
     def order(self) -> list[int]:
-        """The feasible combinations, the best one by the first objective first."""
+        """Feasible combinations sorted by the first objective."""
         feasible = np.flatnonzero(self.is_feasible)
         return feasible[np.argsort(self.values[feasible, 0], kind="stable")].tolist()
 
     @property
     def best(self) -> int | None:
-        """The best feasible combination by the first objective; None where there is none."""
+        """The best feasible combination by the first objective; None if there is none."""
         return self.order[0] if self.order else None
 
     @property
     def front(self) -> list[int]:
-        """Feasible combinations that no other one betters in one objective without being worse in another."""
+        """Pareto-optimal feasible combinations."""
         found: list[int] = []
         for i in self.order:
             kept, value = self.values[found], self.values[i]
@@ -103,7 +103,7 @@ class Choice(Generic[M]):
         return found
 
     def ruled_out(self, i: int) -> tuple[str, ...]:
-        """What speaks against a combination: the limits that it breaks, or why it could not be computed."""
+        """Reasons against a combination: the limits that it violates, or its failure."""
         if not self.is_computed[i]:
             code = int(self.codes[i])
             return (self._asked.failures.get(code_names()[code]) or said(code).split(". ")[0].rstrip("."),)
@@ -112,9 +112,9 @@ class Choice(Generic[M]):
 
     @property
     def reasons(self) -> dict[str, tuple[int, int]]:
-        """By limit or failure: how many combinations it rules out, and how many it alone does.
+        """Number of combinations that each limit or failure rules out, in total and on its own.
 
-        Of what could not be computed, nobody knows which limits it would break: no failure is counted as alone.
+        A failed combination could also violate limits, so failures never count as the only reason.
         """
         counts: dict[str, list[int]] = {}
         for i in np.flatnonzero(~self.is_feasible).tolist():
@@ -126,15 +126,15 @@ class Choice(Generic[M]):
         return {reason: (pair[0], pair[1]) for reason, pair in sorted(counts.items(), key=lambda item: -item[1][0])}
 
     def continuous(self, *paths: Key, i: int | None = None, **options: Any) -> Design[M]:
-        """The continuous optimum: what `optimise` finds from a combination on, by default the best one.
+        """Continuous optimum, found by `optimise` from a combination, by default the best one.
 
-        Each of `paths` is free between the least and the largest value that the tables offer for it; other values and
-        figures stay those of the combination. The first objective is minimised within the same limits; `options` are
-        those of `optimise`. Raises `ModelError` for a path that no table holds, and where no combination is feasible.
+        Each of `paths` is free between its smallest and largest value in the tables; other values and figures are those
+        of the combination. The objective is the first one, with the same limits; `options` are those of `optimise`.
+        Raises `ModelError` for a path in no table, and if no combination is feasible.
         """
         start = self.best if i is None else i
         if start is None:
-            raise ModelError("No combination is feasible: name the one to begin with, as in continuous(..., i=0).")
+            raise ModelError("No combination is feasible. Give the one to start from, as in continuous(..., i=0).")
         number, place = self.places[start].tolist()
         structure, asked = self.structures[number], self._asked
         model, figures = structure.of(place)
@@ -146,11 +146,9 @@ class Choice(Generic[M]):
         return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
 
     def plot(self, ax: Axes | None = None, beside: object = None) -> Axes:
-        """Feasible combinations by two objectives with the front, or in order by one.
+        """Draws feasible combinations over two objectives with the front, or ranked by one; returns the axes.
 
-        - `beside`: what to compare: a `Design`, values of the objectives, or several of these by name.
-
-        Returns the matplotlib axes.
+        `beside` adds a `Design` or values of the objectives for comparison, or several of these by name.
         """
         named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
         values = {

@@ -1,4 +1,4 @@
-"""`choose`: the best combination of what catalogues offer."""
+"""`choose`: the best combination of alternatives from catalogues."""
 
 import functools as ft
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ def choose(
     executor: Executor | None = None,
     progress: bool | None = None,
 ) -> Choice[M]:
-    """Run all combinations of what tables offer, and say which are feasible, which is best and what rules others out.
+    """Computes all combinations of alternatives, ranks the feasible ones, and gives the reasons against the others.
 
         choose(
             drive,
@@ -46,23 +46,23 @@ def choose(
             constraints={"final speed": (lambda s: s.final.load.w, "<= 100 rpm")},
         )
 
-    - `model`: a model, or several of them by name, which differ in their structure, such as one with a cam and one
-      with a pump; each has tables of its own by that name, and is run as a batch of its own.
-    - `tables`: alternatives by what they are for, each a dictionary of values by path (or a `pandas.DataFrame`), with
-      its "name" if it has one. Values are in declared units, quantities or texts with a unit. The rows of a table name
-      the same paths. "figures" are what the model has no parameter for: a mass, a price, a largest speed.
-    - `minimise`, `run`, `constraints`: as in `optimise`; with several objectives, the first one ranks and all of them
-      make the front. A function of two arguments is given the figures as well, by table and name, in SI units.
-    - `failures`: what it means if a run fails, by the name of the `Result`, where it is said what rules a combination
-      out: `{"never_stopped": "not open within 150 ms"}`.
-    - `store`, `executor`, `progress`: as in `sweep`; of several models, each has a store of its own in the folder.
+    - `model`: a model, or several by name with different structures, such as one with a cam and one with a pump. Each
+      has its own tables by that name, and runs as its own batch.
+    - `tables`: tables by title. A table is a list of dictionaries with values by path (or a `pandas.DataFrame`), with
+      the same paths in all rows and an optional "name". Values are in declared units, quantities or texts with a unit.
+      "figures" are numbers that are not parameters of the model: a mass, a price, a largest speed.
+    - `minimise`, `run`, `constraints`: as in `optimise`. The first of several objectives ranks the combinations, and
+      all of them define the front. A function of two arguments also receives the figures, by table and name, in SI
+      units.
+    - `failures`: reasons against combinations whose run fails, by the name of the `Result`:
+      `{"never_stopped": "not open within 150 ms"}`.
+    - `store`, `executor`, `progress`: as in `sweep`; each of several models has its own store in the folder.
 
-    Raises `ModelError` or `ParameterError` for what is wrong with tables, and `SimulationError` where no combination
-    can be computed.
+    Raises `ModelError` or `ParameterError` for invalid tables, and `SimulationError` if no combination can be computed.
     """
     objectives, limits = objectives_of(minimise), limits_of(constraints)
     if unknown := [name for name in failures or {} if name not in code_names()]:
-        raise ModelError(f"{unknown[0]!r} is no failure.{suggestion(unknown[0], code_names())}")
+        raise ModelError(f"{unknown[0]!r} is not a failure.{suggestion(unknown[0], code_names())}")
     if twice := [o.name for o in objectives if o.name in limits]:
         raise ModelError(f"{twice[0]} is the name of an objective and of a constraint. Rename one.")
     structures = _structures(model, tables)
@@ -103,7 +103,7 @@ def _structures(model: Any, tables: Any) -> tuple[DesignSpace, ...]:
     if not isinstance(model, Mapping):
         return (design_space("", model, tables),)
     if not model or not isinstance(tables, Mapping) or model.keys() != tables.keys():
-        raise ModelError(f"Of several models, each has tables by its name: {', '.join(model)}.")
+        raise ModelError(f"Give the tables of several models by the names of the models: {', '.join(model)}.")
     return tuple(design_space(name, one, tables[name]) for name, one in model.items())
 
 
@@ -112,11 +112,11 @@ def _check_owners(
 ) -> None:
     for name in (objective.name for objective in objectives):
         if own.count(name) != 1:
-            raise ModelError(f"{name} returned {own.count(name)} numbers: what is minimised is one.")
+            raise ModelError(f"{name} must return one number, but returned {own.count(name)}.")
     if other := [name for name in own if own.count(name) != first.count(name)]:
         raise ModelError(
-            f"{other[0]} returned {own.count(other[0])} numbers of {structure.name}, but {first.count(other[0])} "
-            "of the models before. Return as many of each."
+            f"{other[0]} returned {own.count(other[0])} numbers for {structure.name}, but {first.count(other[0])} "
+            "for the first model. Return equally many."
         )
 
 

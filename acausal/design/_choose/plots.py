@@ -1,4 +1,4 @@
-"""The picture of a choice."""
+"""A picture of a choice."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .choice import Choice
 
 
 def plot_choice(choice: Choice, ax: Axes | None, beside: dict[str, np.ndarray]) -> Axes:
-    """Feasible combinations by two objectives with the front, or in order by one; `beside`: objectives to compare."""
+    """Feasible combinations over two objectives with the front, or ranked by one, with the objectives `beside`."""
     ax = given_or_new(ax, 6.5, 4.2)
     first, second = choice.objectives[0], choice.objectives[1] if len(choice.objectives) > 1 else None
     order = np.array(choice.order, int)

@@ -1,4 +1,4 @@
-"""`control`: the samples of signals that take a model where it is to be, soonest or with the least cost."""
+"""`control`: signals that drive a model to a target in the least time or at the least cost."""
 
 import dataclasses
 import functools as ft
@@ -27,7 +27,7 @@ from .course import GAPS, LEAST_WHOLE, PLANT, WHOLE, Course, course_of
 from .horizon import Horizon, Runs, Shooting, nodes_of
 
 M = TypeVar("M", bound=Component)
-LEAST = 1e-3  # share of the largest duration that an interval keeps, where the instants of samples are free
+LEAST = 1e-3  # smallest interval relative to the largest duration, if the times of samples are free
 
 
 def control(
@@ -49,7 +49,7 @@ def control(
     sensitivities: bool = True,
     progress: bool | None = None,
 ) -> Course[M]:
-    """Find the samples of signals that take a model where it is to be, soonest or with the least cost.
+    """Finds the signals that drive a model to a target in the least time or at the least cost.
 
         control(
             cart,
@@ -59,36 +59,33 @@ def control(
             path={"speed": (lambda s: s.mass.v, "<= 1.2 m/s")},
         )
 
-    - `signals`: bounds of the samples of components that have `times` and `values`, such as `TimeSeries` or
-      `Staircase`, by the path of the component. All of them get the same times, in the ratios of the first one's
-      intervals. The search begins with the samples that the model has.
-    - `duration`: the time that it takes, or bounds for it. The search begins with the duration that the signals have.
-    - `minimise`: a rate whose integral over time is to be small, with the unit of the integral if it is not a pure
-      number, and with a name, as in `{"loss": (lambda s: s.motor.resistor.R * s.motor.p.i**2, "J")}`; None: the
-      duration, which has to be free.
-    - `end`: functions of the variables at the end, and their limits, as in `optimise`.
-    - `path`: functions of the variables that keep their limits at all times: their peaks between each two samples are
-      limited.
-    - `free`: further free parameters, with their bounds, as in `optimise`.
-    - `segments`: into how many pieces the horizon is cut, each with as many samples. The states between them are then
-      free, and that segments join is a condition (multiple shooting). For motions that are
-      unstable or long. With segments or limits of `path`, the horizon is run piece by piece, and each piece begins in
-      the modes that its states imply.
-    - `switching`: whether the instants of the samples are free, too.
-    - `guess`: with segments, where the search begins: for some states, by name, values that are evenly spaced over the
-      horizon. Other states begin with those of a run with the signals that the model has.
+    - `signals`: bounds of the samples by the path of a component with `times` and `values`, such as `TimeSeries` or
+      `Staircase`. All signals get the same times, with the relative intervals of the first one. The search starts from
+      the samples in the model.
+    - `duration`: the duration, or bounds for it. The search starts from the duration of the signals.
+    - `minimise`: a rate with a name, whose integral is minimised, with the unit of the integral unless it is a pure
+      number, as in `{"loss": (lambda s: s.motor.resistor.R * s.motor.p.i**2, "J")}`; by default the duration.
+    - `end`: functions of the final variables with their limits, as in `optimise`.
+    - `path`: functions of the variables with limits that hold at all times: their peaks between samples are limited.
+    - `free`: further free parameters with their bounds, as in `optimise`.
+    - `segments`: number of segments of multiple shooting, for unstable or long motions. The states between segments are
+      free, and continuity is a constraint. With segments or path limits, the horizon is run piece by piece, and each
+      piece starts in the modes implied by its initial states.
+    - `switching`: whether the times of the samples are also free.
+    - `guess`: evenly spaced start values of states over the horizon, by name, for segments. Other states start from a
+      run with the signals in the model.
     - `rtol` and other `options` are those of `simulate`; `method`, `most`, `sensitivities` and `progress` those of
       `optimise`.
 
-    Raises `ModelError` for what is wrong with the problem, `ParameterError` for bounds and units, and
-    `SimulationError` where no motion can be computed.
+    Raises `ModelError` for an invalid problem, `ParameterError` for bounds and units, and `SimulationError` if no
+    motion can be computed.
     """
     low, high, times = _times(model, signals, duration)
     is_free, intervals = low < high, len(times) - 1
     objective = _objective(minimise, is_free)
     _check_limits(path or {}, end or {})
     if intervals % count(segments, "segments"):
-        raise ModelError(f"{intervals} intervals cannot be cut into {segments} segments of equal numbers of them.")
+        raise ModelError(f"{intervals} intervals cannot be divided into {segments} equal segments.")
     run = _run(path or {}, minimise, {"rtol": rtol, **(options or {})})
     pieces = intervals // segments if path else 1
     shooting = Shooting(tuple(signals), segments, pieces, flag(switching, "switching"), run)
@@ -112,31 +109,31 @@ def control(
 
 
 def _times(model: Component, signals: Mapping[str, object], duration: object) -> tuple[float, float, np.ndarray]:
-    """The least and the largest duration, and times of samples to begin with."""
+    """Bounds of the duration, and the initial times of the samples."""
     if not isinstance(model, Component):
-        raise ModelError(f"{model!r} is no component: control a model.")
+        raise ModelError(f"{model!r} is not a component. Give a model to control.")
     if not isinstance(signals, Mapping) or not signals:
         raise ModelError(f"Name at least one signal, as in {{'command': ('-10 N', '10 N')}}; got {signals!r}.")
     bounds = duration if isinstance(duration, tuple | list) else (duration, duration)
     if len(bounds) != 2:
-        raise ParameterError(f"duration is a time, or a pair of bounds for it; got {duration!r}.")
+        raise ParameterError(f"duration must be a time or a pair of bounds; got {duration!r}.")
     low, high = (number_in(bound, "s", "duration")[0] for bound in bounds)
     if not 0.0 < low <= high < np.inf:
         raise ParameterError(f"duration must be positive and finite, the lower bound first; got {duration!r}.")
     leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
     for name in signals:
         if f"{name}.times" not in leaves or f"{name}.values" not in leaves:
-            raise ModelError(f"{name} has no times and values: name the path of a signal, such as a TimeSeries.")
+            raise ModelError(f"{name} has no times and values. Give the path of a signal, such as a TimeSeries.")
     samples = [np.asarray(leaves[f"{name}.times"], float) for name in signals]
     if len({len(each) for each in samples}) > 1:
-        raise ModelError(f"Signals have the same times, but {', '.join(signals)} have not as many of them.")
+        raise ModelError(f"Signals share their times, but {', '.join(signals)} have different numbers of them.")
     times = samples[0] - samples[0][0]
     first = times[-1] if low <= times[-1] <= high else 0.5 * (low + high)
     return low, high, times * first / times[-1]
 
 
 def _objective(minimise: object, is_free: bool) -> Objective:
-    """What is minimised: the duration, or an integral whose rate the objective's function is."""
+    """The objective: the duration, or an integral with its rate as the function."""
     if minimise is None and not is_free:
         raise ModelError("There is nothing to minimise: give bounds for the duration, or a rate as `minimise`.")
     objective, *more = objectives_of({"duration": (len, "s")} if minimise is None else minimise, "cost")
@@ -148,14 +145,14 @@ def _objective(minimise: object, is_free: bool) -> Objective:
 def _check_limits(path: Mapping[str, Any], end: Mapping[str, Any]) -> None:
     for _, limit in limits_of(path).values():
         if limit.is_equation:
-            raise ModelError(f"{limit.name}: what holds all the way is '<=' or '>='; `end` is for what holds there.")
+            raise ModelError(f"{limit.name}: a path limit must be '<=' or '>='. Use `end` for an equation at the end.")
     for name in limits_of(end):
         if name in path:
-            raise ModelError(f"{name} is the name of a limit at the end and of one on the way. Rename one.")
+            raise ModelError(f"{name} is the name of a limit at the end and of a path limit. Rename one.")
 
 
 def _run(path: Mapping[str, Any], minimise: object, options: Mapping[str, Any]) -> Callable[..., Any]:
-    """The run of a model between two times, with its cost and the peaks that are limited."""
+    """The run of a model between two times, with its cost and the limited peaks."""
     asked: dict[str, Any] = {"save": "end"}
     if minimise is not None:
         asked["integrals"] = lambda s: _objective(minimise, True).function(s)
@@ -176,9 +173,9 @@ def _free(
     shooting: Shooting,
     within: tuple[float, float],
 ) -> dict[Key, object]:
-    """What is free in the horizon."""
+    """The free parameters of the horizon."""
     mine = {f"{name}.values": bounds for name, bounds in signals.items()} | dict(free)
-    free_parameters(model, mine)  # raises what is wrong with them, by the names that were given
+    free_parameters(model, mine)  # raises errors with the names that the user gave
     found: dict[Key, object] = {}
     for key, bounds in mine.items():
         found[tuple(PLANT + path for path in key) if isinstance(key, tuple) else PLANT + key] = bounds

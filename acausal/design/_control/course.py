@@ -1,4 +1,4 @@
-"""What `control` found: the model with its signals, and the certificate of the optimum."""
+"""Result of `control`: the model with its signals, and the certificate of the optimum."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -16,18 +16,18 @@ from .._problem.free import Free
 from .horizon import Shooting
 
 M = TypeVar("M", bound=Component)
-PLANT, NODES = "plant.", "nodes["  # what the names of parameters in a horizon begin with, and those of its nodes
+PLANT, NODES = "plant.", "nodes["  # prefixes of names of parameters in a horizon, and of its nodes
 GAPS, WHOLE, LEAST_WHOLE = "segments join", "whole duration", "whole duration, at least"
 
 
 @dataclasses.dataclass(frozen=True)
 class Course(Generic[M]):
-    """Signals that take a model where it is to be; `print` it for its certificate.
+    """Optimal signals and trajectories; `print` it for its certificate.
 
-    - `model`: the model with the signals found; `duration`: in s.
-    - `design`: the optimum with its certificate, as of `optimise`, without the states at which segments begin and the
-      conditions that segments join. `gap` is the largest jump between two segments, in sizes of the states.
-    - `solutions`: the run, or where there are segments or limits on the way, one after the other.
+    - `model`: the model with the optimal signals; `duration`: in s.
+    - `design`: the optimum with its certificate, as from `optimise`, without the states between segments and their
+      continuity constraints. `gap` is the largest jump between segments, relative to the sizes of the states.
+    - `solutions`: the run, or the runs of the pieces if there are segments or path limits.
     """
 
     model: M
@@ -38,11 +38,11 @@ class Course(Generic[M]):
 
     @property
     def times(self) -> np.ndarray:
-        """The times in s of the trajectories."""
+        """Times of the trajectories in s."""
         return np.concatenate([np.asarray(solution.ts) for solution in self.solutions])
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The trajectory of a variable, at `times`."""
+        """The trajectory of a variable at `times`."""
         return np.concatenate([np.asarray(solution[name]) for solution in self.solutions])
 
     def __str__(self) -> str:
@@ -52,9 +52,9 @@ class Course(Generic[M]):
         return f"<Course of {type(self.model).__name__}: {self.design.status}, {self.duration:.6g} s>"
 
     def plot(self, *items: Item, units: Sequence[str] = ()) -> Figure:
-        """Draw variables and expressions over time, a panel for each; returns the matplotlib figure.
+        """Draws variables and expressions over time, a panel for each; returns the matplotlib figure.
 
-        `items` and `units` are those of `Solution.plot`. A signal that was free is in the unit of its bounds.
+        `items` and `units` are those of `Solution.plot`. A free signal is in the unit of its bounds.
         """
         from .plots import plot_course
 
@@ -62,7 +62,7 @@ class Course(Generic[M]):
 
 
 def course_of(found: Design[Any], shooting: Shooting) -> Course[Any]:
-    """The course that an optimum over a horizon is."""
+    """The result of `control` from the optimum over a horizon."""
     horizon = found.model
     solutions = tuple(shooting.solutions(horizon))
     gaps = [abs(result.value) for result in found.results if result.limit.name.startswith(GAPS)]
@@ -71,7 +71,7 @@ def course_of(found: Design[Any], shooting: Shooting) -> Course[Any]:
 
 
 def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
-    """The design in names of the model, without what lies between segments."""
+    """The design with the names of the model, without the states and constraints between segments."""
     variables = found.free.variables
     kept = np.array([not variable.name.startswith(NODES) for variable in variables])
     shown = [i for i, result in enumerate(found.results) if not result.limit.name.startswith(GAPS)]
@@ -105,7 +105,7 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
 
 
 def _is_inner(name: str) -> bool:
-    """Whether a name is that of a state between segments, or says that these join."""
+    """Whether a name is that of a state or a constraint between segments."""
     return name.startswith((GAPS, NODES))
 
 

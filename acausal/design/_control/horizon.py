@@ -1,9 +1,8 @@
-"""A model with its signals over a horizon of time that may be free, in one piece or cut into segments.
+"""A model with its signals over a horizon, in one piece or in segments.
 
-Multiple shooting: the states at the ends of segments are unknowns of their own, and that a segment ends where the next
-one begins is a condition. Errors then grow over one segment only, and all of them share one program. See Bock and
-Plitt, A multiple shooting algorithm for direct solution of optimal control problems, Proc. 9th IFAC World Congress
-(1984) 242-247.
+Multiple shooting: the states at the inner ends of segments are free, and continuity between segments is a constraint.
+Errors then grow over one segment only, and all segments share one compiled run. See Bock and Plitt, A multiple shooting
+algorithm for direct solution of optimal control problems, Proc. 9th IFAC World Congress (1984) 242-247.
 """
 
 import dataclasses
@@ -28,23 +27,23 @@ from ..._integrate.solution import Solution
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters
 
-RunBetween = Callable[..., Solution]  # of a model and the times at which it begins and ends
-SHOWN = 400  # times at which trajectories are kept
-SMALL = 1e-6  # share of the nominal size below which a state is measured by that size, not by its own values
+RunBetween = Callable[..., Solution]  # of a model, a start time and an end time
+SHOWN = 400  # samples of a trajectory
+SMALL = 1e-6  # relative size of a state below which its nominal value is its size
 _MEMBER = re.compile(r"\[\d+\]\.")
 
 
 class Horizon(Component):
-    """A model, and what is free beside its parameters."""
+    """A model with the free numbers of its horizon."""
 
     plant: Component
-    duration: Param[Scalar, "s", positive]  # of the whole, where its intervals keep their shares
+    duration: Param[Scalar, "s", positive]  # of the horizon, if its intervals keep their shares
     intervals: Param[Vector, "s", positive]  # between the samples of signals
     nodes: Param[Vector, "1"]  # deviations of states at the ends of segments, in their sizes
 
 
 class Nodes(NamedTuple):
-    """The states at the inner ends of segments: `states` names them, rows of `guess` are nodes."""
+    """Guess of the `states` at the inner ends of segments, a row for each."""
 
     states: Free
     guess: np.ndarray
@@ -52,9 +51,7 @@ class Nodes(NamedTuple):
 
 
 class Runs(NamedTuple):
-    """The runs of all pieces, and the whole duration; `gaps` between the ends of segments and the beginnings of the
-    next ones, in sizes of the states.
-    """
+    """The runs of all pieces, the duration, and the `gaps` between segments relative to the sizes of the states."""
 
     solution: Solution
     duration: Array
@@ -63,21 +60,21 @@ class Runs(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Shooting:
-    """How a horizon is run, by `run(model, t0, t1)`; `signals` are the paths of its signals.
+    """Multiple shooting by `run(model, t0, t1)`; `signals` are the paths of the signals.
 
-    The horizon has a number of `segments`, which begin with states that are free. Each segment has a number of
-    `pieces`, which begin with the state at which the piece before ended. Without `nodes`, all is one run.
+    The horizon has `segments`, which start from free states. A segment has `pieces`, each of which starts from the end
+    of the piece before. Without `nodes`, the horizon is one run.
     """
 
     signals: Sequence[str]
     segments: int
     pieces: int
-    switching: bool  # whether the intervals are free one by one
+    switching: bool  # whether each interval is free
     run: RunBetween
     nodes: Nodes | None = None
 
     def times(self, horizon: Horizon) -> Array:
-        """The times of the samples, from zero on."""
+        """Times of the samples, starting at zero."""
         shares = horizon.intervals / (1.0 if self.switching else jnp.sum(horizon.intervals) / horizon.duration)
         return jnp.concatenate([jnp.zeros(1), jnp.cumsum(shares)])
 
@@ -100,7 +97,7 @@ class Shooting:
 
             return jax.lax.scan(go_on, begin, tables)
 
-        # One by one: segments that are stepped together wait for the slowest one.
+        # One by one: vectorised segments would wait for the slowest one.
         ended, solution = jax.lax.map(lambda each: segment(*each), (begins, self._tables(model, times)))
         solution = jax.tree_util.tree_map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), solution)
         return Runs(solution, times[-1], (ended[:-1] - begins[1:]) / self.nodes.sizes)
@@ -122,14 +119,14 @@ class Shooting:
                 yield found
 
     def _begins(self, model: Component, horizon: Horizon) -> Array:
-        """The states that segments begin with."""
+        """The initial states of the segments."""
         assert self.nodes is not None
         first = operating_point(model, system_of(model), None, 0.0).y
         inner = self.nodes.guess + self.nodes.sizes * horizon.nodes.reshape(self.nodes.guess.shape)
         return jnp.concatenate([first[None], inner])
 
     def _piece(self, model: Component) -> RunBetween:
-        """The run of one piece as a function of its first states, and of the times and values of its samples."""
+        """The run of a piece as a function of its initial state, and of the times and values of its samples."""
         assert self.nodes is not None
         blank, states = without_starts(model, self.nodes.states), self.nodes.states
 
@@ -147,21 +144,19 @@ class Shooting:
         return self._cut(times, len(times) - 1), [self._cut(each, len(times) - 1) for each in samples]
 
     def _cut(self, samples: Array, intervals: int) -> Array:
-        """Samples by segments and pieces. One at the end of a piece begins the next one as well, where samples are of
-        times; where they are of intervals, each belongs to one piece.
-        """
+        """Samples by segments and pieces. Neighbouring pieces share a sample at a time, but not one of an interval."""
         n, more = intervals // (self.segments * self.pieces), len(samples) - intervals
         places = np.arange(0, intervals, n)[:, None] + np.arange(n + more)
         return samples[places.reshape(self.segments, self.pieces, -1)]
 
 
 def ends(solution: Solution) -> Array:
-    """The state vectors at the ends of runs."""
+    """Final state vectors of runs."""
     return solution._end[1][..., solution._layout.states]
 
 
 def without_starts(model: Any, states: Free) -> Any:
-    """The model with no start values but those of its states."""
+    """A copy of the model without start values, except those of its states."""
     mine = {place.path for variable in states.variables for place in variable.places}
     return replace(
         model, {leaf.path: None for leaf in leaves_of(model) if leaf.declaration.is_variable and leaf.path not in mine}
@@ -169,22 +164,26 @@ def without_starts(model: Any, states: Free) -> Any:
 
 
 def nodes_of(model: Component, run: RunBetween, times: np.ndarray, given: Mapping[str, object]) -> Nodes:
-    """The states at all times but the first and the last: those of a run, or those interpolated from what is given."""
+    """States at the inner times, from a run or interpolated from given values."""
     system = system_of(model)
     if system.initial_equations is not None:
-        raise ModelError("A model with initial equations cannot begin in between: give start values instead of them.")
+        raise ModelError("A model with initial equations cannot start in between. Give start values instead.")
     if hidden := [name for name in system.state_names if name.startswith("der(")]:
-        raise ModelError(f"The states {', '.join(hidden)} have no start values, and cannot be free at segments' ends.")
+        raise ModelError(
+            f"The states {', '.join(hidden)} have no start values, so they cannot be free between segments."
+        )
     for name in given:
         if name not in system.state_names:
-            raise ModelError(f"{name!r} is no state that could be guessed.{suggestion(name, system.state_names)}")
+            raise ModelError(f"guess names {name!r}, which is not a state.{suggestion(name, system.state_names)}")
     found = run(model, times[0], times[-1], save=times, throw=False)
-    # Only a start value that is given can be free.
+    # Only a given start value can be free.
     known = {leaf.path: leaf.value for leaf in leaves_of(found.final)}
     wanted = {_MEMBER.sub(".item.", name) for name in system.state_names}
     states = free_parameters(replace(model, {path: known[path] for path in wanted}), dict.fromkeys(system.state_names))
     reached = np.asarray(found.ys)
-    guess = np.concatenate([reached, np.repeat(reached[-1:], len(times) - len(reached), axis=0)])  # held where it ends
+    guess = np.concatenate(
+        [reached, np.repeat(reached[-1:], len(times) - len(reached), axis=0)]
+    )  # the last state continues a failed run
     for i, name in enumerate(states.names):
         if name in given:
             values = np.asarray(given[name], float)

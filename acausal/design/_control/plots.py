@@ -1,4 +1,4 @@
-"""A picture of what `control` found."""
+"""A picture of optimal signals and trajectories."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from .course import Course
 
 
 def plot_course(course: Course[Any], items: Sequence[Item], units: Sequence[str]) -> Figure:
-    """Variables and expressions over time, a panel for each; a line marks where a piece begins."""
+    """Variables and expressions over time, a panel for each, with lines between pieces."""
     pieces = zip(*(columns(solution, items, units) for solution in course.solutions), strict=True)
     found = [parts[0]._replace(values=np.concatenate([part.values for part in parts])) for parts in pieces]
     axes = axes_below(None, len(found))
@@ -25,7 +25,7 @@ def plot_course(course: Course[Any], items: Sequence[Item], units: Sequence[str]
 
 
 def _as_signal(course: Course[Any], column: Column) -> Column:
-    """A column to draw, in the unit of its bounds where it is a signal that was free."""
+    """A column to draw; a free signal in the unit of its bounds."""
     samples = f"{column.label.removesuffix('.y.value')}.values[0]"
     for variable in course.design.free.variables:
         if variable.name == samples and variable.scale.text:

@@ -17,12 +17,12 @@ from .least_squares import Multistart
 from .levenberg_marquardt import Minimum
 
 M = TypeVar("M", bound=Component, covariant=True)
-RANK = 1e-7  # singular values below this share of the largest are errors of the runs
-WEAK = 1.0  # relative uncertainty from which on the data do not tell a combination
+RANK = 1e-7  # relative size of singular values within the errors of the runs
+WEAK = 1.0  # relative uncertainty above which a combination is indistinguishable
 
 
 class Channel(NamedTuple):
-    """One measured quantity of one experiment; `rows` are those of its residuals."""
+    """A measured quantity of an experiment; `rows` are the rows of its residuals."""
 
     experiment: str
     name: str
@@ -40,7 +40,7 @@ class Channel(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a start has led; chi2 is infinite where the model could not be run from there."""
+    """The end of a search from a start; chi2 is infinite if the model could not be run."""
 
     start: Float[np.ndarray, " n"]
     estimates: Float[np.ndarray, " n"]
@@ -48,10 +48,10 @@ class End(NamedTuple):
 
 
 class Combination(NamedTuple):
-    """A direction in the space of parameters, in relative changes, and how far the data leave it open.
+    """A principal direction of the parameters in relative changes.
 
-    Along it all parameters change by `shares` times one factor; `std` is the relative standard deviation of that
-    factor, infinite where the data say nothing.
+    All parameters change by `shares` times one factor. `std` is the relative standard deviation of this factor,
+    infinite for an undetermined direction.
     """
 
     shares: Mapping[str, float]
@@ -59,19 +59,19 @@ class Combination(NamedTuple):
 
     def __str__(self) -> str:
         parts = [f"{share:+.2f} {name}" for name, share in self.shares.items() if abs(share) >= 0.1]
-        known = "not determined at all" if np.isinf(self.std) else f"known to {100 * self.std:.3g} %"
+        known = "not determined" if np.isinf(self.std) else f"known to {100 * self.std:.3g} %"
         return f"{' '.join(parts)} (relative changes): {known}"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Estimate(Generic[M]):
-    """Estimates of parameters with their covariance. Arrays are in the order in which parameters were named."""
+    """Estimates of parameters with their covariance. Arrays are in the order of `names`."""
 
     _problem: FitProblem
     _free: Free
     _minimum: Minimum
     channels: tuple[Channel, ...]
-    noise_freedom: float  # degrees of freedom of the noise; infinite where it was given
+    noise_freedom: float  # degrees of freedom of the noise; infinite for given noise
     level: float
     _tolerance: float
     _ends: Multistart | None = None
@@ -86,7 +86,7 @@ class Estimate(Generic[M]):
 
     @property
     def evaluations(self) -> int:
-        """Runs of all experiments with their derivatives."""
+        """Number of evaluations of all experiments with derivatives."""
         return self._minimum.evaluations
 
     @ft.cached_property
@@ -95,11 +95,11 @@ class Estimate(Generic[M]):
 
     @property
     def model(self) -> M:
-        """The model with the estimates of what is free in all experiments."""
+        """The model with the estimates of the shared parameters."""
         return self._problem.shared_model(self.estimates)  # pyright: ignore[reportReturnType]
 
     def model_of(self, experiment: str) -> M:
-        """The model in an experiment: with its changes, and with the estimates of what is free in it alone."""
+        """The model in an experiment, with its changes and all estimates."""
         places = {channel.experiment: (channel.group, channel.place) for channel in self.channels}
         if experiment not in places:
             raise UnknownNameError(f"The fit has no experiment {experiment!r}.{suggestion(experiment, places)}")
@@ -109,7 +109,7 @@ class Estimate(Generic[M]):
 
     @property
     def ends(self) -> tuple[End, ...]:
-        """Where each of several starts has led, the best first, with the first guess of noise that is estimated."""
+        """Ends of the searches from several starts, the best first, with the first guess of estimated noise."""
         if self._ends is None:
             return ()
         rows = zip(*(self._free.unscaled(z) for z in self._ends[:2]), self._ends.chi2.tolist(), strict=True)
@@ -117,17 +117,17 @@ class Estimate(Generic[M]):
 
     @property
     def at_bound(self) -> Bool[np.ndarray, " n"]:
-        """Parameters that the data push against their bound."""
+        """Marks parameters that the data push against their bound."""
         return self._minimum.at_bound
 
     @property
     def chi2(self) -> float:
-        """The sum of squares of the weighted residuals, of priors included."""
+        """The sum of squares of the weighted residuals, including priors."""
         return self._minimum.chi2
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: values and priors less parameters within their bounds."""
+        """Degrees of freedom: values and priors minus parameters within their bounds."""
         priors = int(np.sum(np.isfinite(self._problem.prior_std)))
         return sum(channel.measured.size for channel in self.channels) + priors - int(np.sum(~self.at_bound))
 
@@ -138,7 +138,7 @@ class Estimate(Generic[M]):
 
     @ft.cached_property
     def _relative(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The sizes by which changes are relative, and the SVD of the derivatives with respect to relative changes."""
+        """Reference sizes of the parameters, and the SVD of the derivatives with respect to relative changes."""
         sizes = np.where(self.estimates != 0.0, np.abs(self.estimates), np.asarray(self._free.slopes(self.estimates)))
         sizes = np.where(self.at_bound, 0.0, sizes)
         left, values, right = np.linalg.svd(self.jacobian * sizes, full_matrices=False)
@@ -146,18 +146,18 @@ class Estimate(Generic[M]):
 
     @property
     def singular_values(self) -> Float[np.ndarray, " n"]:
-        """Of the derivatives of the weighted residuals with respect to relative changes of the parameters."""
+        """Singular values of the derivatives of weighted residuals with respect to relative changes of parameters."""
         return self._relative[2]
 
     @property
     def rank(self) -> int:
-        """How many combinations of parameters the data determine; those at a bound are not counted."""
+        """Rank of the Fisher information, excluding parameters at a bound."""
         values = self.singular_values
         return int(np.sum(values > RANK * np.max(values, initial=0.0)))
 
     @ft.cached_property
     def covariance(self) -> Float[np.ndarray, "n n"]:
-        """(J^T J)^-1. Infinite for what the data do not determine, zero for what is held by its bound."""
+        """(J^T J)^-1, infinite for undetermined parameters and zero for those at a bound."""
         sizes, _, values, right = self._relative
         right = right[: self.rank] / values[: self.rank, None]
         covariance = sizes[:, None] * (right.T @ right) * sizes
@@ -167,22 +167,22 @@ class Estimate(Generic[M]):
 
     @property
     def _undetermined(self) -> Bool[np.ndarray, " n"]:
-        """Parameters that take part in a direction of which the data say nothing."""
+        """Marks parameters in an undetermined direction."""
         return ~self.at_bound & np.any(np.abs(self._relative[3][self.rank :]) > 1e-4, axis=0)
 
     @property
     def std(self) -> Float[np.ndarray, " n"]:
-        """Standard deviations of the estimates; not a number for what is held by its bound."""
+        """Standard deviations of the estimates; nan at a bound."""
         return np.where(self.at_bound, np.nan, np.sqrt(np.diag(self.covariance)))
 
     @property
     def std_scaled_by_residual(self) -> Float[np.ndarray, " n"]:
-        """Standard deviations if the given noise is right only up to one factor, which the residuals tell."""
+        """Standard deviations if the given noise is known up to one factor, which is estimated from the residuals."""
         return self.std * np.sqrt(self.chi2 / self.dof) if self.dof > 0 else np.full(len(self.names), np.nan)
 
     @property
     def correlation(self) -> Float[np.ndarray, "n n"]:
-        """Correlation of the estimates; not a number where one of them is not determined or held by its bound."""
+        """Correlation of the estimates; nan for undetermined parameters and those at a bound."""
         std = np.where(np.isfinite(self.std), self.std, np.nan)
         return self.covariance / np.outer(std, std)
 
@@ -194,17 +194,17 @@ class Estimate(Generic[M]):
 
     @property
     def low(self) -> Float[np.ndarray, " n"]:
-        """Lower ends of the confidence intervals, none of them below its bound."""
+        """Lower ends of the confidence intervals, within the bounds."""
         return np.fmax(self.estimates - self._quantile * self.std, self._free.low)
 
     @property
     def high(self) -> Float[np.ndarray, " n"]:
-        """Upper ends of the confidence intervals, none of them above its bound."""
+        """Upper ends of the confidence intervals, within the bounds."""
         return np.fmin(self.estimates + self._quantile * self.std, self._free.high)
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """All principal directions of the parameters, the one that the data tell least about first."""
+        """Principal directions of the parameters, the least determined one first."""
         sizes, _, values, right = self._relative
         found = []
         for i in range(len(right) - 1, -1, -1):
@@ -216,7 +216,7 @@ class Estimate(Generic[M]):
 
     @property
     def indistinguishable(self) -> tuple[Combination, ...]:
-        """Combinations that the data do not tell: uncertain by more than their own size."""
+        """Combinations with a relative uncertainty above one."""
         return tuple(combination for combination in self.combinations if combination.std > WEAK)
 
     @property
@@ -231,7 +231,7 @@ class Estimate(Generic[M]):
 
     @property
     def predicted(self) -> dict[str, Float[np.ndarray, " n"]]:
-        """What the fitted model predicts."""
+        """Predictions of the fitted model."""
         return {c.label: c.measured + self.residuals[c.label] * self._sigma(c) for c in self.channels}
 
     def _sigma(self, channel: Channel) -> np.ndarray:

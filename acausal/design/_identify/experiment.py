@@ -1,4 +1,4 @@
-"""Experiments: what was measured, and how the model predicts it."""
+"""Experiments: measurements and their predictions by the model."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ M = TypeVar("M", bound=Component)
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """A simulation that predicts variables by path, and `outputs` that are computed from them, at given times."""
+    """A simulation that predicts variables by path, and `outputs` computed from them, at given times."""
 
     paths: tuple[str, ...]
     outputs: tuple[tuple[str, Function], ...]
@@ -40,7 +40,7 @@ class Run:
         return {name: jnp.where(reached, value, jnp.inf) for name, value in values.items()}
 
     def failure(self, model: Component, times: Array) -> str:
-        """What the run says that fails."""
+        """Message of a failed run."""
         return sentence(simulate(model, times[-1], save=times, throw=False, **dict(self.options)).result)
 
 
@@ -57,18 +57,18 @@ class Results:
 
 @dataclasses.dataclass(frozen=True)
 class Experiment:
-    """Scalar results that were measured, and how the model predicts them; for trajectories see `Experiment.of_run`.
+    """Measured scalars or arrays with their prediction; for trajectories see `Experiment.of_run`.
 
-    - `predict(model)`: a dictionary with what is measured, by the names of `measured`; numbers or arrays, computed with
-      one or several runs. It must be traceable by jax; a run that fails should give a value that is not finite.
-    - `measured`: the measured values by name, plain numbers in the unit of `units`, or quantities.
-    - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. What is not
-      named has a noise that is estimated from the residuals, one number for all values of that name.
+    - `predict(model)`: a dictionary of predicted numbers or arrays, with the names of `measured`, from one or several
+      runs. It must be traceable by jax. A failed run should give a value that is not finite.
+    - `measured`: the measured values by name, as quantities or as numbers in the unit of `units`.
+    - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. The noise
+      of other names is estimated from the residuals, as one number for all values of a name.
     - `changes`: parameters and start values of the model in this experiment, by path.
-    - `free`: parameters and start values that are free in this experiment alone, with bounds as in `identify`; each
-      starts from what the model has with its `changes`.
-    - `units`: units of what is measured; a path of the model has that of its declaration.
-    - `name`: what tables and messages call it.
+    - `free`: parameters and start values that are free in this experiment alone, with bounds as in `identify`. They
+      start from the values of the model with its `changes`.
+    - `units`: units of the measured values; a path of the model has its declared unit.
+    - `name`: the name in tables and messages.
     """
 
     predict: Callable[[Any], Mapping[str, Numbers]] | Run
@@ -94,12 +94,11 @@ class Experiment:
         name: str = "",
         **options: Any,
     ) -> "Experiment":
-        """Trajectories that were measured in one run.
+        """Trajectories measured in one run.
 
-        - `times`: when, in s or as a quantity, in rising order; the run ends with the last one.
-        - `measured`: the values at these times, by the path of the variable or by a name among `outputs`.
-        - `outputs`: functions of the variables, as in `{"power": lambda s: s.source.p.v * s.source.p.i}`, for what is
-          no variable of the model.
+        - `times`: increasing times in s or as a quantity; the run ends with the last one.
+        - `measured`: the values at these times, by the path of the variable or by a name in `outputs`.
+        - `outputs`: measured functions of the variables, as in `{"power": lambda s: s.source.p.v * s.source.p.i}`.
         - `options`: of `simulate`, such as `t0` or `rtol`.
 
         The other arguments are those of `Experiment`.
@@ -107,7 +106,7 @@ class Experiment:
         outputs = outputs or {}
         unknown = [name for name in outputs if name not in measured]
         if unknown:
-            raise ArgumentError(f"outputs states {', '.join(unknown)}, of which nothing is measured.")
+            raise ArgumentError(f"outputs names {', '.join(unknown)}, which is not measured.")
         refused = {"save", "throw", "until"} & options.keys()
         if refused:
             raise ArgumentError(f"{', '.join(sorted(refused))} cannot be chosen here: the run goes through all times.")
@@ -119,8 +118,8 @@ class Experiment:
 class Prepared(eqx.Module):
     """An experiment as arrays in SI units.
 
-    Of the vector of all free parameters, the elements `indices` are free in this experiment alone; they stand at the
-    places `own` of the model.
+    The elements `indices` of the vector of all free parameters are free in this experiment alone, at the places `own`
+    of the model.
     """
 
     predict: Run | Results = eqx.field(static=True)
@@ -138,26 +137,26 @@ class Prepared(eqx.Module):
         return with_numbers(changed, self.own, x[self.indices]) if self.own else changed
 
     def predicted(self, model: Component) -> dict[str, Array]:
-        """What the model predicts in this experiment, by name."""
+        """Predictions of the model in this experiment, by name."""
         try:
             found = self.predict(model, self.times)
         except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
             raise ModelError(
-                f"What predicts {', '.join(self.names)} cannot be differentiated: it uses the value of what it "
-                "computes, as float(x), numpy or `if` do. Use jax.numpy, and jnp.where for a choice."
+                f"The prediction of {', '.join(self.names)} cannot be differentiated: it needs concrete values, as "
+                "float(x), numpy or `if` do. Use jax.numpy, and jnp.where for a choice."
             ) from error
         missing = [name for name in self.names if name not in found]
         if missing:
-            raise ModelError(f"predict gives no {', '.join(missing)}; it gives {', '.join(found) or 'nothing'}.")
+            raise ModelError(f"predict does not return {', '.join(missing)}, but {', '.join(found) or 'nothing'}.")
         values = {name: jnp.asarray(found[name], float) for name in self.names}
         for name, value in values.items():
             if value.shape != jnp.shape(self.measured[name]):
                 raise ModelError(
-                    f"predict gives {name} with the shape {value.shape}, but what is measured has the shape "
+                    f"predict returns {name} with the shape {value.shape}, but the measured values have the shape "
                     f"{jnp.shape(self.measured[name])}."
                 )
         return values
 
     def failure(self, model: Component) -> str:
-        """What the run says that fails."""
+        """Message of a failed run."""
         return self.predict.failure(model, self.times) if isinstance(self.predict, Run) else ""

@@ -11,42 +11,42 @@ from .estimate import Estimate, M
 from .profile import Profile, profile
 from .residual_tests import ResidualTest, tests_of
 
-SAME = 1e-3  # relative difference of sums of squares, or absolute one below 1, that is taken for none
+SAME = 1e-3  # relative difference of equal sums of squares; absolute below 1
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Fit(Estimate[M]):
-    """The outcome of `identify`; `print` it for a table. Arrays are in the order in which parameters were named."""
+    """The result of `identify`; `print` it for a table. Arrays are in the order of `names`."""
 
     @property
     def tests(self) -> tuple[ResidualTest, ...]:
-        """Whether the residuals are what noise would be."""
+        """Tests of the residuals against noise."""
         return tests_of(self)
 
     def profile(self, name: str, *, points: int = 9, level: float | None = None) -> Profile:
-        """The profile likelihood of a parameter: chi2 along its values, all others fitted again at each.
+        """Profile likelihood of a parameter: chi2 over its values, with all others fitted again.
 
-        Its interval is right also where the model is curved so much that the one from the covariance is not. `points`
-        values are drawn on either side, out to where chi2 has risen by what the interval at `level` allows.
+        Its interval is also correct for strongly nonlinear models, unlike that from the covariance. The profile has
+        `points` values on either side, up to the ends of the interval at `level`.
         """
         if name not in self.names:
             raise UnknownNameError(f"The fit has no parameter {name!r}.{suggestion(name, self.names)}")
         return profile(self, self.names.index(name), points, self.level if level is None else level)
 
     def plot(self, axes: Panels | None = None) -> np.ndarray:
-        """What was measured, with the fitted model; a panel for each channel. Returns the matplotlib axes."""
+        """Draws measurements and the fitted model, a panel for each channel; returns the matplotlib axes."""
         from .plots import plot_fit
 
         return plot_fit(self, axes)
 
     def plot_residuals(self, axes: Panels | None = None) -> np.ndarray:
-        """Weighted residuals in order, and against the quantiles of the normal distribution."""
+        """Draws weighted residuals in order, and over the quantiles of the normal distribution."""
         from .plots import plot_residuals
 
         return plot_residuals(self, axes)
 
     def plot_correlation(self, ax: Axes | None = None) -> Axes:
-        """The correlation matrix of the estimates."""
+        """Draws the correlation matrix of the estimates."""
         from .plots import plot_correlation
 
         return plot_correlation(self, ax)
@@ -66,7 +66,7 @@ class Fit(Estimate[M]):
             lines += [f"{same} of {len(self.ends)} starts lead to this sum of squares"]
         if len(self.names) > 1:
             lines += ["correlation", self._correlation_table]
-        lines += [f"not told by the data: {combination}" for combination in self.indistinguishable]
+        lines += [f"indistinguishable: {combination}" for combination in self.indistinguishable]
         return "\n".join([*lines, *map(str, self.tests)])
 
     def _cells(self, i: int) -> list[str]:

@@ -12,39 +12,39 @@ from ..._declare.component import Component
 from .._problem.free import Free
 from .experiment import Prepared
 
-REFUSED = 1e10  # residual of a trial that cannot be computed: no step leads there
+REFUSED = 1e10  # residual of a point that cannot be computed: the search rejects steps to it
 
 
 class FitProblem(eqx.Module):
-    """Residuals of experiments and priors, as functions of the scaled free parameters z.
+    """Residuals of experiments and priors as functions of the scaled free parameters z.
 
-    Experiments of the same kind, with as many values, are stacked and share the program of one run.
+    Experiments of the same kind with equally many values are stacked and share one compiled run.
     """
 
     free: Free = eqx.field(static=True)
-    shared: int = eqx.field(static=True)  # how many of the free parameters, the first ones, all experiments share
+    shared: int = eqx.field(static=True)  # number of free parameters that all experiments share; they come first
     model: Component
     groups: tuple[Prepared, ...]
     prior_mean: Float[Array, " n"]
-    prior_std: Float[Array, " n"]  # infinite where there is none
+    prior_std: Float[Array, " n"]  # infinite without a prior
 
     def predicted(self, z: Float[Array, " n"]) -> list[dict[str, Array]]:
-        """What the model predicts for each group, by name, with an axis of experiments in front."""
+        """Predictions for each group, by name, with a leading axis of experiments."""
         x = self.free.unscaled(z)
         model = self.shared_model(x)
         return [_each(group, model, x) for group in self.groups]
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Of the scaled parameters; infinite where there are none."""
+        """Bounds of the scaled parameters; infinite if there are none."""
         return jnp.asarray(self.free.scaled(self.free.low)), jnp.asarray(self.free.scaled(self.free.high))
 
     def shared_model(self, x: Array | np.ndarray) -> Component:
-        """The model with the values of what is free in all experiments."""
+        """The model with the values of the shared free parameters."""
         return Free(self.free.variables[: self.shared]).with_values(self.model, x[: self.shared])
 
     def residuals(self, z: Float[Array, " n"]) -> Float[Array, " m"]:
-        """(predicted - measured) / sigma of all experiments, group by group, then those of the priors."""
+        """(predicted - measured) / sigma of all experiments, group by group, then of the priors."""
         parts = [
             ((found[name] - group.measured[name]) / group.sigma[name]).ravel()
             for group, found in zip(self.groups, self.predicted(z), strict=True)
@@ -66,15 +66,15 @@ class FitProblem(eqx.Module):
 
 def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
     if group.measured[group.names[0]].shape[0] == 1:
-        # A loop over one costs more to compile than the experiment by itself.
+        # A loop over one experiment would compile more slowly.
         single = jax.tree_util.tree_map(lambda leaf: leaf[0], group)
         return {name: value[None] for name, value in single.predicted(single.applied(model, x)).items()}
-    # One by one: runs that are stepped together wait for the slowest one.
+    # One by one: vectorised runs would wait for the slowest one.
     return jax.lax.map(lambda one: one.predicted(one.applied(model, x)), group)
 
 
 def stacked(experiments: Sequence[Prepared]) -> tuple[tuple[Prepared, ...], list[tuple[int, int]]]:
-    """Experiments of the same kind as one, and for each experiment its group and its place in it."""
+    """Stacked groups of similar experiments, and the group and position of each experiment."""
     kinds: dict[Hashable, list[int]] = {}
     for i, experiment in enumerate(experiments):
         leaves, structure = jax.tree_util.tree_flatten(experiment)

@@ -24,9 +24,9 @@ from .levenberg_marquardt import Minimum, minimise
 from .prepare import Labels, prepared, with_own
 
 M = TypeVar("M", bound=Component)
-ROUNDS = 30  # of estimating the noise
-SAME_NOISE = 1e-8  # relative change of the noise from one round to the next that is taken for none
-LEAST_NOISE = 1e-12  # of what is measured, where the model fits exactly
+ROUNDS = 30  # most iterations of the noise
+SAME_NOISE = 1e-8  # relative change of the noise below which it has converged
+LEAST_NOISE = 1e-12  # smallest noise relative to the measured values, for an exact fit
 
 
 def identify(
@@ -40,34 +40,31 @@ def identify(
     tolerance: float = 1e-9,
     max_steps: int = 200,
 ) -> Fit[M]:
-    """Estimate parameters so that what the model predicts comes closest to what was measured.
+    """Estimates parameters by weighted least squares.
 
-    The sum over all experiments of ((predicted - measured)/sigma)^2, and of ((p - mean)/std)^2 for each prior, is
-    minimised by the Levenberg-Marquardt method with exact derivatives, from the numbers of `model` on.
+    The Levenberg-Marquardt method with exact derivatives minimises the sum of ((predicted - measured)/sigma)^2 over all
+    experiments and of ((p - mean)/std)^2 over all priors, starting from the values in `model`.
 
-    - `free`: bounds of the free parameters by path, in declared units or with units of their own, as in
+    - `free`: bounds of the free parameters by path, in declared units or with units, as in
       `{"motor.resistor.R": (0.1, 1.0), "line.stiffness": (None, None)}`. A tuple of paths shares one value. Parameters
-      whose bounds are more than a decade apart are scaled by their logarithm.
-    - `experiments`: one or several; what is free has the same value in all of them, but for what an experiment names as
-      free in itself, which is called "experiment: path". Those of the same kind, with as many samples, share
-      one program.
-    - `priors`: what is known of parameters beforehand, by the same keys as in `free`, or by the name of what is an
-      experiment's own: `Normal(mean, std)`.
-    - `starts`: how many starts, those beyond the model's own numbers being from Sobol's sequence between the bounds;
-      they run on all cores, and the fit tells in `ends` where each has led.
-    - `level`: of the confidence intervals. `tolerance`: of the parameters, in parts of their bounds' distance.
+      with bounds more than a decade apart are scaled logarithmically.
+    - `experiments`: one or several. They share the values of `free`; a parameter that is free in one experiment is
+      called "experiment: path". Experiments of the same kind with equally many samples share one compiled run.
+    - `priors`: prior distributions `Normal(mean, std)`, by the keys of `free` or by the name "experiment: path".
+    - `starts`: number of starts: the values in `model`, and points of a Sobol sequence between the bounds. The searches
+      run on all cores, and `ends` of the fit has their results.
+    - `level`: of the confidence intervals. `tolerance`: of the parameters, relative to the distance of their bounds.
 
-    The bounds are met by projection: a parameter that the data push against its bound stays there, and the covariance
-    is that of the others, given its value. Intervals end at a bound, which does not change how often they hold the
-    true value. Where all noise is given, the covariance of the estimates is (J^T J)^-1, J being the derivatives of the
-    weighted residuals, and the intervals are those of the normal distribution; where noise is estimated, they are those
-    of Student's t with the degrees of freedom that this leaves. The noise of a channel is estimated from its residuals,
-    with the degrees of freedom that the parameters leave them; fit and noise are repeated until neither changes.
+    A parameter that the data push against its bound stays there, and the covariance of the others is conditional on its
+    value. Intervals end at the bounds, which does not change their coverage. If all noise is given, the covariance is
+    (J^T J)^-1 with the derivatives J of the weighted residuals, and the intervals are those of the normal distribution.
+    Otherwise the noise of a channel is estimated from its residuals and their degrees of freedom, fit and noise are
+    iterated to convergence, and the intervals are those of Student's t distribution.
 
     Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3.
 
-    Raises `ModelError` or `ParameterError` for what is wrong with the data, `SimulationError` where the model cannot be
-    run from its own numbers on or the search does not converge.
+    Raises `ModelError` or `ParameterError` for invalid data, and `SimulationError` if the model cannot be run from the
+    values in `model` or the search does not converge.
     """
     many = [experiments] if isinstance(experiments, Experiment) else list(experiments)
     ready, labels = prepared(many, model)
@@ -77,7 +74,7 @@ def identify(
     mean, std = _priors(priors or {}, chosen)
     _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
     groups, members = stacked(ready)
-    # The program does not depend on where a search starts, so that other starts compile nothing.
+    # The compiled program does not depend on the start values, so that other starts compile nothing.
     still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
     problem = FitProblem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
     channels = _channels(problem, members, labels)
@@ -88,14 +85,14 @@ def identify(
         _raise_start(problem, ready, labels, begin)
     if not minimum.converged:
         raise SimulationError(
-            f"The fit has not converged after {minimum.evaluations} evaluations. Remedy: start closer, narrow the "
-            "bounds, or hold parameters that the data cannot tell apart."
+            f"The fit has not converged after {minimum.evaluations} evaluations. Start closer, narrow the bounds, or "
+            "hold parameters that the data cannot distinguish."
         )
     return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends)
 
 
 def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:
-    """Mean and standard deviation for each free parameter; an infinite one where nothing is known."""
+    """Mean and standard deviation for each free parameter; infinite without a prior."""
     mean = np.array([variable.start for variable in chosen.variables])
     std = np.full(len(mean), np.inf)
     keys = {variable.name: i for i, variable in enumerate(chosen.variables)}
@@ -118,13 +115,13 @@ def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free
         said = f", {priors} priors" if priors else ""
         wanted = f"{n} parameters" + (f" and the noise of {noises} channels" if noises else "")
         raise ParameterError(
-            f"{values} measured values{said} cannot determine {wanted}. Remedy: free fewer parameters, give sigma, "
-            "or measure more."
+            f"{values} measured values{said} cannot determine {wanted}. Free fewer parameters, give sigma, or measure "
+            "more."
         )
 
 
 def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Sequence[Labels]) -> list[Channel]:
-    """Where the residuals of each channel of each experiment lie."""
+    """The channels of all experiments with the rows of their residuals."""
     offsets, first = [], 0
     for group in problem.groups:
         offsets.append({})
@@ -155,7 +152,7 @@ def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Se
 
 
 def _with_noise(problem: FitProblem, channels: Sequence[Channel], sigmas: np.ndarray) -> FitProblem:
-    """The problem with the noise of some channels set."""
+    """A copy of the problem with the noise of some channels."""
     noises = [dict(group.sigma) for group in problem.groups]
     for channel, sigma in zip(channels, sigmas, strict=True):
         noise = noises[channel.group]
@@ -167,13 +164,11 @@ def _with_noise(problem: FitProblem, channels: Sequence[Channel], sigmas: np.nda
 def _weighted(
     problem: FitProblem, channels: Sequence[Channel], starts: np.ndarray, tolerance: float, most: int
 ) -> tuple[FitProblem, Minimum, float, Multistart | None]:
-    """The fit with the noise estimated where it is not given, the degrees of freedom of that noise, and the ends of the
-    searches where there are several.
-    """
+    """The fit with estimated noise, the degrees of freedom of the noise, and the ends of several searches."""
     held = np.zeros(starts.shape[1], bool)
     unknown = [channel for channel in channels if channel.is_estimated]
     sizes = np.array([float(np.max(np.abs(channel.measured))) or 1.0 for channel in unknown])
-    # Before anything is known of the noise, each channel counts by the spread of its values.
+    # The first weight of a channel is the standard deviation of its values.
     sigmas = np.array([float(np.std(channel.measured)) for channel in unknown])
     sigmas = np.where(sigmas > 0.0, sigmas, sizes)
     problem = _with_noise(problem, unknown, sigmas)
@@ -194,14 +189,14 @@ def _weighted(
 
 
 def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
-    """How many degrees of freedom the parameters take from each channel: its leverages."""
+    """Degrees of freedom that the parameters take from each channel: the sum of its leverages."""
     left, values, _ = np.linalg.svd(minimum.jacobian[:, ~minimum.at_bound], full_matrices=False)
     left = left[:, values > RANK * np.max(values, initial=0.0)]
     return np.array([np.sum(left[channel.rows] ** 2) for channel in channels])
 
 
 def _raise_start(problem: FitProblem, ready: Sequence[Prepared], labels: Sequence[Labels], x: np.ndarray) -> None:
-    """Say why the model cannot be run from its own numbers on."""
+    """Raises the reason why the model cannot be run from its own values."""
     for experiment, label in zip(ready, labels, strict=True):
         model = experiment.applied(problem.shared_model(x), x)
         for name, found in eqx.filter_jit(experiment.predicted)(model).items():
@@ -214,4 +209,4 @@ def _raise_start(problem: FitProblem, ready: Sequence[Prepared], labels: Sequenc
                 f"{label.name}: from the start values of the fit, {name} is {values[first]}{when}. "
                 f"{experiment.failure(model)} The experiment takes the options of its runs, such as max_steps."
             )
-    raise SimulationError("Derivatives at the start values of the fit are not finite.")
+    raise SimulationError("The derivatives at the start values of the fit are not finite.")

@@ -1,4 +1,4 @@
-"""Searches for the least squares that start from several places and go on from saddles."""
+"""Least squares from several starts, and descent from saddle points."""
 
 import itertools
 from typing import NamedTuple
@@ -18,9 +18,7 @@ from .levenberg_marquardt import Minimum, minimise, solved
 
 
 class Multistart(NamedTuple):
-    """Where searches from several starts ended, row by row; the sum of squares is infinite where the model could not be
-    run.
-    """
+    """Ends of searches from several starts, row by row; chi2 is infinite if the model could not be run."""
 
     starts: Float[np.ndarray, "s n"]
     z: Float[np.ndarray, "s n"]
@@ -28,7 +26,7 @@ class Multistart(NamedTuple):
 
 
 def multistart(problem: FitProblem, starts: Float[np.ndarray, "s n"], tolerance: float, most: int) -> Multistart:
-    """The ends of searches from several starts, on all cores. None follows if the first ones all fail."""
+    """Searches from several starts on all cores. They stop if all of the first ones fail."""
     held, z, chi2 = np.zeros(starts.shape[1], bool), np.array(starts), np.full(len(starts), np.inf)
 
     def search(which: np.ndarray) -> tuple[int, Minimum]:
@@ -45,7 +43,7 @@ def multistart(problem: FitProblem, starts: Float[np.ndarray, "s n"], tolerance:
 
 
 def starts_between(problem: FitProblem, first: np.ndarray, n: int) -> Float[np.ndarray, "s n"]:
-    """`first`, and further places between the bounds from Sobol's sequence; within one width where there are none."""
+    """`first` and points of a Sobol sequence between the bounds, or within one width without bounds."""
     low, high = (np.asarray(bound) for bound in problem.bounds)
     low, high = np.where(np.isfinite(low), low, first - 1.0), np.where(np.isfinite(high), high, first + 1.0)
     points = qmc.Sobol(len(low), rng=0).random_base2(max(n - 2, 0).bit_length())[: n - 1]
@@ -53,10 +51,10 @@ def starts_between(problem: FitProblem, first: np.ndarray, n: int) -> Float[np.n
 
 
 def least(problem: FitProblem, start: np.ndarray, tolerance: float, most: int = 200) -> Minimum:
-    """The least squares within the bounds, as `minimise` finds it, but not a saddle of the sum of squares.
+    """Least squares within the bounds, excluding saddle points of the sum of squares.
 
-    A parameter that residuals depend on by its square, for example, has no slope where it is zero, and the search does
-    not move it. Where the Hessian of the sum is not positive, the search goes on from a step along which the sum falls.
+    If residuals depend on the square of a parameter, for example, its slope is zero at zero, and `minimise` does not
+    move it. If the Hessian is not positive definite, the search continues after a step along which the sum decreases.
     """
     none = np.zeros(len(start), bool)
     first = minimise(problem, start, none, tolerance, most)
@@ -79,12 +77,12 @@ def least(problem: FitProblem, start: np.ndarray, tolerance: float, most: int = 
 
 
 def _curvature(found: Minimum) -> float:
-    """The largest curvature of the sum of squares by first derivatives, or its value."""
+    """The largest Gauss-Newton curvature of the sum of squares, or its value."""
     return float(np.max(np.sum(found.jacobian**2, axis=0))) or found.chi2 or 1.0
 
 
 def _point(problem: FitProblem, z: np.ndarray, tolerance: float, most: int, size: float) -> Point | None:
-    """Half of the sum of squares at a place, from the program of the search, in which all parameters are held."""
+    """Half of the sum of squares at a point, from the compiled search with all parameters held."""
     held = jnp.ones(len(z), bool)
     _, residuals, jacobian, *_ = solved(problem, z, held, tolerance, most)
     residuals, jacobian = np.asarray(residuals), np.asarray(jacobian)
@@ -95,7 +93,7 @@ def _point(problem: FitProblem, z: np.ndarray, tolerance: float, most: int, size
 
 
 def _is_convex(problem: FitProblem, found: Minimum, bounds: Bounds, tolerance: float, most: int) -> bool:
-    """Whether the Hessian of the sum of squares is positive, by differences of its gradients to one side."""
+    """Whether the Hessian of the sum of squares is positive definite, by one-sided differences of gradients."""
     size, free = _curvature(found), np.flatnonzero(~found.at_bound)
     here, columns = found.residuals @ found.jacobian / size, []
     for i in free:

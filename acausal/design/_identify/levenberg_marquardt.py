@@ -16,11 +16,11 @@ from ..._progress import compiling
 from .._compute.cores import interruptible
 from .fit_problem import REFUSED, FitProblem
 
-DAMPING = 0.1  # of the first step, as a share of the largest curvature
+DAMPING = 0.1  # damping of the first step, relative to the largest curvature
 
 
 class Minimum(NamedTuple):
-    """Where a search ended: scaled parameters, residuals, their derivatives, and whether it converged."""
+    """The end of a search: scaled parameters, residuals, their derivatives, and whether it converged."""
 
     z: np.ndarray
     residuals: np.ndarray
@@ -35,14 +35,14 @@ class Minimum(NamedTuple):
 
     @property
     def computed(self) -> bool:
-        """Whether the model could be run at all."""
+        """Whether the model could be run."""
         return not np.any(np.abs(self.residuals) >= REFUSED)
 
 
 class Reflections(lx.AbstractLinearSolver[Any]):
-    """`least_squares` as a solver of lineax, for one vector.
+    """`least_squares` with Householder reflections as a lineax solver for one vector.
 
-    Its own `QR` calls LAPACK, which jaxlib cannot always compile in one program with large runs ("no registered
+    The `QR` of lineax calls LAPACK, which jaxlib cannot always compile together with large runs ("no registered
     implementation for untyped custom call").
     """
 
@@ -68,8 +68,8 @@ class Reflections(lx.AbstractLinearSolver[Any]):
 
 
 class _TrustRegion(optx.ClassicalTrustRegion):
-    """Damps the first step by a share of the largest curvature, as Nielsen (1999) does: the scale of residuals is no
-    matter.
+    """Trust region with the first damping relative to the largest curvature (Nielsen, 1999), so that the scale of the
+    residuals does not matter.
     """
 
     def step(self, first_step: Array, y: Array, y_eval: Array, f_info: Any, f_eval_info: Any, state: Any) -> Any:
@@ -81,9 +81,7 @@ class _TrustRegion(optx.ClassicalTrustRegion):
 
 
 class _LevenbergMarquardt(optx.LevenbergMarquardt):
-    """Stops also where the next step would not change anything, since noise of the runs may refuse it for ever, and at
-    a start that cannot be computed.
-    """
+    """Also stops at negligible steps, which numerical noise could reject forever, and at a failing start."""
 
     def __init__(self, tolerance: float) -> None:
         super().__init__(rtol=tolerance, atol=tolerance, linear_solver=Reflections())
@@ -100,14 +98,14 @@ class _LevenbergMarquardt(optx.LevenbergMarquardt):
 def _solve(
     problem: FitProblem, z: Array, held: Bool[Array, " n"], low: Array, high: Array, tol: float, most: int
 ) -> Any:
-    """One search; parameters that are `held`, or that a step would take past a bound, stay where they are."""
+    """One search with some parameters `held`; steps stop at the bounds."""
 
     @jax.custom_jvp
     def function(y: Array) -> tuple[Array, tuple[Array, Array]]:
         residuals, jacobian = problem.residuals_and_jacobian(jnp.clip(y, low, high))
         return residuals, (residuals, jacobian)
 
-    # The Jacobian comes with the residuals: the search takes it from there instead of differentiating the runs again.
+    # The Jacobian comes with the residuals, so that the search does not differentiate the runs again.
     @function.defjvp
     def _derivative(primals: Any, tangents: Any) -> Any:
         (y,), (dy,) = primals, tangents
@@ -123,7 +121,7 @@ def _solve(
 
 
 def solved(problem: FitProblem, z: np.ndarray, held: Bool[Array, " n"], tolerance: float, most: int) -> Any:
-    """One search, while the main thread listens for an interrupt."""
+    """One search that a keyboard interrupt can end."""
 
     def work() -> Any:
         with compiling("the fit", problem.model, _solve):
@@ -133,11 +131,11 @@ def solved(problem: FitProblem, z: np.ndarray, held: Bool[Array, " n"], toleranc
 
 
 def minimise(problem: FitProblem, start: np.ndarray, held: np.ndarray, tolerance: float, most: int = 200) -> Minimum:
-    """The least squares within the bounds, from a start, with some parameters held.
+    """Least squares within the bounds from a start, with some parameters held.
 
-    A projection: a search takes each parameter to its bound at most, where it stays. From there the next search starts,
-    without those parameters that the residuals push against their bounds, until nothing changes. What is returned meets
-    the conditions of optimality: no slope along free parameters, and one outwards at each bound.
+    Projection method: a search moves parameters up to their bounds. The next search holds the parameters that the
+    residuals push against their bounds, until this active set does not change. The result satisfies the KKT conditions:
+    no slope along free parameters, and an outward slope at each active bound.
     """
     low, high = problem.bounds
     none = np.zeros(len(start), bool)
@@ -156,5 +154,5 @@ def minimise(problem: FitProblem, start: np.ndarray, held: np.ndarray, tolerance
 
 
 def _pushed(z: np.ndarray, slope: np.ndarray, low: Array, high: Array) -> np.ndarray:
-    """Which parameters the residuals push against their bounds."""
+    """Marks parameters that the residuals push against their bounds."""
     return np.asarray(((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0)))

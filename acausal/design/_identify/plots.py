@@ -11,7 +11,7 @@ from .profile import Profile
 
 
 def plot_fit(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
-    """Measured values as dots and the fitted model as a line, or one against the other where there are no times."""
+    """Measured values as dots and the fitted model as a line; as two sets of marks without times."""
     axes = _panels(axes, len(fit.channels), 1)
     for ax, channel in zip(axes[:, 0], fit.channels, strict=True):
         predicted, unit = fit.predicted[channel.label], f" [{channel.unit}]" if channel.unit else ""
@@ -27,7 +27,7 @@ def plot_fit(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
 
 
 def plot_residuals(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
-    """A row for each channel: residuals in their order, and their quantiles over those of the normal distribution."""
+    """A row for each channel: residuals in order, and their quantiles over those of the normal distribution."""
     from scipy.special import ndtri
 
     axes = _panels(axes, len(fit.channels), 2)
@@ -55,7 +55,7 @@ def _draw_order(ax: Axes, channel: Channel, residuals: np.ndarray) -> None:
 
 
 def plot_correlation(fit: Fit[Any], ax: Axes | None) -> Axes:
-    """A square for each pair, blue for negative and red for positive correlation, with its number."""
+    """A square for each pair, blue for negative and red for positive correlation."""
     n = len(fit.names)
     ax = given_or_new(ax, 2.6 + 0.6 * n, 1.8 + 0.6 * n)
     correlation = fit.correlation
@@ -72,7 +72,7 @@ def plot_correlation(fit: Fit[Any], ax: Axes | None) -> Axes:
 
 
 def plot_profile(profile: Profile, ax: Axes | None) -> Axes:
-    """chi2 over the parameter, the threshold, and the interval in colour."""
+    """chi2 over the parameter, with the threshold and the interval."""
     ax = given_or_new(ax, 5.5, 3.5)
     value = profile.scale.value
     ax.plot(value(profile.values), profile.chi2, ".-", color="tab:blue")

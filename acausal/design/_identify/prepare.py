@@ -1,4 +1,4 @@
-"""Experiments as a user states them, checked and made into arrays in SI units."""
+"""Checked experiments as arrays in SI units."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from .experiment import Experiment, Prepared, Results, Run
 
 @dataclasses.dataclass(frozen=True)
 class Labels:
-    """How an experiment is called, the unit of each channel, and which channels have a noise that is estimated."""
+    """Name of an experiment, unit of each channel, and the channels with estimated noise."""
 
     name: str
     units: Mapping[str, str]
@@ -29,12 +29,12 @@ class Labels:
 
 
 def prepared(experiments: Sequence[Experiment], model: Component) -> tuple[list[Prepared], list[Labels]]:
-    """The experiments with all that is wrong with them said."""
+    """Validates the experiments and returns them as arrays."""
     if not experiments or not all(isinstance(experiment, Experiment) for experiment in experiments):
-        raise ModelError("experiments is a sequence of at least one Experiment.")
+        raise ModelError("experiments must be a sequence of at least one Experiment.")
     names = [experiment.name or f"experiment {i + 1}" for i, experiment in enumerate(experiments)]
     if len(set(names)) < len(names):
-        raise ModelError(f"Each experiment needs a name of its own, got {', '.join(names)}.")
+        raise ModelError(f"The names of experiments must be unique, got {', '.join(names)}.")
     pairs = [_prepared(experiment, model, name) for experiment, name in zip(experiments, names, strict=True)]
     return [pair[0] for pair in pairs], [pair[1] for pair in pairs]
 
@@ -69,9 +69,9 @@ def with_own(
     model: Component,
     shared: Free,
 ) -> tuple[Free, list[Prepared]]:
-    """All free parameters, the shared ones first, then those of each experiment; and the experiments that know theirs.
+    """All free parameters, shared ones first, and the experiments with the places of their own ones.
 
-    Raises what `free_parameters` raises, and `ModelError` for what is shared and an experiment's own at once.
+    Raises the errors of `free_parameters`, and `ModelError` for a parameter that is free twice.
     """
     variables, known = list(shared.variables), []
     taken = {place for variable in shared.variables for place in variable.places}
@@ -103,8 +103,8 @@ def _unit(experiment: Experiment, model: Component, key: str, name: str) -> str:
     names = system.flat.leaf_names
     if key not in names:
         raise UnknownNameError(
-            f"{name}: the model has no variable {key!r}.{suggestion(key, names)} What is no variable is stated by "
-            "outputs={...}."
+            f"{name}: the model has no variable {key!r}.{suggestion(key, names)} Use outputs={{...}} for a function of "
+            "variables."
         )
     return system.flat.leaves[names[key][0]].declaration.unit
 
@@ -121,15 +121,15 @@ def _plain(value: object, unit: str, where: str) -> np.ndarray:
 def _times(given: object, name: str) -> np.ndarray:
     times = _plain(given, "s", f"{name}: times")
     if times.ndim != 1 or not len(times):
-        raise ParameterError(f"{name}: times must be a sequence of instants in s, got the shape {times.shape}.")
+        raise ParameterError(f"{name}: times must be a sequence of times in s, got the shape {times.shape}.")
     if not np.all(np.isfinite(times)):
         first = int(np.argmin(np.isfinite(times)))
         raise ParameterError(f"{name}: times must be finite, but times[{first}] is {times[first]}.")
     if np.any(np.diff(times) <= 0.0):
         first = int(np.argmax(np.diff(times) <= 0.0))
         raise ParameterError(
-            f"{name}: times must rise, but times[{first + 1}] = {times[first + 1]:g} s follows times[{first}] = "
-            f"{times[first]:g} s. Remedy: sort the samples, and average those at one instant."
+            f"{name}: times must increase, but times[{first + 1}] = {times[first + 1]:g} s follows times[{first}] = "
+            f"{times[first]:g} s. Sort the samples, and average those at the same time."
         )
     return times
 
@@ -143,8 +143,8 @@ def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | N
         first = int(np.argmin(good.ravel()))
         when = "" if times is None else f", at {times[first]:g} s"
         raise ParameterError(
-            f"{name}: {key} holds {int(np.sum(~good))} values that are no finite numbers; the first is {key}[{first}]"
-            f"{when}. Remedy: leave out these samples with their times."
+            f"{name}: {int(np.sum(~good))} values of {key} are not finite; the first is {key}[{first}]{when}. "
+            "Leave out these samples and their times."
         )
     return values
 
@@ -152,7 +152,7 @@ def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | N
 def _sigma(given: Any, unit: str, key: str, name: str, shape: tuple[int, ...]) -> np.ndarray:
     sigma = _plain(given, unit, f"{name}: sigma of {key}")
     if has_unit(given):
-        # A difference: on a scale with another zero, such as degC, that zero is no part of it.
+        # A difference excludes the zero of the scale, such as that of degC.
         sigma = sigma - _plain(type(given)(0.0, given.units), unit, key)
     if sigma.shape not in ((), shape):
         raise ParameterError(f"{name}: sigma of {key} has the shape {sigma.shape}, but {key} has the shape {shape}.")

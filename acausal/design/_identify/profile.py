@@ -1,4 +1,4 @@
-"""Profile likelihood: how far a parameter may move while all others follow."""
+"""Profile likelihood: chi2 over one parameter, with all others fitted."""
 
 import dataclasses
 from typing import Any
@@ -12,14 +12,14 @@ from ..._units.display import Scale
 from .estimate import Estimate
 from .levenberg_marquardt import minimise
 
-TRIES = 40  # fits at most in the search for one end of the interval
+TRIES = 40  # most fits in the search for one end of the interval
 
 
 @dataclasses.dataclass(frozen=True)
 class Profile:
-    """chi2 over the values of a parameter, the others fitted; `low` and `high` end the interval at `level`.
+    """chi2 over the values of a parameter, with the others fitted; `low` and `high` are the interval at `level`.
 
-    Where chi2 does not rise so far, an end is the bound of the parameter, infinite without one.
+    If chi2 does not reach the threshold, an end is the bound of the parameter, infinite without one.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Profile:
     high: float
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """chi2 over the parameter with the threshold and the interval."""
+        """Draws chi2 over the parameter with the threshold and the interval; returns the matplotlib axes."""
         from .plots import plot_profile
 
         return plot_profile(self, ax)
@@ -44,11 +44,11 @@ class Profile:
 
 
 def profile(fit: Estimate[Any], index: int, points: int, level: float) -> Profile:
-    """Walk from the estimate to either side until chi2 has risen to the threshold."""
+    """Profile from the estimate to either side until chi2 reaches the threshold."""
     from scipy.stats import t
 
     if not 0.0 < level < 1.0:
-        raise ParameterError(f"level is between 0 and 1, got {level}.")
+        raise ParameterError(f"level must be between 0 and 1, got {level}.")
     rise = float(t.ppf(0.5 + 0.5 * level, fit.noise_freedom)) ** 2
     sides = [_side(fit, index, direction, rise, points) for direction in (-1.0, 1.0)]
     values = np.concatenate([sides[0][0][::-1], [fit.estimates[index]], sides[1][0]])
@@ -60,7 +60,7 @@ def profile(fit: Estimate[Any], index: int, points: int, level: float) -> Profil
 def _side(
     fit: Estimate[Any], index: int, direction: float, rise: float, points: int
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Values and chi2 on one side, and where chi2 has risen by `rise`."""
+    """Values and chi2 on one side, and the value at which chi2 has risen by `rise`."""
     held = np.arange(len(fit.names)) == index
     z0, found = fit._minimum.z, {0.0: (fit._minimum.z, 0.0)}
     limit = float(np.asarray(fit._free.scaled(fit._free.low if direction < 0 else fit._free.high))[index])
@@ -69,7 +69,7 @@ def _side(
         return np.zeros(0), np.zeros(0), float(fit.estimates[index])
 
     def risen(distance: float) -> float:
-        """By how much chi2 is above its least value; the others start from the nearest fit that is known."""
+        """Rise of chi2 above its minimum; the other parameters start from the nearest known fit."""
         if distance not in found:
             near = min(found, key=lambda known: abs(known - distance))
             start = found[near][0].copy()
@@ -94,23 +94,23 @@ def _side(
 
 
 def _first_guess(fit: Estimate[Any], index: int, rise: float, farthest: float) -> float:
-    """The distance, in scaled numbers, at which chi2 has risen by `rise` according to the covariance."""
+    """Scaled distance at which chi2 has risen by `rise`, according to the covariance."""
     slope = float(np.asarray(fit._free.slopes(fit.estimates))[index])
     guess = float(np.sqrt(rise) * fit.std[index] / slope)
     return min(guess, farthest) if np.isfinite(guess) and guess > 0.0 else min(0.1, 0.5 * farthest)
 
 
 def _crossing(risen: Any, guess: float, farthest: float, rise: float) -> float | None:
-    """The distance at which chi2 has risen by `rise`; None where it does not."""
+    """Distance at which chi2 has risen by `rise`; None if it does not rise so far."""
     from scipy.optimize import root_scalar
 
     low, high = 0.0, guess
     for _ in range(TRIES):
         if risen(high) >= rise:
-            # A place that cannot be computed is outside.
+            # A point that cannot be computed is outside.
             found = root_scalar(lambda d: min(risen(d), 1e6 * rise) - rise, bracket=(low, high), rtol=1e-7)
             return float(found.root)
         if high >= farthest or high > 1e6 * guess:
             return None
         low, high = high, min(2.0 * high, farthest)
-    raise SimulationError("The profile has found no end of the interval: give the parameter closer bounds.")
+    raise SimulationError("The profile found no end of the interval. Narrow the bounds of the parameter.")

@@ -1,4 +1,4 @@
-"""Whether residuals are what noise would be."""
+"""Tests of residuals against noise: size, normality and whiteness."""
 
 from typing import Any, NamedTuple
 
@@ -7,13 +7,13 @@ from jaxtyping import Float
 
 from .estimate import Estimate
 
-LEAST = 8  # values that a test of shape or of order needs
-MOST = 5000  # values up to which the test by Shapiro and Wilk is exact
-DOUBT = 0.01  # probability below which a test speaks against the model or the noise
+LEAST = 8  # fewest values for a test of normality or whiteness
+MOST = 5000  # most values for the test of Shapiro and Wilk
+DOUBT = 0.01  # probability below which a test rejects the model or the noise
 
 
 class ResidualTest(NamedTuple):
-    """A test of the residuals: how likely noise alone gives such a value or one that is farther off."""
+    """A test of residuals. `probability`: that noise alone gives such a value or a more extreme one."""
 
     name: str  # "size", "normality" or "whiteness"
     about: str
@@ -25,12 +25,12 @@ class ResidualTest(NamedTuple):
         return self.probability >= DOUBT
 
     def __str__(self) -> str:
-        said = "" if self.passed else ": noise alone hardly does that"
+        said = "" if self.passed else ": unlikely to be noise"
         return f"{self.name} of residuals, {self.about}: {self.statistic:.4g}, probability {self.probability:.3g}{said}"
 
 
 def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
-    """The size of all residuals together where the noise was given; shape and order by channel."""
+    """Tests of the size of all residuals, if the noise was given, and of normality and whiteness by channel."""
     found = [] if any(channel.is_estimated for channel in fit.channels) else [_size(fit)]
     for channel in fit.channels:
         residuals = fit.residuals[channel.label]
@@ -42,7 +42,7 @@ def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
 
 
 def _size(fit: Estimate[Any]) -> ResidualTest:
-    """chi2 on either side: residuals that are too large, or smaller than the noise allows."""
+    """Two-sided chi2 test, for residuals that are too large or too small for the noise."""
     from scipy.stats import chi2
 
     low, high = chi2.cdf(fit.chi2, fit.dof), chi2.sf(fit.chi2, fit.dof)
@@ -51,7 +51,7 @@ def _size(fit: Estimate[Any]) -> ResidualTest:
 
 
 def _normality(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
-    """Shapiro and Wilk (1965), or Jarque and Bera (1980) for very many."""
+    """Shapiro and Wilk (1965), or Jarque and Bera (1980) for more than `MOST` values."""
     from scipy.stats import jarque_bera, shapiro
 
     outcome: Any = shapiro(residuals) if len(residuals) <= MOST else jarque_bera(residuals)
@@ -59,7 +59,7 @@ def _normality(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
 
 
 def _whiteness(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
-    """Ljung and Box (1978): Q = n (n + 2) sum r_k^2/(n - k) over the autocorrelations r_k, distributed as chi2."""
+    """Ljung and Box (1978): Q = n (n + 2) sum r_k^2/(n - k) over the autocorrelations r_k, chi2-distributed."""
     from scipy.stats import chi2
 
     n = len(residuals)

@@ -1,7 +1,6 @@
-"""Results of many members of a model from one compiled program, on all cores.
+"""Results of many members of a model from one compiled program.
 
-Each member runs by itself: members that are stepped together wait for the slowest one at every event and at every
-rejected step.
+Members run one by one, since vectorised members would wait for the slowest one at every event and rejected step.
 """
 
 import collections
@@ -29,16 +28,16 @@ from .._compute.evaluator import Evaluator
 from .._problem.free import Free
 from .._problem.types import Function
 
-COMPUTED, NOT_FINITE = 0, len(Result)  # codes; in between are those of failed runs, as `Result` counts them
+COMPUTED, NOT_FINITE = 0, len(Result)  # codes; those between are the failures of `Result`
 INTERRUPTED = NOT_FINITE + 1
-PROGRAMS = 16  # that a process keeps
+PROGRAMS = 16  # compiled batches that a process keeps
 _making = threading.Lock()
 
 Piece = tuple[np.ndarray, np.ndarray]  # results and codes
 
 
 class Outcomes(NamedTuple):
-    """Results of members, row by row, and a code for each member that says whether they were computed."""
+    """Results of members, row by row, with a code for success or the reason of failure."""
 
     values: Float[np.ndarray, "n m"]
     codes: Int[np.ndarray, " n"]
@@ -49,28 +48,28 @@ class Outcomes(NamedTuple):
 
     @property
     def are_finished(self) -> Bool[np.ndarray, " n"]:
-        """Members that were computed or failed before an interrupt."""
+        """Marks members that were computed or failed before an interrupt."""
         return self.codes != INTERRUPTED
 
     @classmethod
     def interrupted(cls, n: int, width: int) -> Self:
-        """Those of a study that an interrupt came before."""
+        """Outcomes of a study that did not start because of an interrupt."""
         return cls(np.full((n, width), np.nan), np.full(n, INTERRUPTED))
 
     @property
     def failed(self) -> dict[str, int]:
-        """How many members failed, by reason."""
+        """Number of failed members by reason."""
         counts = collections.Counter(self.codes[~self.are_good & self.are_finished].tolist())
         return {code_names()[code]: number for code, number in sorted(counts.items())}
 
 
 def code_names() -> tuple[str, ...]:
-    """What the codes are called, in their order."""
+    """Names of the codes, in order."""
     return ("computed", *list(members_of(Result))[1:], "no_finite_result", "interrupted")
 
 
 def said(code: int) -> str:
-    """A sentence on a code."""
+    """Message of a code."""
     if code == COMPUTED:
         return "The results were computed."
     if code == NOT_FINITE:
@@ -81,9 +80,9 @@ def said(code: int) -> str:
 
 
 class Batch:
-    """Rows of numbers to rows of results and codes: what a worker does. It can be sent to another process.
+    """A function from rows of parameters to rows of results and codes. It can be sent to another process.
 
-    A copy that was sent is the same batch, and finds the program that the process has compiled for it.
+    A copy is equal to the original, so a process compiles its program once.
     """
 
     def __init__(
@@ -99,24 +98,21 @@ class Batch:
         return hash(self._key)
 
     def __call__(self, x: Float[np.ndarray, "n k"]) -> Piece:
-        """Results and codes of some members, one after the other."""
+        """Results and codes of some members."""
         found = [self._piece(x[start : start + CHUNK]) for start in range(0, len(x), CHUNK)]
         values, codes = (np.concatenate([pair[i] for pair in found]) for i in range(2))
         return values, codes
 
     @ft.cached_property
     def columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The names of the results, and which function each of them is from."""
+        """Names of the results, and the name of the function of each."""
         evaluator, row = Evaluator(self.model, self.free, self.functions, self.run), self.free.values(self.model)
         with trials():
             jax.eval_shape(lambda x: evaluator.results(self.free.with_values(self.model, x)), row)
         return evaluator.names, evaluator.owners
 
     def lowered(self) -> tuple[str, list[np.ndarray]]:
-        """The program for one member, as XLA is given it (StableHLO), and the arrays that it holds.
-
-        The numbers of the model are arguments of it.
-        """
+        """StableHLO program for one member and the arrays in it. The parameters of the model are its arguments."""
         evaluator, row = Evaluator(self.model, self.free, self.functions, self.run), self.free.values(self.model)
         arrays, rest = eqx.partition(self.model, eqx.is_array)
 
@@ -129,7 +125,7 @@ class Batch:
             return traced.lower().as_text(), [np.asarray(array) for array in arrays_in(traced.jaxpr)]
 
     def _piece(self, x: np.ndarray) -> Piece:
-        """At most `CHUNK` members."""
+        """Results and codes of at most `CHUNK` members."""
         with _making:
             function = _compiled(self)
         with trials(), compiling("a batch of runs", self.model, function):
@@ -138,7 +134,7 @@ class Batch:
 
 
 class _CompiledBatch:
-    """The compiled program of a batch, for at most `CHUNK` members one after the other."""
+    """The compiled program of a batch, for at most `CHUNK` members."""
 
     def __init__(self, batch: Batch) -> None:
         evaluator = Evaluator(batch.model, batch.free, batch.functions, batch.run)
@@ -162,7 +158,7 @@ class _CompiledBatch:
 
     def __call__(self, x: np.ndarray) -> PyTree:
         filled = np.concatenate([x, np.zeros((CHUNK - len(x), *x.shape[1:]))])
-        # The first piece compiles the program; pieces begun with it would do so again, each in its thread.
+        # Only the first piece compiles the program; the others wait for it.
         with self._first:
             if not self._is_compiled:
                 found = jax.block_until_ready(self._function(filled, len(x)))

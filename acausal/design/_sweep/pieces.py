@@ -1,4 +1,4 @@
-"""Many members computed piece by piece: on all cores or on an executor, kept in memory or in a store on disk."""
+"""Batches computed piece by piece: on all cores or an executor, in memory or a store on disk."""
 
 import concurrent.futures
 import contextlib
@@ -30,13 +30,13 @@ def evaluated(
     store: Store | None = None,
     progress: Progress | bool | None = None,
 ) -> Outcomes:
-    """The outcomes of all rows; what a store has already is not computed again.
+    """Outcomes of all rows, excluding those already in a store.
 
-    The bar calls the work `what`, and reports the first failures. After an interrupt from the keyboard, the outcomes
-    are those of the members that were finished; the others have the code `INTERRUPTED`. If none was, the interrupt is
-    raised. An executor is given pieces of `chunk` members.
+    The bar is labelled `what`, and reports the first failures. After a keyboard interrupt, unfinished members have the
+    code `INTERRUPTED`; the interrupt is raised if no member is finished. An executor receives pieces of `chunk`
+    members.
 
-    Raises `SimulationError` where a worker dies and its executor does not replace it.
+    Raises `SimulationError` if a worker dies and its executor does not replace it.
     """
     kept = Memory(len(x), len(batch.columns[0])) if store is None else store
     chunk = chunk if store is None else store.chunk
@@ -61,7 +61,7 @@ def evaluated(
         if not _is_death(error):
             raise
         raise SimulationError(
-            f"A worker died after {done} of {total} members; what was finished is {kept.where}."
+            f"A worker died after {done} of {total} members; the finished ones are {kept.where}."
         ) from error
     finally:
         kept.close()
@@ -69,7 +69,7 @@ def evaluated(
 
 
 def compile_together(batches: Sequence[Batch], x: Sequence[np.ndarray]) -> None:
-    """Compile the programs of several batches side by side, with the first member of each."""
+    """Compiles several batches in parallel, with the first member of each."""
     if len(batches) > 1:
         with threads(os.cpu_count() or 1) as pool:
             for _ in pool.map(lambda batch, rows: batch(rows[:1]), batches, x):
@@ -88,8 +88,8 @@ def _on_executor(executor: Executor, batch: Batch, x: np.ndarray, rows: MemberNu
     futures: dict[Any, np.ndarray] = {submit(batch, x[piece]): piece for piece in pieces}
     if not all(isinstance(future, concurrent.futures.Future) for future in futures):
         raise ArgumentError(
-            "executor must be like those of concurrent.futures, whose submit returns a Future of theirs; "
-            f"got {type(executor).__name__}. Of a client of Dask, give client.get_executor()."
+            "The submit method of executor must return a concurrent.futures.Future; "
+            f"got {type(executor).__name__}. For a client of Dask, use client.get_executor()."
         )
     try:
         for future in concurrent.futures.as_completed(futures):
@@ -100,6 +100,6 @@ def _on_executor(executor: Executor, batch: Batch, x: np.ndarray, rows: MemberNu
 
 
 def _is_death(error: Exception) -> bool:
-    """Whether an error says that the worker has died, and not that the computation failed."""
+    """Whether an error means that a worker died, not that the computation failed."""
     gone = concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError
     return isinstance(error, gone) or type(error).__name__ == "KilledWorker"  # of Dask

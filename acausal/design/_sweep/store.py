@@ -1,4 +1,4 @@
-"""What takes the results of many members piece by piece: memory, or a store on disk that outlives an interruption."""
+"""Storage of results piece by piece: in memory, or in a store on disk that outlives an interrupt."""
 
 import hashlib
 import importlib.metadata
@@ -15,20 +15,20 @@ from ..._errors import ModelError
 from ..._extras import needed
 from .batches import INTERRUPTED, Batch, Piece
 
-OPEN = -1  # code of a member that is not computed yet
+OPEN = -1  # code of a pending member
 PARTS = {
-    "members": "its parameters or their values are others",
-    "results": "its results have other names",
-    "model": "its model has other numbers",
-    "program": "its model, run or results state something else",
+    "members": "it has other parameters or values",
+    "results": "it has other results",
+    "model": "its model has other parameter values",
+    "program": "its model, run or results have another definition",
 }
-_NAME = re.compile(r"(?!zarr\.json$|__|\.)[^/]+")  # what zarr takes for the name of an array
+_NAME = re.compile(r"(?!zarr\.json$|__|\.)[^/]+")  # valid name of a zarr array
 
 _CALLBACK = re.compile(r"custom_call @\w*callback")
 
 
 class Memory:
-    """Results and codes of numbered members, gone with the process."""
+    """Results and codes of numbered members, in memory."""
 
     where = "lost, as no store was given"
 
@@ -37,15 +37,15 @@ class Memory:
 
     @property
     def open(self) -> Int[np.ndarray, " n"]:
-        """The members that are not computed yet."""
+        """Pending members."""
         return np.flatnonzero(self._codes == OPEN)
 
     def write(self, rows: Int[np.ndarray, " n"], piece: Piece) -> None:
-        """Keep the outcome of some members."""
+        """Stores results and codes of some members."""
         self._values[rows], self._codes[rows] = piece
 
     def close(self) -> None:
-        """Nothing more will be written."""
+        """Ends writing."""
 
     def read(self) -> Piece:
         """All results and codes."""
@@ -53,20 +53,20 @@ class Memory:
 
 
 class Store(Memory):
-    """Results and codes of numbered members in a zarr store, which takes them chunk by chunk."""
+    """Results and codes of numbered members, in a zarr store written chunk by chunk."""
 
     def __init__(self, path: Path, n: int, names: Sequence[str], chunk: int, study: Mapping[str, str]) -> None:
         zarr = needed("zarr", "stores", "A store on disk")
         if bad := [name for name in names if not _NAME.fullmatch(name)]:
             raise ModelError(f"{bad[0]!r} cannot be the name of an array in a store. Rename the result.")
         super().__init__(n, len(names))
-        self.where = f"in {path}: the same call goes on from there"
+        self.where = f"in {path}: the same call resumes from there"
         if path.exists():
             self._group = zarr.open_group(path, mode="r+")
             self._check(path, study)
         else:
             self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
-            # Pieces are small: to compress them would take longer than to write them.
+            # Compressing small pieces would take longer than writing them.
             like: Any = dict(shape=(n,), chunks=(chunk,), dimension_names=["member"], compressors=None)
             for name in names:
                 self._group.create_array(name, dtype="float64", fill_value=np.nan, **like)
@@ -75,7 +75,7 @@ class Store(Memory):
         self.chunk = int(self._column_of_codes.chunks[0])
         stored = [np.asarray(column[:]) for column in (*self._columns, self._column_of_codes)]
         self._values[:], self._codes[:] = np.stack(stored[:-1], axis=1), stored[-1]
-        self._begun: set[int] = set()  # chunks whose members are not all computed, and not all in the store
+        self._begun: set[int] = set()  # chunks that are not completely in the store
 
     def _check(self, path: Path, study: Mapping[str, str]) -> None:
         known = self._group.attrs.get("study")
@@ -100,7 +100,7 @@ class Store(Memory):
         return slice(number * self.chunk, (number + 1) * self.chunk)
 
     def _save(self, number: int) -> None:
-        """Write a chunk to disk; its codes come last, so that half a chunk is none."""
+        """Writes a chunk to disk, its codes last, so that an incomplete chunk counts as pending."""
         where = self._members(number)
         for kept, column in zip(self._columns, self._values.T, strict=True):
             kept[where] = column[where]
@@ -111,22 +111,22 @@ class Store(Memory):
 def store_of(
     path: str | Path | None, batch: Batch, names: Sequence[str], x: Float[np.ndarray, "n k"], chunk: int
 ) -> Store | None:
-    """The store of a batch at a path, which may be there already; None without a path."""
+    """The new or existing store of a batch at a path; None without a path."""
     if path is None:
         return None
     return Store(Path(path), len(x), names, chunk, study_of(batch, names, x))
 
 
 def study_of(batch: Batch, results: Sequence[str], x: Float[np.ndarray, "n k"]) -> dict[str, str]:
-    """What tells one study from another: digests of its members, its results, the numbers of its model and the program.
+    """Identity of a study: digests of its members, results, model parameters and compiled program.
 
-    The program is what is compiled, so that it tells all that the results depend on, wherever it is written. Raises
-    `ModelError` where it calls Python, of which it does not tell what it computes.
+    The compiled program includes everything that the results depend on. Raises `ModelError` if it calls Python, because
+    it does not contain that code.
     """
     program, arrays = batch.lowered()
     if _CALLBACK.search(program):
         raise ModelError(
-            "A store must tell whether its results are still right, but the run or a result calls Python, as "
+            "A store cannot check whether its results are still valid, because the run or a result calls Python, as "
             "jax.pure_callback, jax.debug.print and eqx.error_if do. Leave out these calls, or the store."
         )
     given = [leaf for leaf in leaves_of(batch.model) if leaf.value is not None]

@@ -28,14 +28,14 @@ from .pieces import evaluated
 from .store import store_of
 
 M = TypeVar("M", bound=Component)
-MOST = 50_000_000  # members
-LEAST = 32  # members of a piece of work, by default
+MOST = 50_000_000  # most members
+LEAST = 32  # smallest default number of members of a piece
 SWEPT = "Elements of arrays are swept"
 
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """Members that fill a space evenly: `n` of a scrambled Sobol sequence, from bounds or distributions by path."""
+    """`n` members of a scrambled Sobol sequence, within bounds or from distributions by path."""
 
     of: ByPath[object]
     n: int
@@ -44,7 +44,7 @@ class Sample:
 
 @dataclasses.dataclass(frozen=True)
 class SweepMembers:
-    """The members of a sweep: rows of parameters, and the axes that they are a grid of, if they are."""
+    """The members of a sweep: rows of parameters, and the axes of a grid."""
 
     free: Free
     x: Float[np.ndarray, "n k"]
@@ -72,27 +72,26 @@ def sweep(
             store="ratios.zarr",
         )
 
-    - `over`: values by path for a grid of all their combinations; a list of dictionaries (or a `pandas.DataFrame`) with
-      the values of each member; or a `Sample`. Values are in declared units, quantities, or texts with a unit.
-    - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name. The numbers of
-      the dataset are in the unit to show.
-    - `run`: a function of the model that returns what the other functions take; without it, they take the model.
-    - `store`: a folder that takes results as they come (zarr). A sweep that was interrupted goes on from there, and one
-      that is finished is read. A store is refused where anything has changed that its
-      results depend on.
-    - `executor`: an object with `submit`, as those of `concurrent.futures`, or `Client.get_executor()` of Dask; by
-      default threads on all cores. One of processes needs functions that can be pickled.
-    - `chunk`: members of a piece of work of the executor or the store, which is what is lost if the process is killed;
-      by default 256, or fewer where the members would not keep all cores busy.
-    - `progress`: whether to show a bar; by default on a terminal, and in logs as a line every ten seconds. The first
+    - `over`: values by path for a grid of all combinations; a list of dictionaries (or a `pandas.DataFrame`) with the
+      values of each member; or a `Sample`. Values are in declared units, quantities, or texts with a unit.
+    - `results`: a function of the run, with its display unit, or a dictionary of these by name. The dataset is in
+      display units.
+    - `run`: a function of the model that returns the argument of the other functions; by default the model.
+    - `store`: a folder for the results (zarr). The same call resumes an interrupted sweep and reads a finished one. It
+      raises an error if the parameters, the model, the run or the results have changed.
+    - `executor`: an object with `submit`, such as those of `concurrent.futures` or `Client.get_executor()` of Dask; by
+      default threads on all cores. An executor with processes needs functions that can be pickled.
+    - `chunk`: members of a piece for the executor or the store, which is lost if the process is killed; by default 256,
+      or fewer to keep all cores busy.
+    - `progress`: whether to show a bar; by default on a terminal, and as a line every ten seconds in logs. The first
       failures are reported as they happen.
 
-    The variable `code` is 0 for members that were computed; the others keep the reason why not, whose name is among its
-    attributes, and their results are not numbers. An interrupt from the keyboard ends the sweep with the members that
-    are finished; the code of the others is that of "interrupted".
+    The variable `code` is 0 for computed members and the reason of failure for others, named in its attributes; their
+    results are nan. A keyboard interrupt ends the sweep with the finished members; the others have the code of
+    "interrupted".
 
-    Raises `ModelError` or `ParameterError` for what is wrong with names, values and units, and for a store that belongs
-    to another study; `SimulationError` where a worker dies.
+    Raises `ModelError` or `ParameterError` for invalid names, values and units, and for a store of another study;
+    `SimulationError` if a worker dies.
     """
     objectives = objectives_of(results, "result")
     scales = {objective.name: objective.scale for objective in objectives}
@@ -108,7 +107,7 @@ def sweep(
 
 
 def _check_names(members: SweepMembers, results: Sequence[str]) -> None:
-    """Raise where a result would have the name of something else in the dataset."""
+    """Raises `ModelError` for a result with the name of another column of the dataset."""
     taken = {"code": "the codes", **({} if members.axes else {"member": "the members"})}
     taken |= dict.fromkeys(members.free.names, "a parameter")
     for name in results:
@@ -118,12 +117,12 @@ def _check_names(members: SweepMembers, results: Sequence[str]) -> None:
         if name in ("code", "member"):
             raise ModelError(
                 f"The parameter {name!r} has the name of a column of the dataset. Rename it, or sweep a model that "
-                "holds this one as a part."
+                "contains this one as a part."
             )
 
 
 def chunk_of(n: int) -> int:
-    """Members of a piece: so few that each core gets four pieces or more, but not so few that pieces cost too much."""
+    """Members of a piece: four pieces for each core, within limits."""
     fair = -(-n // (4 * (os.cpu_count() or 1)))
     return int(np.clip(fair, LEAST, CHUNK))
 
@@ -136,7 +135,7 @@ def _members(model: Component, over: Any) -> SweepMembers:
     if isinstance(over, Mapping):
         return _grid(model, over)
     if not isinstance(over, Sequence) or not over or not all(isinstance(row, Mapping) for row in over):
-        raise ModelError(f"over is a dictionary of values, a list of dictionaries or a Sample, got {over!r}.")
+        raise ModelError(f"over must be a dictionary of values, a list of dictionaries or a Sample, got {over!r}.")
     return listed(model, over)
 
 
@@ -145,7 +144,7 @@ def _grid(model: Component, over: ByPath[object]) -> SweepMembers:
     axes = tuple(_axis(v.name, v.unit, values) for v, values in zip(free.variables, over.values(), strict=True))
     n = int(np.prod([float(len(axis)) for axis in axes]))
     if n > MOST:
-        raise ModelError(f"A grid of {n} members is too large. Take a Sample of it.")
+        raise ModelError(f"A grid of {n} members is too large. Use a Sample.")
     return SweepMembers(free, np.array(list(itertools.product(*axes)), float).reshape(n, len(axes)), axes)
 
 
@@ -161,12 +160,12 @@ def _axis(name: str, unit: str, values: object) -> np.ndarray:
 
 
 def listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> SweepMembers:
-    """Members that are given one by one; all of them by the same names."""
+    """Members given one by one, with the same names."""
     free = single_parameters(model, rows[0], SWEPT)
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
             own, first = (", ".join(map(str, names)) for names in (row, rows[0]))
-            raise ModelError(f"Member {number} names {own}, but the first one {first}.")
+            raise ModelError(f"Member {number} names {own}, but the first member names {first}.")
     pairs = zip(free.variables, rows[0], strict=True)
     columns = [_axis(variable.name, variable.unit, [row[key] for row in rows]) for variable, key in pairs]
     return SweepMembers(free, np.stack(columns, axis=1))

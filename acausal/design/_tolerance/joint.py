@@ -27,7 +27,7 @@ class JointDistribution:
     def of(
         model: Component, distributions: ByPath[Distribution], correlation: Mapping[tuple[str, str], float] | None
     ) -> "JointDistribution":
-        """Checks what a user states. Raises `ModelError` or `ParameterError`."""
+        """From distributions by path. Raises `ModelError` or `ParameterError` for invalid ones."""
         free = single_parameters(model, distributions, "A distribution is that of one number: name elements of arrays")
         return JointDistribution(free, _resolved(free, distributions, model), _root(free.names, correlation or {}))
 
@@ -45,12 +45,12 @@ class JointDistribution:
         return self.std[:, None] * (self.root @ self.root.T) * self.std
 
     def parameters_at(self, scores: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
-        """Parameters from independent scores of the standard normal distribution."""
+        """Parameters from independent standard normal scores."""
         mixed = np.asarray(scores) @ self.root.T
         return np.stack([m.of_score(column) for m, column in zip(self.marginals, mixed.T, strict=True)], axis=1)
 
     def box(self, model: Component, sigmas: float) -> Float[np.ndarray, "k 2"]:
-        """Tolerance band of each parameter. Raises `ParameterError` for a band outside of the declared range."""
+        """Tolerance band of each parameter. Raises `ParameterError` for a band outside the declared range."""
         box = np.array([marginal.box(sigmas) for marginal in self.marginals])
         declarations = {leaf.path: leaf.declaration for leaf in leaves_of(model)}
         for variable, ends in zip(self.free.variables, box, strict=True):
@@ -65,7 +65,7 @@ class JointDistribution:
 
 
 def _resolved(free: Free, distributions: ByPath[Distribution], model: Component) -> tuple[Distribution, ...]:
-    """The distributions with numbers in the declared units."""
+    """The distributions with numbers in declared units."""
     found = []
     values = zip(free.variables, distributions.values(), free.values(model).tolist(), strict=True)
     for variable, distribution, nominal in values:
@@ -83,10 +83,12 @@ def _root(names: tuple[str, ...], correlation: Mapping[tuple[str, str], float]) 
     matrix = np.eye(len(names))
     for pair, value in correlation.items():
         if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
-            raise ModelError(f"A correlation is that of a pair of parameters, as in {{('a', 'b'): 0.5}}; got {pair!r}.")
+            raise ModelError(
+                f"correlation must have pairs of different parameters as keys, as in {{('a', 'b'): 0.5}}; got {pair!r}."
+            )
         unknown = [name for name in pair if name not in names]
         if unknown:
-            raise ModelError(f"{unknown[0]!r} has no distribution, but a correlation.{suggestion(unknown[0], names)}")
+            raise ModelError(f"{unknown[0]!r} has a correlation but no distribution.{suggestion(unknown[0], names)}")
         i, j = (names.index(name) for name in pair)
         matrix[i, j] = matrix[j, i] = value
     try:

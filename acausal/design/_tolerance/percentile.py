@@ -1,4 +1,4 @@
-"""A percentile of a result as a function of the design, for designs that most specimens keep up with."""
+"""`percentile_of`: a percentile of a result as a function of the design, for robust optimisation."""
 
 from collections.abc import Mapping
 
@@ -29,18 +29,17 @@ def percentile_of(
     n: int = 64,
     seed: int = 0,
 ) -> Function:
-    """The p-th percentile of a result among `n` members about any design, as a function of that design.
+    """The p-th percentile of a result among `n` members around a design, as a function of the design.
 
         slow = percentile_of(drive, {"motor.resistor.R": Normal(std="5 %")}, lambda s: s.t1, 95.0, run=...)
         optimise(drive, {"gear.ratio": (2.0, 20.0)}, (slow, "ms"))
 
-    The members are the same for all designs, from a Sobol sequence, so that the percentile is a smooth function with an
-    exact gradient, but for kinks where members change places. A parameter with a relative tolerance scatters by that
-    share of its value in the design, any other by the same differences as about `model`. The other arguments are those
-    of `Tolerance`.
+    All designs share the members of a Sobol sequence, so the percentile has an exact gradient and is smooth, except for
+    kinks where the order of members changes. A relative tolerance scales with the value in the design, an absolute one
+    does not. The other arguments are those of `Tolerance`.
     """
     if not 0.0 <= p <= 100.0:
-        raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
+        raise ParameterError(f"A percentile must be between 0 and 100, got {p}.")
     joint = JointDistribution.of(model, distributions, correlation)
     free, x0 = joint.free, joint.free.values(model)
     members = joint.parameters_at(sobol_scores(len(x0), member_count(n), seed))

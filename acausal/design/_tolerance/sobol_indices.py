@@ -1,4 +1,4 @@
-"""Sobol' indices: which share of a result's variance each parameter causes, alone and with others."""
+"""Sobol' indices: shares of the variance of a result that parameters cause, alone and with others."""
 
 import dataclasses
 
@@ -10,16 +10,16 @@ from ..._errors import SimulationError
 from ..._extras import Axes
 from .._sweep.batches import Outcomes
 
-REPLICATES = 200  # of the bootstrap
+REPLICATES = 200  # bootstrap samples
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Indices:
-    """Indices of results (rows) by parameters (columns); `print` it for a table.
+    """Sobol' indices of results (rows) and parameters (columns); `print` it for a table.
 
-    `first`: the share of the variance that a parameter causes by itself. `total`: what it causes in all combinations
-    with others. `first_error` and `total_error`: their standard errors, by bootstrap. `lost`: of the samples, those of
-    which a run failed. `unfinished`: those that an interrupt has left out.
+    `first`: share of the variance that a parameter causes alone. `total`: share including all interactions with others.
+    `first_error` and `total_error`: standard errors by bootstrap. `lost`: number of samples with a failed run.
+    `unfinished`: number of samples missing after an interrupt.
     """
 
     parameters: tuple[str, ...]
@@ -32,7 +32,7 @@ class Indices:
     unfinished: int = 0
 
     def plot(self, ax: Axes | None = None, result: str = "") -> Axes:
-        """Bars of both indices of one result with their errors, the largest on top; returns the matplotlib axes."""
+        """Draws bars of both indices of one result with their errors; returns the matplotlib axes."""
         from .plots import plot_indices
 
         return plot_indices(self, ax, result)
@@ -54,12 +54,12 @@ class Indices:
 def indices_of(
     parameters: tuple[str, ...], results: tuple[str, ...], outcomes: Outcomes, n: int, k: int, seed: int
 ) -> Indices:
-    """From n samples, each with the results at a row of A, of B, and of A with one column of B after the other."""
+    """Indices from n samples: each has a row of A, of B, and of A with one column of B after the other."""
     values = np.swapaxes(outcomes.values.reshape(n, k + 2, -1), 0, 1)
     good = np.all(outcomes.are_good.reshape(n, k + 2), axis=1)
     unfinished = int(np.sum(np.any(~outcomes.are_finished.reshape(n, k + 2), axis=1)))
     if np.sum(good) < 2:
-        raise SimulationError(f"Of {n} samples, {np.sum(good)} could be computed throughout: {outcomes.failed}.")
+        raise SimulationError(f"Only {np.sum(good)} of {n} samples could be computed: {outcomes.failed}.")
     values = values[:, good]
     rng, count = np.random.default_rng(seed), values.shape[1]
     estimates = _estimated(values)
@@ -71,11 +71,11 @@ def indices_of(
 
 
 def _estimated(values: Float[np.ndarray, "q n m"]) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of first order after Saltelli (2010) and in total after Jansen (1999)."""
+    """First-order indices by Saltelli (2010) and total ones by Jansen (1999)."""
     a, b, mixed = values[0], values[1], values[2:]
     variance = np.var(np.concatenate([a, b]), axis=0)
     safe = np.where(variance > 0.0, variance, 1.0)
-    # Values about their mean have less rounding and, in the first estimator, less scatter.
+    # Subtracting the mean reduces rounding errors and the scatter of the first estimator.
     first = np.mean((b - np.mean(b, axis=0)) * (mixed - a), axis=1) / safe
     total = 0.5 * np.mean((mixed - a) ** 2, axis=1) / safe
     return first.T, total.T

@@ -1,4 +1,4 @@
-"""The distribution of a result: its moments, percentiles, and the share that meets a specification."""
+"""The distribution of a result: moments, percentiles, yield and causes of the variance."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -20,10 +20,10 @@ SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
 
 @dataclasses.dataclass(frozen=True)
 class Cause:
-    """The part that the scatter of one parameter has in the variance of a result, to first order.
+    """Contribution of a parameter to the variance of a result, to first order.
 
-    `std`: standard deviation of the parameter, in its declared unit. `change`: that of the result for one such standard
-    deviation. `share`: of the variance; with correlated parameters it may be negative. All shares sum to one.
+    `std`: standard deviation of the parameter in its declared unit. `change`: change of the result for one standard
+    deviation. `share`: share of the variance, possibly negative for correlated parameters. Shares sum to one.
     """
 
     parameter: str
@@ -34,7 +34,7 @@ class Cause:
 
 
 def table_of(result: str, scale: Scale, causes: Sequence[Cause]) -> str:
-    """Lines of causes, the largest share first."""
+    """Table of causes, the largest share first."""
     rows = [
         [
             cause.parameter,
@@ -50,14 +50,14 @@ def table_of(result: str, scale: Scale, causes: Sequence[Cause]) -> str:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Spread:
-    """The distribution of one result, in SI units or whichever the function returns; `print` it for a table.
+    """The distribution of a result, in SI units or in the unit that the function returns; `print` it for a table.
 
     - `method`: "first order", "second order", "Monte Carlo" or "Sobol sequence".
-    - `std_error`: of the mean, where it is of independent samples.
-    - `samples`: values of the result: those that could be computed, or those of the polynomial that is the method's.
-    - `failed`: how many members could not be computed, by reason. They are in no mean and no percentile.
-    - `causes`: what each parameter has in the variance, for the method of first order.
-    - `unfinished`: how many members an interrupt has left out. They count nowhere.
+    - `std_error`: of the mean, for independent samples.
+    - `samples`: computed values of the result, or values of the second-order polynomial.
+    - `failed`: number of failed members by reason. Mean and percentiles exclude them.
+    - `causes`: contributions of parameters to the variance, for the first-order method.
+    - `unfinished`: number of members missing after an interrupt.
     """
 
     result: str
@@ -73,13 +73,13 @@ class Spread:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Shares of the variance by parameter, for the method of first order."""
+        """Shares of the variance by parameter, for the first-order method."""
         return {cause.parameter: cause.share for cause in self.causes}
 
     def percentile(self, p: npt.ArrayLike) -> Any:
-        """The value below which p per cent lie; several at once for a sequence."""
+        """The p-th percentile, or several for a sequence."""
         if not np.all((np.asarray(p) >= 0.0) & (np.asarray(p) <= 100.0)):
-            raise ParameterError(f"A percentile is between 0 and 100, got {p}.")
+            raise ParameterError(f"A percentile must be between 0 and 100, got {p}.")
         if self.method == "first order":
             from scipy.special import ndtri
 
@@ -89,7 +89,7 @@ class Spread:
         return float(found) if np.ndim(found) == 0 else found
 
     def share(self, low: Any = None, high: Any = None) -> "Yield":
-        """The share of members between two limits, with its interval of 95 % after Wilson; failed ones are outside."""
+        """The share of members between two limits, with its 95 % interval by Wilson. Failed members are outside."""
         if low is None and high is None:
             raise ModelError("A yield needs a limit: share(low=...), share(high=...) or both.")
         below = -np.inf if low is None else self._limit(low)
@@ -104,13 +104,13 @@ class Spread:
         return Yield(inside, *(_wilson(inside, n) if self.failed or self.std_error else (inside, inside)))
 
     def _limit(self, limit: Any) -> float:
-        """A limit in the unit of the result: a plain number is in it, and a text or a quantity has one of its own."""
+        """A limit in the unit of the result, from a number in this unit, a text or a quantity."""
         if not isinstance(limit, str) and not has_unit(limit):
             return float(limit)
         return float(self.scale.zero + self.scale.factor * number_in(limit, self.scale.unit, self.result)[0])
 
     def plot(self, ax: Axes | None = None, limits: Any = ()) -> Axes:
-        """A histogram beside the normal distribution of this mean and spread, percentiles, and `limits` in SI units."""
+        """Draws a histogram, the normal distribution, percentiles and `limits` in SI units; returns the axes."""
         from .plots import plot_spread
 
         return plot_spread(self, ax, limits)
@@ -128,7 +128,7 @@ class Spread:
 
 @dataclasses.dataclass(frozen=True)
 class Yield:
-    """The share of members within a specification, and the interval that it is known to."""
+    """The share of members within a specification, with its confidence interval."""
 
     share: float
     low: float
@@ -139,14 +139,14 @@ class Yield:
 
 
 class Spreads(dict[str, Spread]):
-    """The distributions of several results by name; `print` it for a table."""
+    """Distributions of several results by name; `print` it for a table."""
 
     def __str__(self) -> str:
         return table(list(self.values()))
 
 
 def table(spreads: list[Spread]) -> str:
-    """Lines of distributions, what failed, and what causes the variance."""
+    """Table of distributions, failures and causes of the variance."""
     head = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
     lines = [aligned([head, *(spread.row() for spread in spreads)])]
     failed = next((spread.failed for spread in spreads if spread.failed), {})
@@ -157,7 +157,7 @@ def table(spreads: list[Spread]) -> str:
 
 
 def _wilson(share: float, n: int) -> tuple[float, float]:
-    """Wilson (1927): the interval of 95 % of a binomial share."""
+    """95 % interval of a binomial share (Wilson, 1927)."""
     z = 1.959963984540054
     centre = (share + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))

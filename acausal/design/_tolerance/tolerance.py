@@ -1,4 +1,4 @@
-"""`Tolerance`: how results scatter with the parameters."""
+"""`Tolerance`: scatter of results caused by scatter of parameters."""
 
 import functools as ft
 from collections.abc import Callable, Mapping
@@ -22,18 +22,18 @@ from .spread import Cause, Spread, Spreads
 from .worst import Worst, worst
 
 M = TypeVar("M", bound=Component)
-SURROGATE = 2**16  # samples of the polynomial of second order
+SURROGATE = 2**16  # samples of the second-order polynomial
 
 
 class Members(NamedTuple):
-    """Sampled parameters, row by row in the order of `Tolerance.names`, with their results and codes."""
+    """Sampled parameters in the order of `Tolerance.names`, with their results and codes."""
 
     parameters: Float[np.ndarray, "n k"]
     outcomes: Outcomes
 
 
 class Tolerance(Generic[M]):
-    """How results of a model scatter where its parameters do.
+    """Scatter of results of a model caused by scatter of its parameters.
 
         study = Tolerance(
             drive,
@@ -45,16 +45,15 @@ class Tolerance(Generic[M]):
 
     - `distributions`: by path, or by a tuple of paths that share a value: `Normal`, `Uniform`, `Triangular` or
       `Samples`.
-    - `results`: a function of the run, with the unit to show it in, or a dictionary of these by name.
-    - `run`: a function of the model that returns what the other functions take; without it, they take the model.
-    - `correlation`: of pairs of parameters, `{("a", "b"): 0.5}`. It is that of the normal scores (a Gaussian copula),
-      and so of the values themselves where both are normal.
-    - `executor`: where batches run, an object with `submit` as those of `concurrent.futures`; by default threads on all
-      cores.
+    - `results`: a function of the run, with its display unit, or a dictionary of these by name.
+    - `run`: a function of the model that returns the argument of the other functions; by default the model.
+    - `correlation`: of pairs of parameters, `{("a", "b"): 0.5}`. It applies to normal scores (a Gaussian copula), and
+      so to the values of normal parameters.
+    - `executor`: an object with `submit` as in `sweep`; by default threads on all cores.
 
-    Laws: GUM (JCGM 100) for the methods of first and second order, JCGM 101 for Monte Carlo.
+    Source: GUM (JCGM 100) for the first- and second-order methods, JCGM 101 for Monte Carlo.
 
-    Raises `ModelError` or `ParameterError` for what is wrong with names, numbers and units.
+    Raises `ModelError` or `ParameterError` for invalid names, numbers and units.
     """
 
     def __init__(
@@ -79,7 +78,7 @@ class Tolerance(Generic[M]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters that scatter."""
+        """Names of the parameters that scatter."""
         return self.free.names
 
     @property
@@ -92,13 +91,13 @@ class Tolerance(Generic[M]):
         return self._joint.covariance
 
     def parameters_at(self, scores: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n k"]:
-        """Parameters from independent scores of the standard normal distribution."""
+        """Parameters from independent standard normal scores."""
         return self._joint.parameters_at(scores)
 
     def first_order(self) -> Spreads:
         """Mean f(E x) and variance g^T S g from the gradient g at the means and the covariance S of the parameters.
 
-        The print shows which share of the variance each parameter causes: g_i (S g)_i / g^T S g.
+        Each parameter causes the share g_i (S g)_i / g^T S g of the variance.
         """
         values, gradient = self._derivatives
         found = Spreads()
@@ -115,11 +114,10 @@ class Tolerance(Generic[M]):
         return found
 
     def second_order(self) -> Spreads:
-        """From the polynomial of second order about the means, with exact second derivatives H.
+        """Distribution of the second-order polynomial about the means, with exact second derivatives H.
 
-        The mean is f + tr(H S)/2. Spread and percentiles are those of the polynomial, of which many members of a Sobol
-        sequence are taken, as they cost nothing. Raises `SimulationError` where there are no second derivatives, as
-        `hessian` does.
+        The mean is f + tr(H S)/2. Standard deviation and percentiles come from many samples of the polynomial. Raises
+        `SimulationError` if there are no second derivatives, as `hessian` does.
         """
         values, gradient = self._derivatives
         hessian = self._hessian
@@ -135,29 +133,28 @@ class Tolerance(Generic[M]):
     def monte_carlo(
         self, n: int = 1000, *, seed: int = 0, progress: Progress | bool | None = None, scores: np.ndarray | None = None
     ) -> Spreads:
-        """From `n` independent members, drawn by numpy's `default_rng(seed)`, or from `scores` of one's own.
+        """Distribution of `n` independent members, drawn by `numpy.random.default_rng(seed)`, or of given `scores`.
 
-        The distributions hold the members that could be computed; the others are counted by reason. `progress` is as in
-        `sweep`, or a function of how many members are done and how many there are. After an interrupt from the
-        keyboard, the distributions are those of the members that are finished, and say how many are missing.
+        Failed members are excluded and counted by reason. `progress` is as in `sweep`, or a function of the numbers of
+        finished and of all members. After a keyboard interrupt, unfinished members are excluded and counted.
         """
         if scores is None:
             scores = np.random.default_rng(seed).standard_normal((member_count(n), len(self.names)))
         return self._sampled("Monte Carlo", np.asarray(scores, float), progress)
 
     def sobol_sequence(self, n: int = 1024, *, seed: int = 0, progress: Progress | bool | None = None) -> Spreads:
-        """From `n` members of a scrambled Sobol sequence, which fills the space evenly; a power of two is best."""
+        """Distribution of `n` members of a scrambled Sobol sequence; a power of two is best."""
         return self._sampled("Sobol sequence", sobol_scores(len(self.names), member_count(n), seed), progress)
 
     def members(
         self, scores: Float[np.ndarray, "n k"], progress: Progress | bool | None = None, what: str = "members"
     ) -> Members:
-        """The runs of members that are given by independent scores; `what` is what the bar calls them."""
+        """Runs of members given by independent standard normal scores; `what` labels the bar."""
         x = self.parameters_at(scores)
         return Members(x, evaluated(self._batch, x, what, executor=self._executor, progress=progress))
 
     def indices(self, n: int = 512, *, seed: int = 0, progress: Progress | bool | None = None) -> Indices:
-        """Sobol' indices of first order and in total, by n (k + 2) runs for k parameters; these have to be independent.
+        """First-order and total Sobol' indices by n (k + 2) runs for k independent parameters.
 
         Estimators: Saltelli and others (2010), Computer Physics Communications 181, 259-270, table 2 (b) and (f).
         """
@@ -167,19 +164,19 @@ class Tolerance(Generic[M]):
         both = sobol_scores(2 * k, member_count(n), seed)
         first, second = both[:, :k], both[:, k:]
         mixed = [np.where(np.arange(k) == i, second, first) for i in range(k)]
-        # Sample by sample, so that an interrupt leaves whole ones.
+        # Sample by sample, so that an interrupt leaves complete samples.
         scores = np.stack([first, second, *mixed], axis=1).reshape(n * (k + 2), k)
         found = self.members(scores, progress, "Sobol indices")
         return indices_of(self.names, self._columns[0], found.outcomes, n, k, seed)
 
     def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
-        """The least and the greatest value of a result within the tolerances, and where they are.
+        """The smallest and the largest value of a result within the tolerances, and their parameters.
 
-        The box goes to the limits of bounded distributions and to so many standard deviations of `Normal` ones; that
-        parameters are correlated is not considered. Found by scipy's L-BFGS-B with exact gradients, from the corner
-        that the gradient at the mean points to and from further starts.
+        The box extends to the bounds of distributions, and to `sigmas` standard deviations of `Normal` ones; it ignores
+        correlations. The search uses L-BFGS-B of scipy with exact gradients, from the corner in the direction of the
+        gradient at the means and from further starts.
 
-        Raises `ParameterError` where the box leaves the range of a parameter.
+        Raises `ParameterError` if the box leaves the range of a parameter.
         """
         _, gradient = self._derivatives
         row, box = self._row(result), self._joint.box(self.model, sigmas)
@@ -201,7 +198,7 @@ class Tolerance(Generic[M]):
 
     def _sampled(self, method: str, scores: np.ndarray, progress: Progress | bool | None) -> Spreads:
         if scores.ndim != 2 or scores.shape[1] != len(self.names):
-            raise ModelError(f"scores need a column for each of {len(self.names)} parameters, got {scores.shape}.")
+            raise ModelError(f"scores must have a column for each of {len(self.names)} parameters, got {scores.shape}.")
         outcomes = self.members(scores, progress, method).outcomes
         good = outcomes.values[outcomes.are_good]
         unfinished = int(np.sum(~outcomes.are_finished))
@@ -220,7 +217,7 @@ class Tolerance(Generic[M]):
 
     @ft.cached_property
     def _derivatives(self) -> tuple[np.ndarray, np.ndarray]:
-        """Results at the means and their derivatives."""
+        """Results and derivatives at the means."""
         found = self._evaluator(self.means)
         if not found.is_good:
             raise SimulationError(f"The model cannot be computed with the means of its parameters: {found.why}.")

@@ -1,4 +1,4 @@
-"""The worst case: the least and the greatest value of a result within a box of tolerances."""
+"""Worst case: the smallest and the largest value of a result within a tolerance box."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -11,14 +11,12 @@ from ..._errors import SimulationError
 from ..._units.display import Scale
 from .._compute.evaluator import Evaluator
 
-REFUSED = 1e6  # value of a place that cannot be computed, in sizes of the result
+REFUSED = 1e6  # scaled value of a point that cannot be computed
 
 
 @dataclasses.dataclass(frozen=True)
 class Worst:
-    """Both ends of a result within the tolerances, and the parameters there, by name, in `units`; `print` it for a
-    table.
-    """
+    """Both ends of a result within the tolerances, with their parameters by name; `print` it for a table."""
 
     result: str
     scale: Scale
@@ -55,13 +53,13 @@ def worst(
 def _end(
     evaluator: Evaluator, row: int, box: np.ndarray, sign: float, gradient: np.ndarray, starts: int, seed: int
 ) -> tuple[float, np.ndarray]:
-    """The least of sign times the result."""
+    """The minimum of `sign` times the result."""
     from scipy.optimize import minimize
 
     low, width = box[:, 0], box[:, 1] - box[:, 0]
     size = float(np.sum(np.abs(gradient) * width)) or 1.0
     corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
-    # In the corner itself the search would end at once; from a little inside, it follows the gradient there.
+    # In the corner itself the search would end immediately.
     places = [0.02 + 0.96 * corner, *np.random.default_rng(seed).random((max(starts - 1, 0), len(low)))]
 
     def function(z: np.ndarray) -> tuple[float, np.ndarray]:
