@@ -10,13 +10,12 @@ Seeger, Linear Algebra Appl. 292 (1999) 1).
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
 
-from .differences import from_sides
 from .first_order import ACTIVE, DEPENDENT, Multipliers, stationarity
 from .point import Bounds, Point, PointAt
 
@@ -136,7 +135,7 @@ def slopes_along(
 def _column(slopes: dict[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A column of the Hessian, its error, and the difference between its one-sided values."""
     none = np.zeros(len(slopes[0]))
-    sides = from_sides(slopes, STEP)
+    sides = one_sided_derivatives(slopes, STEP)
     if len(sides) == 2:
         once, twice = ((slopes[k] - slopes[-k]) / (2.0 * k * STEP) for k in (1, 2))
         return (4.0 * once - twice) / 3.0, (once - twice) / 3.0, sides[0] - sides[1]
@@ -144,3 +143,12 @@ def _column(slopes: dict[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.n
         sign = 1 if 1 in slopes else -1
         return sides[0], sides[0] - sign * (slopes[sign] - slopes[0]) / STEP, none
     return none + np.nan, none, none
+
+
+def one_sided_derivatives(values: Mapping[int, np.ndarray], step: float) -> list[np.ndarray]:
+    """Second-order one-sided derivatives, right then left, from values at multiples of a step.
+
+    A side with a missing value is left out.
+    """
+    sides = {sign: [values[sign * k] for k in (0, 1, 2)] for sign in (1, -1) if {sign, 2 * sign} <= values.keys()}
+    return [sign * (4.0 * once - twice - 3.0 * here) / (2.0 * step) for sign, (here, once, twice) in sides.items()]

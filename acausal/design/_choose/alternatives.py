@@ -149,20 +149,13 @@ def run_of_pair(run: Function, pair: tuple[Any, Figures]) -> tuple[Any, Figures]
 
 def on_pair(function: Callable[..., Any]) -> Callable[[tuple[Any, Figures]], Any]:
     """A function of a run, or of a run and figures, as a function of the pair (run, figures)."""
-    return ft.partial(_with_figures if _takes_two(function) else _without, function)
-
-
-def _takes_two(function: Callable[..., Any]) -> bool:
     needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
-    return sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in needed) == 2
+    takes_two = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in needed) == 2
+    return ft.partial(_on_first, function, 2 if takes_two else 1)
 
 
-def _with_figures(function: Callable[..., Any], pair: tuple[Any, Figures]) -> Any:
-    return function(*pair)
-
-
-def _without(function: Callable[..., Any], pair: tuple[Any, Figures]) -> Any:
-    return function(pair[0])
+def _on_first(function: Callable[..., Any], n: int, pair: tuple[Any, Figures]) -> Any:
+    return function(*pair[:n])
 
 
 def held(function: Callable[..., Any], figures: Figures) -> Function:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, suggestion
-from .._problem.limits import Limit, Objective, limits_of, objectives_of
+from .._problem.limits import Objective, limits_of, objectives_of
 from .._problem.types import Executor, Function
 from .._sweep.batches import COMPUTED, Batch, Outcomes, code_names, said
 from .._sweep.pieces import compile_together, evaluated
@@ -91,7 +91,7 @@ def choose(
         raise SimulationError(f"None of {len(codes)} combinations could be computed: {said(int(codes[0]))}")
     values = np.where((codes == COMPUTED)[:, None], results[:, [owners.index(o.name) for o in objectives]], np.nan)
     stated = [(limits[owner][1], i) for i, owner in enumerate(owners) if owner in limits]
-    excess = [_excess(limit, results[:, i]) for limit, i in stated]
+    excess = [np.asarray(limit.excess(results[:, i])) for limit, i in stated]
     table = np.stack(excess, axis=1) if excess else np.zeros((len(codes), 0))
     asked = Asked(
         minimise if isinstance(minimise, Mapping) else {"objective": minimise}, constraints or {}, run, failures or {}
@@ -118,8 +118,3 @@ def _check_owners(
             f"{other[0]} returned {own.count(other[0])} numbers for {structure.name}, but {first.count(other[0])} "
             "for the first model. Return equally many."
         )
-
-
-def _excess(limit: Limit, values: np.ndarray) -> np.ndarray:
-    excess = np.asarray(limit.excess(values))
-    return np.abs(excess) if limit.is_equation else excess

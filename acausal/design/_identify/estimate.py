@@ -8,6 +8,7 @@ from typing import Generic, NamedTuple, TypeVar
 import jax
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.stats import t
 
 from ..._declare.component import Component
 from ..._errors import UnknownNameError, suggestion
@@ -188,8 +189,6 @@ class Estimate(Generic[M]):
 
     @property
     def _quantile(self) -> float:
-        from scipy.stats import t
-
         return float(t.ppf(0.5 + 0.5 * self.level, self.noise_freedom))
 
     @property

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from ..._extras import Axes, Panels, given_or_new, panels
 from .estimate import Channel
@@ -28,8 +29,6 @@ def plot_fit(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
 
 def plot_residuals(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
     """A row for each channel: residuals in order, and their quantiles over those of the normal distribution."""
-    from scipy.special import ndtri
-
     axes = _panels(axes, len(fit.channels), 2)
     for (left, right), channel in zip(axes, fit.channels, strict=True):
         residuals = fit.residuals[channel.label]

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.optimize import root_scalar
+from scipy.stats import t
 
 from ..._errors import ParameterError, SimulationError
 from ..._extras import Axes
@@ -45,8 +47,6 @@ class Profile:
 
 def profile(fit: Estimate[Any], index: int, points: int, level: float) -> Profile:
     """Profile from the estimate to either side until chi2 reaches the threshold."""
-    from scipy.stats import t
-
     if not 0.0 < level < 1.0:
         raise ParameterError(f"level must be between 0 and 1, got {level}.")
     rise = float(t.ppf(0.5 + 0.5 * level, fit.noise_freedom)) ** 2
@@ -102,8 +102,6 @@ def _first_guess(fit: Estimate[Any], index: int, rise: float, farthest: float) -
 
 def _crossing(risen: Any, guess: float, farthest: float, rise: float) -> float | None:
     """Distance at which chi2 has risen by `rise`; None if it does not rise so far."""
-    from scipy.optimize import root_scalar
-
     low, high = 0.0, guess
     for _ in range(TRIES):
         if risen(high) >= rise:

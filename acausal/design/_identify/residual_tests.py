@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.stats import chi2, jarque_bera, shapiro
 
 from .estimate import Estimate
 
@@ -43,8 +44,6 @@ def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
 
 def _size(fit: Estimate[Any]) -> ResidualTest:
     """Two-sided chi2 test, for residuals that are too large or too small for the noise."""
-    from scipy.stats import chi2
-
     low, high = chi2.cdf(fit.chi2, fit.dof), chi2.sf(fit.chi2, fit.dof)
     about = f"chi2 with {fit.dof} degrees of freedom"
     return ResidualTest("size", about, fit.chi2, float(min(1.0, 2 * min(low, high))))
@@ -52,16 +51,12 @@ def _size(fit: Estimate[Any]) -> ResidualTest:
 
 def _normality(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
     """Shapiro and Wilk (1965), or Jarque and Bera (1980) for more than `MOST` values."""
-    from scipy.stats import jarque_bera, shapiro
-
     outcome: Any = shapiro(residuals) if len(residuals) <= MOST else jarque_bera(residuals)
     return ResidualTest("normality", label, float(outcome.statistic), float(outcome.pvalue))
 
 
 def _whiteness(residuals: Float[np.ndarray, " n"], label: str) -> ResidualTest:
     """Ljung and Box (1978): Q = n (n + 2) sum r_k^2/(n - k) over the autocorrelations r_k, chi2-distributed."""
-    from scipy.stats import chi2
-
     n = len(residuals)
     lags = min(10, n // 4)
     centred = residuals - np.mean(residuals)

@@ -31,8 +31,8 @@ class LimitedResult(NamedTuple):
 
     @property
     def margin(self) -> float:
-        excess = self.limit.violation(self.value) if self.limit.is_equation else self.limit.excess(self.value)
-        return 0.0 if abs(excess) < ROUNDING else -float(excess)
+        excess = float(self.limit.excess(self.value))
+        return 0.0 if abs(excess) < ROUNDING else -excess
 
     @property
     def is_broken(self) -> bool:

@@ -52,7 +52,7 @@ class ProgressReport:
 
 
 def _worst(task: Task, values: np.ndarray) -> str:
-    broken = [float(limit.violation(values[row])) for limit, row in zip(task.limits, task.rows, strict=True)]
+    broken = [float(limit.excess(values[row])) for limit, row in zip(task.limits, task.rows, strict=True)]
     if max(broken, default=0.0) <= 1e-6:
         return ""
     worst = int(np.argmax(broken))

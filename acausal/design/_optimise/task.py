@@ -66,7 +66,7 @@ class Task:
     def point(self, z: np.ndarray, found: Evaluation) -> Point:
         slopes = np.asarray(self.free.slopes(found.x))
         sign = np.array([limit.sign / limit.size for limit in self.limits])
-        excess = [limit.excess(found.values[row]) for limit, row in zip(self.limits, self.rows, strict=True)]
+        excess = [limit.constraint(found.values[row]) for limit, row in zip(self.limits, self.rows, strict=True)]
         return Point(
             np.array(z, float),
             float((found.values[self.objective] - self.zero) / self.size),

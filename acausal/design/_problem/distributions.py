@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
 
 from ..._errors import ParameterError
 from ..._units.display import Scale
@@ -70,8 +72,6 @@ class Bounded(abc.ABC):
 
     def of_score(self, z: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """Values from standard normal scores."""
-        from scipy.special import ndtr
-
         return self.quantile(ndtr(z))
 
 
@@ -208,9 +208,6 @@ def member_count(n: int) -> int:
 
 def sobol_scores(dimensions: int, n: int, seed: int) -> Float[np.ndarray, "n k"]:
     """Standard normal scores of `n` members of a scrambled Sobol sequence."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about n that is not a power of two
         points = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random(n)

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import re
 from collections.abc import Mapping
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -51,14 +51,14 @@ class Limit:
         """The size that violations are relative to."""
         return abs(self.value) or self.measure
 
-    def excess(self, result: Numbers) -> Numbers:
-        """Signed violation relative to the size of the limit; negative if the limit is satisfied."""
+    def constraint(self, result: Numbers) -> Numbers:
+        """Scaled constraint: at most zero if the limit is satisfied, zero for an equation."""
         return self.sign * (result - self.value) / self.size
 
-    def violation(self, result: Numbers) -> Numbers:
-        """Violation relative to the size of the limit; zero if the limit is satisfied."""
-        excess = self.excess(result)
-        return np.abs(excess) if self.is_equation else np.maximum(excess, 0.0)
+    def excess(self, result: Numbers) -> Numbers:
+        """Violation relative to the size of the limit; negative for an inequality that is satisfied."""
+        constraint = self.constraint(result)
+        return np.abs(constraint) if self.is_equation else constraint
 
     @property
     def text(self) -> str:
@@ -110,12 +110,5 @@ def limits_of(constraints: Mapping[str, object] | None) -> dict[str, tuple[Funct
         number, unit = number_in(parts[2], "", name)
         if not math.isfinite(number):
             raise ParameterError(f"{name}: a limit must be finite, got {text!r}. Leave out a constraint without one.")
-        found[name] = function, Limit(name, _sense(parts[1]), number, scale_of(unit, "", name))
+        found[name] = function, Limit(name, cast(Sense, parts[1]), number, scale_of(unit, "", name))
     return found
-
-
-def _sense(text: str) -> Sense:
-    match text:
-        case "<=" | ">=" | "==":
-            return text
-    raise AssertionError(text)

@@ -15,7 +15,7 @@ from ..._errors import SimulationError
 from ..._integrate.failure import trials
 from ..._progress import compiling
 from ..._units.display import Scale
-from .._certificate.differences import from_sides
+from .._certificate.second_order import one_sided_derivatives
 from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.free_parameters import single_parameters
 from .._problem.limits import objectives_of
@@ -141,7 +141,7 @@ def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, s
     slope, bend = (
         np.max([np.abs(one - every[0]) for one in every.values()], axis=0) / (2.0 * step) for every in (values, slopes)
     )
-    return _Beside(from_sides(values, step), from_sides(slopes, step), slope, bend, why)
+    return _Beside(one_sided_derivatives(values, step), one_sided_derivatives(slopes, step), slope, bend, why)
 
 
 def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:

@@ -1,6 +1,6 @@
 """`sensitivities`: sensitivities of results to all parameters, as a sorted table and chart."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..._extras import Axes
 from ..._units.display import Scale
 from .._compute.evaluator import Evaluator
 from .._problem.free_parameters import free_parameters
-from .._problem.limits import Objective, objectives_of
+from .._problem.limits import objectives_of
 from .._problem.types import Function, One
 
 MOST = 15  # rows of a chart
@@ -88,26 +88,18 @@ def sensitivities(
 
     Raises `SimulationError` if a result cannot be computed.
     """
-    objectives = objectives_of(results, "result")
-    found = dict(_tables(model, {objective.name: objective for objective in objectives}, run))
-    return found if isinstance(results, Mapping) else next(iter(found.values()))
-
-
-def _tables(
-    model: Component, objectives: Mapping[str, Objective], run: Function | None
-) -> Iterator[tuple[str, SensitivityTable]]:
+    objectives = {objective.name: objective for objective in objectives_of(results, "result")}
     free = free_parameters(model, {path: None for path, value in parameters(model).items() if np.size(value)})
     evaluator = Evaluator(model, free, {name: objective.function for name, objective in objectives.items()}, run)
     x = free.values(model)
-    found = evaluator(x)
+    found, tables = evaluator(x), {}
     if not found.is_good:
         raise SimulationError(f"There are no sensitivities: {found.why}.")
-    for i, (owner, name) in enumerate(zip(evaluator.owners, evaluator.names, strict=True)):
-        value = float(found.values[i])
-        slopes = found.jacobian[i]
+    columns = (evaluator.owners, evaluator.names, found.values.tolist(), found.jacobian)
+    for owner, name, value, slopes in zip(*columns, strict=True):
         relative = slopes * x / value if value else np.full(len(x), np.nan)
-        columns = (free.names, free.units, x.tolist(), slopes.tolist(), relative.tolist())
-        rows = [SensitivityRow(*row) for row in zip(*columns, strict=True)]
-        ordered = sorted(rows, key=lambda row: -abs(row.relative) if value else -abs(row.per_unit * row.value))
-        scale = objectives[owner].scale
-        yield name, SensitivityTable(name, scale, value, tuple(ordered))
+        cells = (free.names, free.units, x.tolist(), slopes.tolist(), relative.tolist())
+        rows = [SensitivityRow(*row) for row in zip(*cells, strict=True)]
+        rows.sort(key=lambda row: -abs(row.per_unit * row.value) if np.isnan(row.relative) else -abs(row.relative))
+        tables[name] = SensitivityTable(name, objectives[owner].scale, value, tuple(rows))
+    return tables if isinstance(results, Mapping) else next(iter(tables.values()))

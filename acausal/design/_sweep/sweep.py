@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import ndtr
 
 from ..._declare.component import Component
 from ..._errors import ModelError, ParameterError
@@ -172,8 +173,6 @@ def listed(model: Component, rows: Sequence[Mapping[Any, Any]]) -> SweepMembers:
 
 
 def _sampled(model: Component, sample: Sample) -> SweepMembers:
-    from scipy.special import ndtr
-
     free = single_parameters(model, sample.of, SWEPT)
     scores = sobol_scores(len(free.variables), member_count(sample.n), sample.seed)
     columns = []

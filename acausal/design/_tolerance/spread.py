@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from jaxtyping import Float
+from scipy.special import ndtr, ndtri
 
 from ..._analyse.table import aligned
 from ..._errors import ModelError, ParameterError
@@ -81,8 +82,6 @@ class Spread:
         if not np.all((np.asarray(p) >= 0.0) & (np.asarray(p) <= 100.0)):
             raise ParameterError(f"A percentile must be between 0 and 100, got {p}.")
         if self.method == "first order":
-            from scipy.special import ndtri
-
             found = self.mean + self.std * ndtri(np.asarray(p, float) / 100.0)
         else:
             found = np.percentile(self.samples, np.asarray(p, float))
@@ -96,8 +95,6 @@ class Spread:
         above = np.inf if high is None else self._limit(high)
         n = len(self.samples) + sum(self.failed.values())
         if self.method == "first order":
-            from scipy.special import ndtr
-
             inside = float(ndtr((above - self.mean) / self.std) - ndtr((below - self.mean) / self.std))
             return Yield(inside, inside, inside)
         inside = float(np.sum((self.samples >= below) & (self.samples <= above))) / n

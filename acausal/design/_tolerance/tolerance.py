@@ -101,7 +101,7 @@ class Tolerance(Generic[M]):
         """
         values, gradient = self._derivatives
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._batch.columns, strict=True)):
             g = gradient[i]
             variance = float(g @ self.covariance @ g)
             shares = g * (self.covariance @ g) / (variance or 1.0)
@@ -123,7 +123,7 @@ class Tolerance(Generic[M]):
         hessian = self._hessian
         steps = self.parameters_at(sobol_scores(len(self.names), SURROGATE, 0)) - self.means
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._batch.columns, strict=True)):
             mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
             samples = values[i] + steps @ gradient[i] + 0.5 * np.einsum("ni,ij,nj->n", steps, hessian[i], steps)
             std = float(np.std(samples))
@@ -167,7 +167,7 @@ class Tolerance(Generic[M]):
         # Sample by sample, so that an interrupt leaves complete samples.
         scores = np.stack([first, second, *mixed], axis=1).reshape(n * (k + 2), k)
         found = self.members(scores, progress, "Sobol indices")
-        return indices_of(self.names, self._columns[0], found.outcomes, n, k, seed)
+        return indices_of(self.names, self._batch.columns[0], found.outcomes, n, k, seed)
 
     def worst_case(self, result: str = "", *, sigmas: float = 3.0, starts: int = 4, seed: int = 0) -> Worst:
         """The smallest and the largest value of a result within the tolerances, and their parameters.
@@ -180,16 +180,11 @@ class Tolerance(Generic[M]):
         """
         _, gradient = self._derivatives
         row, box = self._row(result), self._joint.box(self.model, sigmas)
-        owner = self._columns[1][row]
+        owner = self._batch.columns[1][row]
         return worst(self._evaluator, row, box, gradient[row], self._scales[owner], starts, seed)
 
-    @ft.cached_property
-    def _columns(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The names of the results, and which function each of them is from."""
-        return self._batch.columns
-
     def _row(self, result: str) -> int:
-        names = self._columns[0]
+        names = self._batch.columns[0]
         if not result and len(names) == 1:
             return 0
         if result not in names:
@@ -206,7 +201,7 @@ class Tolerance(Generic[M]):
             reasons = ", ".join(f"{reason} ({number})" for reason, number in outcomes.failed.items())
             raise SimulationError(f"Fewer than two of {len(scores)} members could be computed: {reasons}.")
         found = Spreads()
-        for i, (name, owner) in enumerate(zip(*self._columns, strict=True)):
+        for i, (name, owner) in enumerate(zip(*self._batch.columns, strict=True)):
             mean, std = float(np.mean(good[:, i])), float(np.std(good[:, i], ddof=1))
             error = std / np.sqrt(len(good)) if method == "Monte Carlo" else 0.0
             found[name] = Spread(

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize
 
 from ..._analyse.table import aligned
 from ..._errors import SimulationError
@@ -54,8 +55,6 @@ def _end(
     evaluator: Evaluator, row: int, box: np.ndarray, sign: float, gradient: np.ndarray, starts: int, seed: int
 ) -> tuple[float, np.ndarray]:
     """The minimum of `sign` times the result."""
-    from scipy.optimize import minimize
-
     low, width = box[:, 0], box[:, 1] - box[:, 0]
     size = float(np.sum(np.abs(gradient) * width)) or 1.0
     corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
