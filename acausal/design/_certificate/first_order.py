@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg, optimize
 
-from .point import FEASIBLE, Bounds, Point
+from .point import FEASIBLE, Bounds, Point, violation
 
 OPTIMAL = 1e-6  # tolerance of the KKT residual
 NEAR = 1e-3  # tolerance of active constraints at an inaccurate point
@@ -131,7 +131,5 @@ def residual(point: Point, multipliers: Multipliers, is_equation: np.ndarray, sc
 
     `scale` normalises gradients and multipliers.
     """
-    broken = np.where(is_equation, np.abs(point.c), np.maximum(point.c, 0.0))
-    slack = multipliers.constraints * point.c / scale
-    parts = (stationarity(point, multipliers) / scale, broken, slack)
-    return float(max(np.max(np.abs(part), initial=0.0) for part in parts))
+    parts = np.append(stationarity(point, multipliers), multipliers.constraints * point.c) / scale
+    return max(float(np.max(np.abs(parts), initial=0.0)), violation(point, is_equation))

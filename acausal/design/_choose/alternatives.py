@@ -158,6 +158,6 @@ def _on_first(function: Callable[..., Any], n: int, pair: tuple[Any, Figures]) -
     return function(*pair[:n])
 
 
-def held(function: Callable[..., Any], figures: Figures) -> Function:
+def with_figures(function: Callable[..., Any], figures: Figures) -> Function:
     """A function of the run alone, with the figures of a combination."""
     return lambda run: on_pair(function)((run, figures))

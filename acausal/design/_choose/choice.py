@@ -16,15 +16,15 @@ from .._optimise.design import Design
 from .._optimise.optimise import optimise
 from .._problem.limits import Limit, Objective
 from .._problem.types import Function, Key
-from .._sweep.batches import COMPUTED, code_names, said
-from .alternatives import DesignSpace, held
+from .._sweep.batches import COMPUTED, code_names, message_of
+from .alternatives import DesignSpace, with_figures
 
 M = TypeVar("M", bound=Component)
 BROKEN = 1e-9  # relative violation above which a limit is broken
 
 
 @dataclasses.dataclass(frozen=True)
-class Asked:
+class ChoiceProblem:
     """Objectives, constraints and run of the combinations."""
 
     minimise: Mapping[str, Any]
@@ -49,7 +49,7 @@ class Choice(Generic[M]):
     values: Float[np.ndarray, "n p"]
     excess: Float[np.ndarray, "n q"]
     codes: Int[np.ndarray, " n"]
-    _asked: Asked
+    _problem: ChoiceProblem
 
     @ft.cached_property
     def places(self) -> Int[np.ndarray, "n 2"]:
@@ -106,7 +106,7 @@ class Choice(Generic[M]):
         """Reasons against a combination: the limits that it violates, or its failure."""
         if not self.is_computed[i]:
             code = int(self.codes[i])
-            return (self._asked.failures.get(code_names()[code]) or said(code).split(". ")[0].rstrip("."),)
+            return (self._problem.failures.get(code_names()[code]) or message_of(code).split(". ")[0].rstrip("."),)
         broken = zip(self.limits, self.excess[i], strict=True)
         return tuple(f"{limit.name} {limit.text}" for limit, excess in broken if excess > BROKEN)
 
@@ -136,14 +136,14 @@ class Choice(Generic[M]):
         if start is None:
             raise ModelError("No combination is feasible. Give the one to start from, as in continuous(..., i=0).")
         number, place = self.places[start].tolist()
-        structure, asked = self.structures[number], self._asked
+        structure, problem = self.structures[number], self._problem
         model, figures = structure.of(place)
-        name, stated = next(iter(asked.minimise.items()))
+        name, stated = next(iter(problem.minimise.items()))
         function, *unit = stated if isinstance(stated, tuple) else (stated,)
-        constraints = {key: (held(pair[0], figures), pair[1]) for key, pair in asked.constraints.items()}
-        minimise = {name: (held(function, figures), *unit) if unit else held(function, figures)}
+        constraints = {key: (with_figures(pair[0], figures), pair[1]) for key, pair in problem.constraints.items()}
+        minimise = {name: (with_figures(function, figures), *unit) if unit else with_figures(function, figures)}
         free = {path: structure.span(path) for path in paths}
-        return optimise(model, free, minimise, **{"run": asked.run, "constraints": constraints, **options})
+        return optimise(model, free, minimise, **{"run": problem.run, "constraints": constraints, **options})
 
     def plot(self, ax: Axes | None = None, beside: object = None) -> Axes:
         """Draws feasible combinations over two objectives with the front, or ranked by one; returns the axes.

@@ -11,12 +11,12 @@ from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, suggestion
 from .._problem.limits import Objective, limits_of, objectives_of
 from .._problem.types import Executor, Function
-from .._sweep.batches import COMPUTED, Batch, Outcomes, code_names, said
+from .._sweep.batches import COMPUTED, Batch, Outcomes, code_names, message_of
 from .._sweep.pieces import compile_together, evaluated
 from .._sweep.store import store_of
 from .._sweep.sweep import chunk_of
 from .alternatives import DesignSpace, design_space, on_pair, run_of_pair
-from .choice import Asked, Choice
+from .choice import Choice, ChoiceProblem
 
 M = TypeVar("M", bound=Component)
 Table = Sequence[Mapping[Any, Any]]
@@ -88,15 +88,15 @@ def choose(
         found.append(evaluated(batch, structure.x, what, executor=executor, chunk=size, store=kept, progress=progress))
     results, codes = np.concatenate([one.values for one in found]), np.concatenate([one.codes for one in found])
     if not np.any(codes == COMPUTED):
-        raise SimulationError(f"None of {len(codes)} combinations could be computed: {said(int(codes[0]))}")
+        raise SimulationError(f"None of {len(codes)} combinations could be computed: {message_of(int(codes[0]))}")
     values = np.where((codes == COMPUTED)[:, None], results[:, [owners.index(o.name) for o in objectives]], np.nan)
     stated = [(limits[owner][1], i) for i, owner in enumerate(owners) if owner in limits]
     excess = [np.asarray(limit.excess(results[:, i])) for limit, i in stated]
     table = np.stack(excess, axis=1) if excess else np.zeros((len(codes), 0))
-    asked = Asked(
+    problem = ChoiceProblem(
         minimise if isinstance(minimise, Mapping) else {"objective": minimise}, constraints or {}, run, failures or {}
     )
-    return Choice(structures, objectives, tuple(limit for limit, _ in stated), values, table, codes, asked)
+    return Choice(structures, objectives, tuple(limit for limit, _ in stated), values, table, codes, problem)
 
 
 def _structures(model: Any, tables: Any) -> tuple[DesignSpace, ...]:

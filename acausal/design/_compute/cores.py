@@ -36,7 +36,7 @@ def on_all_cores(
                 rows = slice(first, first + min(size, share))
                 running[pool.submit(_timed, work, x[rows])] = rows
                 first = rows.stop
-            for future in finished(running):
+            for future in concurrent.futures.wait(running, LISTEN, concurrent.futures.FIRST_COMPLETED).done:
                 rows = running.pop(future)
                 found, seconds = future.result()
                 size = int(np.clip(SPAN * (rows.stop - rows.start) / max(seconds, 1e-9), 1, most))
@@ -57,11 +57,6 @@ def wait_for(futures: Iterable[concurrent.futures.Future[Any]]) -> None:
     """Waits until all futures are done."""
     while concurrent.futures.wait(futures, LISTEN).not_done:
         pass
-
-
-def finished(futures: Iterable[concurrent.futures.Future[T]]) -> set[concurrent.futures.Future[T]]:
-    """The futures that are done: at least one, or none after `LISTEN`."""
-    return concurrent.futures.wait(futures, LISTEN, concurrent.futures.FIRST_COMPLETED).done
 
 
 @contextlib.contextmanager

@@ -9,7 +9,6 @@ import numpy as np
 from ..._declare.node import leaves_of
 from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
 from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
-from .._certificate.point import Point
 from .._certificate.second_order import quadratic_of
 from .._compute.evaluator import Evaluation
 from .._problem.free import Place
@@ -31,12 +30,15 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
     is_unbounded = outcome.conflict is None and task.is_unbounded(point)
     is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
     idle = task.idle(point.z) if is_end else np.zeros(len(point.z), bool)
-    bent = _curvature(task, point, multipliers, idle) if is_end else UNKNOWN
+    curvature = UNKNOWN
+    if is_end:
+        quadratic = quadratic_of(task.at, point, multipliers, task.bounds, task.is_equation, idle)
+        curvature = curvature_of(task.at, point, quadratic, task.bounds, task.is_equation)
     # At an interior optimum the gradient vanishes, so the curvature gives the scale of slopes.
-    scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(bent.eigenvalues), initial=0.0))) or 1.0
+    scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(curvature.eigenvalues), initial=0.0))) or 1.0
     scale = scale if np.isfinite(scale) else 1.0
     kkt = residual(point, multipliers, task.is_equation, scale)
-    lost = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
+    unqualified_names = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
     results = tuple(
         LimitedResult(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True)
     )
@@ -46,7 +48,7 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         free=problem.free,
         x=found.x,
         start=trail.start,
-        status="unbounded" if is_unbounded else _status(outcome, kkt, bent, lost),
+        status="unbounded" if is_unbounded else _status(outcome, kkt, curvature, unqualified_names),
         objective_name=problem.objective.name,
         objective_scale=problem.objective.scale,
         objective=value,
@@ -57,8 +59,8 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         unmoved=tuple(
             one.name for one, is_one in zip(task.limits, unmoved(point, task.is_equation), strict=True) if is_one
         ),
-        unqualified=lost,
-        curvature=_shown(bent, task, value),
+        unqualified=unqualified_names,
+        curvature=_shown(curvature, task, value),
         idle=tuple(name for name, is_one in zip(problem.free.names, idle, strict=True) if is_one),
         conflict=_conflict(outcome),
         sensitivities=(),
@@ -69,28 +71,21 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
     )
 
 
-def _curvature(task: Task, point: Point, multipliers: Multipliers, idle: np.ndarray) -> Curvature:
-    quadratic = quadratic_of(task.at, point, multipliers, task.bounds, task.is_equation, idle)
-    return curvature_of(task.at, point, quadratic, task.bounds, task.is_equation)
-
-
-def _shown(bent: Curvature, task: Task, value: float) -> Curvature:
+def _shown(curvature: Curvature, task: Task, value: float) -> Curvature:
     """Curvature relative to the value of the objective, or to its size for a value of zero."""
     factor = task.size / abs(value) if abs(value) > 1e-6 * task.size else 1.0
-    return dataclasses.replace(
-        bent, eigenvalues=factor * bent.eigenvalues, error=factor * bent.error, kink=factor * bent.kink,
-        least=factor * bent.least,
-    )  # fmt: skip
+    scaled = {name: factor * getattr(curvature, name) for name in ("eigenvalues", "error", "kink", "least")}
+    return dataclasses.replace(curvature, **scaled)
 
 
-def _status(outcome: SearchResult, kkt: float, bent: Curvature, lost: tuple[str, ...]) -> Status:
+def _status(outcome: SearchResult, kkt: float, curvature: Curvature, unqualified_names: tuple[str, ...]) -> Status:
     if outcome.is_interrupted:
         return "interrupted"
     if outcome.conflict is not None:
         return "infeasible"
-    if kkt > OPTIMAL or bent.is_far or lost:
+    if kkt > OPTIMAL or curvature.is_far or unqualified_names:
         return "not converged"
-    return "optimal" if bent.is_minimum else "stationary"
+    return "optimal" if curvature.is_minimum else "stationary"
 
 
 def _conflict(outcome: SearchResult) -> dict[str, float]:

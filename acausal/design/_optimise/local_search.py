@@ -32,7 +32,7 @@ class Trail:
     steps: list[Evaluation] = dataclasses.field(default_factory=list)
     failed: list[Evaluation] = dataclasses.field(default_factory=list)
     stop: threading.Event = dataclasses.field(default_factory=threading.Event)
-    said: Callable[[int, Evaluation], None] = lambda number, evaluation: None
+    report: Callable[[int, Evaluation], None] = lambda number, evaluation: None
     start: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
     seen: set[bytes] = dataclasses.field(default_factory=set)
     seconds: float = 0.0
@@ -44,7 +44,7 @@ class Trail:
     def add(self, found: Evaluation) -> None:
         if not self.steps or not np.array_equal(self.steps[-1].x, found.x):
             self.steps.append(found)
-            self.said(len(self.steps) - 1, found)
+            self.report(len(self.steps) - 1, found)
 
 
 @dataclasses.dataclass

@@ -110,7 +110,7 @@ def search_all(
     """Results of the searches from the given and further starts, on all cores."""
     own = [np.asarray(task.free.scaled(x)) for x in given]
     places = [*own, *sample(task, starts - len(own))]
-    trails = [Trail(said=reporter(task, objective, number, starts, progress)) for number in range(len(places))]
+    trails = [Trail(report=reporter(task, objective, number, starts, progress)) for number in range(len(places))]
     if starts == 1:
         return [search(task, places[0], trails[0], method, most)]
     with threads(os.cpu_count() or 1) as pool:

@@ -101,12 +101,8 @@ def pareto(
         stated = dataclasses.replace(problem, objective=objective, limits={**problem.limits, **limits})
         return stated, stated.task(x)
 
-    def solved(objective: Objective, limits: Mapping[str, Limit], x: np.ndarray, number: int) -> Design[M]:
-        stated, task = posed(objective, x, limits)
-        return certified(stated, searched(task, objective, x, number))
-
     def searched(task: Task, objective: Objective, x: np.ndarray, number: int) -> SearchResult:
-        trail = Trail(said=reporter(task, objective, number, points, progress))
+        trail = Trail(report=reporter(task, objective, number, points, progress))
         return search(task, np.asarray(task.free.scaled(x)), trail, method, most)
 
     def an_end(objective: Objective, other: Objective, x: np.ndarray, number: int) -> Design[M]:
@@ -136,8 +132,9 @@ def pareto(
         _raise_interrupted(designs)
         levels = np.linspace(value(second, designs[0]), value(second, designs[1]), points)[1:-1]
         for number, level in enumerate(levels.tolist(), start=1):
-            limit = Limit(second.name, "<=", level, second.scale)
-            designs.insert(number, solved(first, {second.name: limit}, designs[number - 1].x, number))
+            x = designs[number - 1].x
+            stated, task = posed(first, x, {second.name: Limit(second.name, "<=", level, second.scale)})
+            designs.insert(number, certified(stated, searched(task, first, x, number)))
             _raise_interrupted(designs)
         is_interrupted = False
     except KeyboardInterrupt:

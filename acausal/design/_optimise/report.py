@@ -19,13 +19,13 @@ def reporter(
     """A function that prints a line for each step of a search: on a terminal, or as `wanted`."""
     start = f"start {number + 1} of {starts}, " if starts > 1 else ""
 
-    def said(step: int, found: Evaluation) -> None:
+    def report(step: int, found: Evaluation) -> None:
         if not is_read(sys.stderr, wanted):
             return
         shown = f"{objective.scale.value(found.values[task.objective]):.6g}{objective.scale.text}"
         print(f"{start}step {step}: {objective.name} {shown}{_worst(task, found.values)}", file=sys.stderr)
 
-    return said
+    return report
 
 
 class ProgressReport:

@@ -108,7 +108,7 @@ def _limits(bounds: Any, unit: str, where: str, n: int) -> list[tuple[float, flo
     if bounds is None:
         return [(-np.inf, np.inf, scale_of("", unit, where))] * n
     if isinstance(bounds, str) or not hasattr(bounds, "__len__") or len(bounds) != 2:
-        raise ParameterError(f"{where}: bounds are a pair, such as (2.0, 20.0) or ('15 mm', '25 mm'); got {bounds!r}.")
+        raise ParameterError(f"{where}: bounds must be a pair, such as (2.0, 20.0) or ('15 mm', None); got {bounds!r}.")
     lows, highs = (_each(bound, where, n) for bound in bounds)
     limits = []
     for below, above in zip(lows, highs, strict=True):

@@ -104,8 +104,8 @@ def hessians_of(evaluator: Evaluator, x: Float[np.ndarray, " k"]) -> Float[np.nd
         raise SimulationError("The second derivatives of the results are not finite.")
     sizes = _sizes(here, second)
     for i in range(len(x)):
-        if said := _against(evaluator, here, second[:, i] * sizes[i] * sizes, i, sizes):
-            raise SimulationError(said)
+        if message := _disagreement(evaluator, here, second[:, i] * sizes[i] * sizes, i, sizes):
+            raise SimulationError(message)
     return second
 
 
@@ -118,7 +118,7 @@ def _sizes(here: Evaluation, second: np.ndarray) -> np.ndarray:
     return np.where(here.x != 0.0, np.abs(here.x), np.minimum(lengths, 1.0))
 
 
-class _Beside(NamedTuple):
+class _Sides(NamedTuple):
     """One-sided derivatives of results (`slopes`) and gradients (`bends`), and their largest values `slope` and `bend`.
 
     `why` is the reason if a side could not be computed.
@@ -131,7 +131,7 @@ class _Beside(NamedTuple):
     why: str
 
 
-def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, step: float) -> _Beside:
+def _sides(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, step: float) -> _Sides:
     """One-sided differences over steps of the i-th parameter."""
     sides = {k: evaluator(here.x + k * step * sizes * (np.arange(len(sizes)) == i)) for k in (-2, -1, 1, 2)}
     why = next((side.why for side in sides.values() if not side.is_good), "")
@@ -141,36 +141,36 @@ def _beside(evaluator: Evaluator, here: Evaluation, i: int, sizes: np.ndarray, s
     slope, bend = (
         np.max([np.abs(one - every[0]) for one in every.values()], axis=0) / (2.0 * step) for every in (values, slopes)
     )
-    return _Beside(one_sided_derivatives(values, step), one_sided_derivatives(slopes, step), slope, bend, why)
+    return _Sides(one_sided_derivatives(values, step), one_sided_derivatives(slopes, step), slope, bend, why)
 
 
-def _against(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
+def _disagreement(evaluator: Evaluator, here: Evaluation, second: np.ndarray, i: int, sizes: np.ndarray) -> str:
     """Contradiction between differences over the i-th parameter and its second derivatives; empty if some agree."""
     variable = evaluator.free.variables[i]
     first, where = here.jacobian[:, i] * sizes[i], f"{variable.name} = {variable.text(here.x[i])}"
-    wide = _beside(evaluator, here, i, sizes, STEPS[0])
+    wide = _sides(evaluator, here, i, sizes, STEPS[0])
     room = APART * (np.abs(first) + wide.slope) + LEAST * np.abs(here.values)
     known = LEAST * (np.abs(here.jacobian * sizes) + np.abs(here.values)[:, None])
     rooms = APART * (np.abs(second) + wide.bend) + known
-    told = ""
+    first_message = ""
     for step in STEPS:
-        beside = _beside(evaluator, here, i, sizes, step)
-        said = f"The second derivatives at {where} cannot be checked, because neither side has a result: {beside.why}."
-        if beside.bends:
+        sides = _sides(evaluator, here, i, sizes, step)
+        message = f"The second derivatives at {where} cannot be checked, as neither side has a result: {sides.why}."
+        if sides.bends:
             pairs = (
-                _said([s[row] for s in beside.slopes], first[row], room[row])
-                or _said([s[row] for s in beside.bends], second[row], rooms[row])
+                _contradiction([s[row] for s in sides.slopes], first[row], room[row])
+                or _contradiction([s[row] for s in sides.bends], second[row], rooms[row])
                 for row in range(len(first))
             )
             found = next(((name, one) for name, one in zip(evaluator.names, pairs, strict=True) if one), None)
             if found is None:
                 return ""
-            said = f"{found[0]} has no second derivatives at {where}: {found[1]}."
-        told = told or said
-    return told
+            message = f"{found[0]} has no second derivatives at {where}: {found[1]}."
+        first_message = first_message or message
+    return first_message
 
 
-def _said(sides: list[np.ndarray | float], derivative: np.ndarray | float, room: np.ndarray | float) -> str:
+def _contradiction(sides: list[np.ndarray | float], derivative: np.ndarray | float, room: np.ndarray | float) -> str:
     """Contradiction between one-sided differences and the exact derivative; empty if they agree."""
     if all(np.all(np.abs(side - derivative) <= room) for side in sides):
         return ""

@@ -68,7 +68,7 @@ def code_names() -> tuple[str, ...]:
     return ("computed", *list(members_of(Result))[1:], "no_finite_result", "interrupted")
 
 
-def said(code: int) -> str:
+def message_of(code: int) -> str:
     """Message of a code."""
     if code == COMPUTED:
         return "The results were computed."

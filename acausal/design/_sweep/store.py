@@ -65,7 +65,8 @@ class Store(Memory):
             self._group = zarr.open_group(path, mode="r+")
             self._check(path, study)
         else:
-            self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **_versions()})
+            versions = {f"{name}_version": importlib.metadata.version(name) for name in ("acausal", "jax")}
+            self._group = zarr.open_group(path, mode="w-", attributes={"study": dict(study), **versions})
             # Compressing small pieces would take longer than writing them.
             like: Any = dict(shape=(n,), chunks=(chunk,), dimension_names=["member"], compressors=None)
             for name in names:
@@ -141,7 +142,3 @@ def study_of(batch: Batch, results: Sequence[str], x: Float[np.ndarray, "n k"]) 
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
-
-
-def _versions() -> dict[str, str]:
-    return {f"{name}_version": importlib.metadata.version(name) for name in ("acausal", "jax")}
