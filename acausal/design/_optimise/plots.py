@@ -35,7 +35,7 @@ def _plot_objective(design: Design[Any], panel: Axes) -> None:
     feasible = [_is_feasible(design, tried) for tried in design.history]
     values = [scale.value(tried.objective) for tried in design.history]
     panel.plot(values, color="0.6", linewidth=1.0)
-    for is_good, colour, label in ((True, "C0", "feasible"), (False, "C3", "infeasible")):
+    for is_good, colour, label in ((True, "C0", "keeps all limits"), (False, "C3", "breaks a limit")):
         where = [i for i, good in enumerate(feasible) if good is is_good]
         if where:
             panel.plot(where, [values[i] for i in where], "o", color=colour, label=label)
