@@ -20,7 +20,7 @@ class Curvature:
     - `eigenvalues` of the Hessian of the Lagrangian in the null space of the constraints and bounds that have a
       multiplier. `error` is their uncertainty, and `kink` the difference between the one-sided Hessians, zero unless
       the first derivatives have a kink.
-    - `least`: the smallest curvature in the critical cone; infinite if the cone is empty.
+    - `least`: the smallest curvature in the critical cone; infinite if the cone contains no direction.
     - `distance`: the length of the Newton step, as the largest share of a range.
     - `is_level`: whether the first-order conditions also hold a step away along all directions without curvature.
     """
@@ -86,24 +86,24 @@ def curvature_of(at: PointAt, point: Point, quadratic: Quadratic, bounds: Bounds
     )
 
 
-def _aside(at: PointAt, point: Point, pair: Eigenpair, bounds: Bounds) -> Point | None:
+def _trial_point(at: PointAt, point: Point, pair: Eigenpair, bounds: Bounds) -> Point | None:
     return at(np.clip(point.z + REACH * pair.vector, *bounds))
 
 
-def _falls_aside(at: PointAt, point: Point, pair: Eigenpair, multipliers: Multipliers, bounds: Bounds) -> bool:
+def _decreases_further(at: PointAt, point: Point, pair: Eigenpair, multipliers: Multipliers, bounds: Bounds) -> bool:
     """Whether the Lagrangian decreases further after a trial step."""
-    aside = _aside(at, point, pair, bounds)
-    return aside is not None and bool(stationarity(aside, multipliers) @ pair.vector < -CLOSE)
+    trial = _trial_point(at, point, pair, bounds)
+    return trial is not None and bool(stationarity(trial, multipliers) @ pair.vector < -CLOSE)
 
 
 def _is_level(
     at: PointAt, point: Point, pair: Eigenpair, bounds: Bounds, is_equation: np.ndarray, scale: float
 ) -> bool:  # fmt: skip
     """Whether the first-order conditions also hold after a trial step."""
-    aside = _aside(at, point, pair, bounds)
-    if aside is None:
+    trial = _trial_point(at, point, pair, bounds)
+    if trial is None:
         return False
-    return residual(aside, multipliers_of(aside, bounds, is_equation), is_equation, scale) <= OPTIMAL
+    return residual(trial, multipliers_of(trial, bounds, is_equation), is_equation, scale) <= OPTIMAL
 
 
 def descent_steps(
@@ -122,5 +122,5 @@ def descent_steps(
             yield REACH * pair.vector
         elif abs(pair.value) <= quadratic.error and pair.slope < -CLOSE:
             yield pair.vector
-        elif abs(pair.value) <= quadratic.error and _falls_aside(at, point, pair, multipliers, bounds):
+        elif abs(pair.value) <= quadratic.error and _decreases_further(at, point, pair, multipliers, bounds):
             yield REACH * pair.vector

@@ -64,7 +64,7 @@ class DesignSpace(Generic[M]):
     name: str
     model: M
     tables: tuple[Alternatives, ...]
-    part: CatalogueVariables
+    variables: CatalogueVariables
     picked: Int[np.ndarray, "n t"]  # row of each table
     x: Float[np.ndarray, "n k"]  # values followed by figures
 
@@ -74,7 +74,7 @@ class DesignSpace(Generic[M]):
 
     def of(self, i: int) -> tuple[M, Figures]:
         """The model and the figures of a combination."""
-        return self.part.with_values(self.model, self.x[i].tolist())
+        return self.variables.with_values(self.model, self.x[i].tolist())
 
     def span(self, path: Key) -> tuple[object, object]:
         """The smallest and the largest value of a path in the tables, with their units."""
@@ -98,11 +98,11 @@ def design_space(name: str, model: M, tables: Mapping[str, object]) -> DesignSpa
     if n > MOST:
         raise ModelError(f"{n} combinations are too many. Leave out alternatives that cannot win.")
     picked = np.indices([len(table.names) for table in found]).reshape(len(found), -1).T
-    variables = free_parameters(model, dict.fromkeys(paths)).variables if paths else ()
-    part = CatalogueVariables(variables, tuple((table.title, name) for table in found for name in table.figure_names))
+    free = free_parameters(model, dict.fromkeys(paths)).variables if paths else ()
+    variables = CatalogueVariables(free, tuple((table.title, name) for table in found for name in table.figure_names))
     columns = [table.x[rows] for table, rows in zip(found, picked.T, strict=True)]
     columns += [table.figures[rows] for table, rows in zip(found, picked.T, strict=True)]
-    return DesignSpace(name, model, found, part, picked, np.concatenate(columns, axis=1))
+    return DesignSpace(name, model, found, variables, picked, np.concatenate(columns, axis=1))
 
 
 def _alternatives(model: Component, title: str, table: Any) -> Alternatives:

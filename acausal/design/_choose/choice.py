@@ -150,13 +150,13 @@ class Choice(Generic[M]):
 
         `beside` adds a `Design` or values of the objectives for comparison, or several of these by name.
         """
+        from .plots import plot_choice
+
         named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
         values = {
             name: np.ravel(np.asarray(one.objective if isinstance(one, Design) else one, float))
             for name, one in named.items()
         }
-        from .plots import plot_choice
-
         return plot_choice(self, ax, values)
 
     def __repr__(self) -> str:

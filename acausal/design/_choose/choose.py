@@ -69,7 +69,7 @@ def choose(
     functions = {o.name: on_pair(o.function) for o in objectives}
     functions |= {name: on_pair(function) for name, (function, _) in limits.items()}
     of_pair = None if run is None else ft.partial(run_of_pair, run)
-    batches = [Batch(one.model, one.part, functions, of_pair) for one in structures]
+    batches = [Batch(one.model, one.variables, functions, of_pair) for one in structures]
     columns = [batch.columns for batch in batches]
     owners = columns[0][1]
     for structure, (_, own) in zip(structures, columns, strict=True):

@@ -63,7 +63,7 @@ class Evaluator:
         self.model, self.free, self.functions = model, free, dict(functions)
         self._run, self._is_run = _runs(run, scenarios), run is not None
         self.names: tuple[str, ...] = ()  # of the values, known after the first evaluation
-        self.owners: tuple[str, ...] = ()  # name of the function that each of them is from
+        self.owners: tuple[str, ...] = ()  # name of the function of each value
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
         self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
         self._seen: dict[bytes, Evaluation] = {}

@@ -169,9 +169,7 @@ def nodes_of(model: Component, run: RunBetween, times: np.ndarray, given: Mappin
     if system.initial_equations is not None:
         raise ModelError("A model with initial equations cannot start in between. Give start values instead.")
     if hidden := [name for name in system.state_names if name.startswith("der(")]:
-        raise ModelError(
-            f"The states {', '.join(hidden)} have no start values, so they cannot be free between segments."
-        )
+        raise ModelError(f"States without start values cannot be free between segments: {', '.join(hidden)}.")
     for name in given:
         if name not in system.state_names:
             raise ModelError(f"guess names {name!r}, which is not a state.{suggestion(name, system.state_names)}")
@@ -181,9 +179,8 @@ def nodes_of(model: Component, run: RunBetween, times: np.ndarray, given: Mappin
     wanted = {_MEMBER.sub(".item.", name) for name in system.state_names}
     states = free_parameters(replace(model, {path: known[path] for path in wanted}), dict.fromkeys(system.state_names))
     reached = np.asarray(found.ys)
-    guess = np.concatenate(
-        [reached, np.repeat(reached[-1:], len(times) - len(reached), axis=0)]
-    )  # the last state continues a failed run
+    # The last state continues a failed run.
+    guess = np.concatenate([reached, np.repeat(reached[-1:], len(times) - len(reached), axis=0)])
     for i, name in enumerate(states.names):
         if name in given:
             values = np.asarray(given[name], float)

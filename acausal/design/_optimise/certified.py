@@ -22,6 +22,7 @@ SHARE = 1e-3  # least share of a limit in a conflict
 
 
 def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
+    """A design with its certificate, from the end of a search."""
     task, point = outcome.task, outcome.point
     before = task.evaluator.evaluations
     found = task.evaluation(point.z)

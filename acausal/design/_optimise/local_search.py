@@ -62,15 +62,15 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
     """A local optimum from a scaled start."""
     began, trail.start = time.perf_counter(), np.asarray(task.free.unscaled(start))
     try:
-        _evaluator(task, trail)(start)
+        _recorded(task, trail)(start)
         z = nearest_good(task, start)
-        outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+        outcome = _search(task, _recorded(task, trail), z, trail, method, most)
         for _ in range(RESIZED):
             larger = None if outcome.conflict is not None else task.with_size_of_steps(outcome.point)
             if larger is None:
                 break
             task, z = larger, np.asarray(larger.free.scaled(task.evaluation(outcome.point.z).x))
-            outcome = _search(task, _evaluator(task, trail), z, trail, method, most)
+            outcome = _search(task, _recorded(task, trail), z, trail, method, most)
         return outcome
     except (KeyboardInterrupt, Interrupted):
         outcome = interrupted(task, trail)
@@ -88,7 +88,7 @@ def interrupted(task: Task, trail: Trail) -> SearchResult | None:
     return None if best is None else SearchResult(task, best, trail, is_interrupted=True)
 
 
-def _evaluator(task: Task, trail: Trail) -> PointAt:
+def _recorded(task: Task, trail: Trail) -> PointAt:
     """Points of a task, recorded in the trail."""
 
     def at(z: np.ndarray) -> Point | None:

@@ -66,7 +66,7 @@ def _plot_margins(design: Design[Any], panel: Axes) -> None:
 
 def _is_feasible(design: Design[Any], tried: Tried) -> bool:
     pairs = zip(design.results, tried.results, strict=True)
-    return all(result._replace(value=value).margin > -1e-6 for result, value in pairs)
+    return not any(result._replace(value=value).is_broken for result, value in pairs)
 
 
 def plot_front(front: Front[Any], ax: Axes | None) -> Axes:

@@ -27,7 +27,7 @@ BESIDE = 1e-2  # scaled distance of the second point that measures the objective
 
 @dataclasses.dataclass
 class Task:
-    """Minimise one result of an evaluator subject to limits of others.
+    """Minimisation of one result of an evaluator subject to limits of others.
 
     `rows` are the rows of the limited results. The scaled objective is its difference from `zero`, divided by `size`.
     `within` replaces the bounds of the scaled variables.
@@ -76,7 +76,7 @@ class Task:
         )
 
     def idle(self, z: np.ndarray) -> np.ndarray:
-        """Marks variables that affect neither objective nor limits, at all evaluated points and at one next to `z`."""
+        """Marks variables that affect neither objective nor limits at all evaluated points and at a trial point."""
         rows = [self.objective, *self.rows]
         maybe = self.evaluator.idle(rows)
         if not np.any(maybe):
@@ -84,8 +84,8 @@ class Task:
         low, high = self.bounds
         low, high = np.where(np.isfinite(low), low, z - 1.0), np.where(np.isfinite(high), high, z + 1.0)
         shares = qmc.Sobol(len(z), rng=0).random_base2(1)[1]
-        aside = self.evaluation(np.where(maybe, low + shares * (high - low), z))
-        return self.evaluator.idle(rows) if aside.is_good else np.zeros(len(z), bool)
+        trial = self.evaluation(np.where(maybe, low + shares * (high - low), z))
+        return self.evaluator.idle(rows) if trial.is_good else np.zeros(len(z), bool)
 
     def violation(self, point: Point) -> float:
         """The largest constraint violation."""

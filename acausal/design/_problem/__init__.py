@@ -1,1 +1,1 @@
-"""What a user states: free parameters, limits, distributions and units, read and checked."""
+"""Statement of a problem: free parameters, limits, distributions and units, read and checked."""

@@ -143,7 +143,7 @@ class Free:
         new = np.array(x, float)
         for name, value in values.items():
             if name not in self.names:
-                raise ModelError(f"{name!r} is no free parameter.{suggestion(name, self.names)}")
+                raise ModelError(f"{name!r} is not a free parameter.{suggestion(name, self.names)}")
             i = self.names.index(name)
             new[i] = self.variables[i].checked(number_in(value, self.units[i], name)[0])
         return new

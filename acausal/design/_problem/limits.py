@@ -81,7 +81,7 @@ def _objective(name: str, value: object) -> Objective:
     function, unit = value if isinstance(value, tuple) and len(value) == 2 else (value, "1")
     if not callable(function) or not isinstance(unit, str):
         raise ModelError(
-            f"{name}: state a function, such as lambda s: s.t1, or one with its unit, (lambda s: s.t1, 'ms'); "
+            f"{name}: give a function, such as lambda s: s.t1, or one with its unit, (lambda s: s.t1, 'ms'); "
             f"got {value!r}."
         )
     return Objective(name, function, scale_of(unit, "", name))
@@ -94,14 +94,14 @@ def limits_of(constraints: Mapping[str, object] | None) -> dict[str, tuple[Funct
     """
     if not isinstance(constraints, Mapping | None):
         raise ModelError(
-            f"constraints is a dictionary of limits by name, as in {{'time': (lambda s: s.t1, '<= 80 ms')}}; "
+            f"constraints must be a dictionary of limits by name, as in {{'time': (lambda s: s.t1, '<= 80 ms')}}; "
             f"got {constraints!r}."
         )
     found = {}
     for name, value in (constraints or {}).items():
         if not (isinstance(value, tuple) and len(value) == 2 and callable(value[0]) and isinstance(value[1], str)):
             raise ModelError(
-                f"{name}: a constraint is a function and its limit, as in (lambda s: s.t1, '<= 80 ms'); got {value!r}."
+                f"{name}: a constraint must be a function and a limit, as in (lambda s: s.t1, '<= 1 s'); got {value!r}."
             )
         function, text = value
         parts = _LIMIT.fullmatch(text)
