@@ -1,4 +1,8 @@
-"""Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
+"""Design with models: certified optima, identification, optimal control, sweeps, choices from catalogues, tolerances.
+
+Each room imports only from those before it: `_problem`, `_certificate`, `_compute`, `_sensitivity`, `_optimise`,
+`_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`.
+"""
 
 from .._units.display import Scale as Scale
 from ._certificate.curvature import Curvature as Curvature

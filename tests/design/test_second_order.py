@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from test_control import THERE, cart, lines, steps
 
@@ -78,6 +78,7 @@ def test_a_search_from_a_symmetric_place_ends_at_a_local_minimum(seed: int, n: i
     assert curvature_at(at, end.z).is_minimum
 
 
+@example(117, 1)  # a curvature about as small as the error of its differences
 @given(SEEDS, st.integers(1, 4))
 @settings(max_examples=100, deadline=None)
 def test_a_corner_without_slope_is_a_minimum_if_its_curvature_is_copositive(seed: int, n: int) -> None:
@@ -93,7 +94,7 @@ def test_a_corner_without_slope_is_a_minimum_if_its_curvature_is_copositive(seed
     assert found.least <= least + 1e-6
     assert found.is_minimum == (found.least > 0.0)
     if n <= 2:  # where samples are dense
-        assert found.least == pytest.approx(least, abs=1e-2 * np.max(np.abs(matrix)))
+        assert found.least == pytest.approx(least, abs=1e-2 * np.max(np.abs(matrix)) + found.error)
 
 
 def bowl(m: Any) -> Any:

@@ -42,9 +42,8 @@ class ProgressReport:
             return
         evaluator, now = self._evaluator, time.monotonic()
         if not found.is_good and evaluator.failures <= FAILURES:
-            print(
-                f"design {evaluator.evaluations} failed: {found.why}, {evaluator.free.text(found.x)}", file=sys.stderr
-            )
+            text = f"{found.why}, {evaluator.free.text(found.x)}"
+            print(f"design {evaluator.evaluations} failed: {text}", file=sys.stderr)
         if now - self._said >= EVERY:
             self._said, rate = now, evaluator.evaluations / (now - self._began)
             count = f"{evaluator.evaluations} designs, {evaluator.failures} failed"

@@ -15,7 +15,7 @@ from .._certificate.point import FEASIBLE, Point, violation
 from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.free import Free
 from .._problem.limits import Limit
-from .sizes import with_sizes
+from .variable_sizes import with_sizes
 
 ROUNDING = 1e-12  # distance of a scaled variable from its bound that counts as zero
 DEEP = 1e6  # decrease of the objective, in its sizes, that counts as unbounded

@@ -17,7 +17,7 @@ from ..._units.display import Scale
 from .parse import number_in
 
 M = TypeVar("M", bound=Component)
-Values: TypeAlias = Array | np.ndarray  # one number for each variable
+FloatVector: TypeAlias = Array | np.ndarray  # one number for each variable
 DECADE = 10.0  # ratio of the bounds above which a variable is scaled logarithmically
 
 
@@ -127,18 +127,18 @@ class Free:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
         return np.array([number_at(leaves, variable.places[0]) for variable in self.variables])
 
-    def with_values(self, model: M, x: Values | Sequence[float]) -> M:
+    def with_values(self, model: M, x: FloatVector | Sequence[float]) -> M:
         """A copy of the model with other values, which can be traced."""
         return with_numbers(model, [variable.places for variable in self.variables], x)
 
-    def text(self, x: Values) -> str:
+    def text(self, x: FloatVector) -> str:
         """Names and values, such as "load.m = 3 kg". Values beyond the variables are ignored."""
         shown = (
             (v.name, f"{v.scale.value(value):.6g}{v.scale.text}") for v, value in zip(self.variables, x, strict=False)
         )
         return ", ".join(f"{name} = {value}" for name, value in shown)
 
-    def changed(self, x: Values, values: Mapping[str, object]) -> np.ndarray:
+    def changed(self, x: FloatVector, values: Mapping[str, object]) -> np.ndarray:
         """A copy of the values with some changed, by name."""
         new = np.array(x, float)
         for name, value in values.items():
@@ -148,7 +148,7 @@ class Free:
             new[i] = self.variables[i].checked(number_in(value, self.units[i], name)[0])
         return new
 
-    def scaled(self, x: Values) -> Array:
+    def scaled(self, x: FloatVector) -> Array:
         """Values from 0 at the lower to 1 at the upper bound, linear or, over more than a decade, logarithmic.
 
         Without both bounds: the distance from the start, divided by the size.
@@ -156,13 +156,13 @@ class Free:
         origin, width = self._origin_and_width
         return (jnp.where(self._is_log, jnp.log(jnp.where(self._is_log, x, 1.0)), x) - origin) / width
 
-    def unscaled(self, z: Values) -> Array:
+    def unscaled(self, z: FloatVector) -> Array:
         """The inverse of `scaled`."""
         origin, width = self._origin_and_width
         straight = origin + width * z
         return jnp.where(self._is_log, jnp.exp(jnp.where(self._is_log, straight, 0.0)), straight)
 
-    def slopes(self, x: Values) -> Array:
+    def slopes(self, x: FloatVector) -> Array:
         """dx/dz, the derivatives with respect to scaled values."""
         _, width = self._origin_and_width
         return jnp.where(self._is_log, x, 1.0) * width
@@ -177,7 +177,7 @@ class Free:
         return np.array(origins), np.array(widths)
 
 
-def with_numbers(model: M, places: Iterable[Sequence[Place]], x: Values | Sequence[float]) -> M:
+def with_numbers(model: M, places: Iterable[Sequence[Place]], x: FloatVector | Sequence[float]) -> M:
     """A copy of the model with other values, each at one or several places."""
     leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
     changed: dict[str, object] = {}

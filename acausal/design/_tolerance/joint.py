@@ -94,6 +94,4 @@ def _root(names: tuple[str, ...], correlation: Mapping[tuple[str, str], float]) 
     try:
         return np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError as error:
-        raise ParameterError(
-            "The correlations contradict one another: their matrix is not positive definite."
-        ) from error
+        raise ParameterError("The correlations contradict one another: they are not positive definite.") from error
