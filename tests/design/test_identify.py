@@ -324,7 +324,7 @@ BAD: dict[str, tuple[Any, type[Exception], str]] = {
     "not a number": (
         lambda: drop(_with(position(), 3, np.nan)),
         ParameterError,
-        r"experiment 1: 1 values of link.s_rel are not finite; the first is link.s_rel\[3\], at 0.2 s",
+        r"experiment 1: 1 of 30 values of link.s_rel are not finite; the first is link.s_rel\[3\], at 0.2 s",
     ),
     "times out of order": (
         lambda: Experiment.of_run([0.1, 0.3, 0.2], {"link.s_rel": [0.1, 0.0, 0.1]}),

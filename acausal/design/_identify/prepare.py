@@ -143,8 +143,8 @@ def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | N
         first = int(np.argmin(good.ravel()))
         when = "" if times is None else f", at {times[first]:g} s"
         raise ParameterError(
-            f"{name}: {int(np.sum(~good))} values of {key} are not finite; the first is {key}[{first}]{when}. "
-            "Leave out these samples and their times."
+            f"{name}: {int(np.sum(~good))} of {good.size} values of {key} are not finite; the first is "
+            f"{key}[{first}]{when}. Leave out these samples and their times."
         )
     return values
 
