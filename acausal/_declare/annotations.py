@@ -14,10 +14,7 @@ from .._errors import ArgumentError
 from .._numbers import Numbers, Truth
 from .._numbers import Scalar as Scalar
 
-if TYPE_CHECKING:
-    Vector: TypeAlias = Array | Any  # an array, made from whatever a constructor is given: a list, an array of numpy
-else:
-    Vector: TypeAlias = Array
+Vector: TypeAlias = Array | Any  # an array, made from anything that a constructor accepts: a list, a NumPy array
 
 Role = Literal["param", "var", "flow", "time", "discrete"]
 

@@ -1,55 +1,88 @@
 """Design with models: the free parameters that are best, with proof of it, or those that measurements ask for."""
 
-from .._units.display import Scale as Scale
-from ._alternatives import Alternatives as Alternatives
-from ._alternatives import Part as Part
+from .._units.display import Scale
+from ._alternatives import Alternatives, Part
 from ._alternatives import Structure as Structure
-from ._batches import Outcomes as Outcomes
-from ._causes import Cause as Cause
-from ._choice import Choice as Choice
-from ._choose import choose as choose
-from ._control import control as control
-from ._course import Course as Course
-from ._curvature import Curvature as Curvature
-from ._design import Active as Active
-from ._design import Design as Design
+from ._batches import Outcomes
+from ._causes import Cause
+from ._choice import Choice
+from ._choose import choose
+from ._control import control
+from ._course import Course
+from ._curvature import Curvature
+from ._design import Active, Design, Sensitivity, Tried
 from ._design import Result as Result
-from ._design import Sensitivity as Sensitivity
-from ._design import Tried as Tried
-from ._distributions import Normal as Normal
-from ._distributions import Samples as Samples
-from ._distributions import Triangular as Triangular
-from ._distributions import Uniform as Uniform
-from ._experiment import Experiment as Experiment
-from ._experiment import Run as Run
-from ._fit import Channel as Channel
-from ._fit import Combination as Combination
-from ._fit import End as End
-from ._fit import Fit as Fit
-from ._free import Free as Free
-from ._free import Place as Place
-from ._free import Variable as Variable
-from ._free_parameters import free_parameters as free_parameters
-from ._hessian import Hessian as Hessian
+from ._distributions import Normal, Samples, Triangular, Uniform
+from ._experiment import Experiment, Run
+from ._fit import Channel, Combination, End, Fit
+from ._free import Free, Place, Variable
+from ._free_parameters import free_parameters
+from ._hessian import Hessian
 from ._hessian import hessian as hessian
-from ._identify import identify as identify
-from ._indices import Indices as Indices
-from ._limits import Limit as Limit
-from ._limits import Objective as Objective
-from ._optimise import optimise as optimise
-from ._pareto import Front as Front
-from ._pareto import pareto as pareto
-from ._percentile import percentile_of as percentile_of
-from ._profile import Profile as Profile
-from ._residuals import ResidualTest as ResidualTest
-from ._sensitivities import SensitivityRow as SensitivityRow
-from ._sensitivities import SensitivityTable as SensitivityTable
-from ._sensitivities import sensitivities as sensitivities
-from ._spread import Spread as Spread
-from ._spread import Spreads as Spreads
-from ._spread import Yield as Yield
-from ._sweep import Sample as Sample
-from ._sweep import sweep as sweep
-from ._tolerance import Members as Members
-from ._tolerance import Tolerance as Tolerance
-from ._worst import Worst as Worst
+from ._identify import identify
+from ._indices import Indices
+from ._limits import Limit, Objective
+from ._optimise import optimise
+from ._pareto import Front, pareto
+from ._percentile import percentile_of
+from ._profile import Profile
+from ._residuals import ResidualTest
+from ._sensitivities import SensitivityRow, SensitivityTable, sensitivities
+from ._spread import Spread, Spreads, Yield
+from ._sweep import Sample, sweep
+from ._tolerance import Members, Tolerance
+from ._worst import Worst
+
+# Left out are names that a star import would take from jax or from `acausal`.
+__all__ = [
+    "Active",
+    "Alternatives",
+    "Cause",
+    "Channel",
+    "Choice",
+    "Combination",
+    "Course",
+    "Curvature",
+    "Design",
+    "End",
+    "Experiment",
+    "Fit",
+    "Free",
+    "Front",
+    "Hessian",
+    "Indices",
+    "Limit",
+    "Members",
+    "Normal",
+    "Objective",
+    "Outcomes",
+    "Part",
+    "Place",
+    "Profile",
+    "ResidualTest",
+    "Run",
+    "Sample",
+    "Samples",
+    "Scale",
+    "Sensitivity",
+    "SensitivityRow",
+    "SensitivityTable",
+    "Spread",
+    "Spreads",
+    "Tolerance",
+    "Triangular",
+    "Tried",
+    "Uniform",
+    "Variable",
+    "Worst",
+    "Yield",
+    "choose",
+    "control",
+    "free_parameters",
+    "identify",
+    "optimise",
+    "pareto",
+    "percentile_of",
+    "sensitivities",
+    "sweep",
+]
