@@ -7,10 +7,11 @@ import equinox as eqx
 
 from .._numbers import Numbers, Truth
 from .annotations import Scalar
+from .class_help import class_html
 from .node import Node, Port
 from .past import Past
 from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
-from .tree import as_html, as_text, branch
+from .tree import as_html, as_text, branch, folded
 
 
 class Equation(NamedTuple):
@@ -142,8 +143,8 @@ class Component(Node, partial=True):
         return as_text(branch(self))
 
     def _repr_html_(self) -> str:
-        """The same for a notebook, where parts fold."""
-        return as_html(branch(self))
+        """The same for a notebook, where parts fold, with the documentation of the class."""
+        return as_html(branch(self)) + folded(type(self).__name__, class_html(type(self)))
 
     def equations(self, d: Any) -> Equations:
         """The equations by name; `d` has the shape of `self` and holds the time derivatives of its variables."""

@@ -16,6 +16,7 @@ from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameErro
 from .._numbers import Scalar
 from .annotations import Declaration, declared
 from .arguments import check_arguments, known_here
+from .class_help import OwnText, attributes, class_text, html_method, plain_signature
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
 from .requirements import Requirements, broken
@@ -63,7 +64,13 @@ class NodeMeta(type(eqx.Module)):
 
     _partial: bool
 
+    def __dir__(cls) -> list[str]:
+        return attributes(cls, super().__dir__())
+
     if not TYPE_CHECKING:  # type checkers take the arguments and the result from the class
+        __doc__ = property(class_text)
+        __signature__ = property(plain_signature)
+        _repr_html_ = property(html_method)
 
         def __call__(cls, *args: Any, **kwargs: Any) -> Any:
             if cls._partial:
@@ -81,6 +88,7 @@ class NodeMeta(type(eqx.Module)):
             if typing.get_origin(annotation) is not ClassVar and annotation is not ClassVar:
                 _check_kind(name, bases, field, annotation)
                 namespace[field] = _field(name, field, annotation, namespace.get(field, dataclasses.MISSING))
+        namespace["__doc__"] = OwnText(namespace.get("__doc__") or "")
         cls = super().__new__(mcs, name, bases, namespace)
         cls._partial = partial
         _own_converters(cls, annotations)

@@ -103,6 +103,11 @@ def as_html(tree: Branch, *, is_open: bool = True) -> str:
     return f'<details{state} style="margin-left:1em"><summary>{title}</summary>{table}{parts}</details>'
 
 
+def folded(title: str, content: str) -> str:
+    """HTML that opens with a click on its title."""
+    return f'<details style="margin-left:1em"><summary>About {html.escape(title)}</summary>{content}</details>'
+
+
 def value_table(values: Sequence[tuple[str, str]]) -> str:
     """Names and values side by side, in HTML."""
     cell = '<td style="text-align:left">{}</td>'
