@@ -1,4 +1,4 @@
-"""Documentation that classes of components, ports and records generate when it is asked for."""
+"""Documentation that classes of components, ports and records generate on demand."""
 
 import inspect
 import types
@@ -20,7 +20,7 @@ class OwnText(str):
 def class_text(cls: Any) -> str:
     """The docstring of a class with tables of its parameters, ports and variables."""
     if "_partial" not in vars(cls):
-        return " "  # read while the class is made by dataclasses, which would replace an empty text by the signature
+        return " "  # dataclasses would replace an empty text by the signature
     from .._show.class_card import card_of
     from .._show.class_pages import as_text
 

@@ -53,7 +53,7 @@ BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "or": (lambda s: dict(e=when(s.x > 0.2 or s.x < 0.5, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
     "not": (lambda s: dict(e=when(not s.x > 0.2, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
     "if": (lambda s: dict(e=when(s.x > (1.0 if s.mode else 2.0), mode=1.0)), "instead of `if`"),
-    "float": (lambda s: dict(e=when(float(s.x) > 1.0, mode=1.0)), "part.events asks a variable for its number"),
+    "float": (lambda s: dict(e=when(float(s.x) > 1.0, mode=1.0)), "part.events needs the number of a variable"),
     "True": (lambda s: dict(e=when(True, mode=1.0)), "part.events: e has a bool as its condition"),
     "False": (lambda s: dict(e=refuse(False, "no")), "part.events: e has a bool as its condition"),
     "list": (lambda s: dict(e=when(RELATIONS(s), mode=1.0)), "part.events: e has a list as its condition"),
@@ -140,7 +140,7 @@ class Branch(Component):
     [
         (Square, r"Square\.equations calls a function with its own derivative in reverse mode .* jax\.custom_jvp"),
         (Loop, r"part\.law computes by a loop whose length only the run tells .* a loop of fixed length"),
-        (Branch, r"Branch\.equations asks a relation .* jnp\.where instead of `if`"),
+        (Branch, r"Branch\.equations needs the truth value of a relation .* jnp\.where instead of `if`"),
     ],
 )
 def test_equations_that_are_refused(part: Callable[[], Component], message: str) -> None:

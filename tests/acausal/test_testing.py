@@ -204,7 +204,7 @@ class Plug(Component):
 
 def test_a_port_has_to_state_its_power() -> None:
     check_units(Plug())
-    with pytest.raises(ModelError, match=r"Tube does not state the power .* Remedy: .*def power\(self, d\)"):
+    with pytest.raises(ModelError, match=r"Tube does not state its power\. Remedy: .*def power\(self, d\)"):
         check_power_balance(Plug())
 
 
