@@ -15,7 +15,7 @@ from .states import Chosen
 
 @dataclasses.dataclass
 class Block:
-    """Equations (rows of the table) and the unknowns that they determine together; `level` counts the blocks before it."""
+    """Equations (rows of the table) and the unknowns that they determine; `level` counts the blocks before it."""
 
     rows: list[int]
     unknowns: list[int]
