@@ -64,7 +64,7 @@ def parameters(cls: Any) -> Iterator[Row]:
 
 
 def parts(cls: Any, of: Any) -> Iterator[Row]:
-    """The parts of one kind, those included that the constructor makes itself."""
+    """The parts of one kind, including those that the constructor creates."""
     hints, arguments = _hints(cls), _arguments(cls)
     for field in dataclasses.fields(cls):
         hint = hints.get(field.name, field.type)
