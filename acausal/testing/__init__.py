@@ -1,6 +1,6 @@
-"""Checks of single components, the library's own and those of a user: law, power balance, units, gradients.
+"""Checks of single components, of the library or of users: law, power balance, units, gradients.
 
-A component is checked by itself, its ports open: nothing has to be connected or simulated.
+The checks need only the component, with open ports, without connections or simulation.
 """
 
 from ._checks import check_component, check_gradients, check_law, check_power_balance, check_units
