@@ -127,7 +127,7 @@ class Law(TwoPin):
     ("check", "component", "message"),
     [
         (check_power_balance, ForgetfulFan(k=1e-3), r"not the rate of stored 0 W \+ dissipated .*k = 0.001.*Remedy"),
-        (check_power_balance, DrivingFan(k=1e-3), r"It dissipates -[\d.]+ W, at k = 0.001.*gives energy supplies"),
+        (check_power_balance, DrivingFan(k=1e-3), r"It dissipates -[\d.]+ W, at k = 0.001.*declare generated power"),
         (check_units, WrongUnits(k=1e-3), "equation drag: equates self.flange.tau in N.m"),
         (check_gradients, Law(R=2.0, kind="wrong rule"), "derivative of law is .* in forward mode, .* by differences"),
         (check_gradients, Law(R=2.0, kind="reverse"), "in forward and reverse mode differ"),
