@@ -1,102 +1,222 @@
-"""Acausal, differentiable component models in JAX."""
+"""Acausal, differentiable component models in JAX.
 
-from ._analyse.linear_system import LinearSystem as LinearSystem
-from ._analyse.linearise import linearise as linearise
-from ._analyse.margins import Margins as Margins
-from ._analyse.modes import Modes as Modes
-from ._analyse.modes import Shares as Shares
-from ._analyse.sampled import SampledWarning as SampledWarning
-from ._analyse.zeros import TransferFunction as TransferFunction
-from ._declare.annotations import Discrete as Discrete
-from ._declare.annotations import Flow as Flow
-from ._declare.annotations import Nominal as Nominal
-from ._declare.annotations import Param as Param
-from ._declare.annotations import Scalar as Scalar
-from ._declare.annotations import Time as Time
-from ._declare.annotations import Var as Var
-from ._declare.annotations import Vector as Vector
-from ._declare.annotations import avoid as avoid
-from ._declare.annotations import never as never
-from ._declare.annotations import nonnegative as nonnegative
-from ._declare.annotations import nonzero as nonzero
-from ._declare.annotations import positive as positive
-from ._declare.annotations import prefer as prefer
+Components state their equations, `connect` joins their ports, and `simulate` runs the model.
+See also `acausal.design` (optimisation, identification, tolerances) and `acausal.testing` (checks of components).
+The names marked with * are not part of `from acausal import *`: import them by name.
+
+Declare components:
+    Component        A part of a model: parameters, variables and ports, with its equations.
+    Port, Record     Shared variables of a connection; a set of parameters with methods.
+    Param            Annotation of a parameter: `R: Param[Scalar, "ohm", positive]`.
+    Var, Flow        Annotations of a variable, and of a through variable of a port.
+    Time, Discrete   Annotations of the time, and of a variable that only events change.
+    Scalar, Vector   Types of values: a number, an array.
+    shape*, Nominal  Options of an annotation: the shape of an array, the nominal size of a variable.
+    positive, nonnegative, nonzero, unbounded
+                     Options of an annotation: the admissible range.
+    prefer, avoid, never
+                     Options of an annotation: the preference of a variable as a state.
+    Array*, repeat*, stack*
+                     Arrays of components of one class.
+
+State what they do:
+    Equations, Connections, Energy, Events, Requirements
+                     Results of the methods `equations`, `connections`, `energy`, `events`, `requirements`.
+    eq, connect      An equation; a connection of ports.
+    when, at*        An event at a condition; an event at known times.
+    refuse, require  A condition that ends a run; a condition on parameters.
+    ifelse, segment  A choice between two values; the segment of a table that contains a value.
+
+Work with models:
+    check*           Every error of a model.
+    parameters*, replace*, Parameters
+                     The parameters by path; a copy of a model with other values.
+    sized            A model with nominal sizes of its variables.
+    initialise       A model with start values that satisfy conditions.
+    choose_states, System
+                     The reduced and sorted equations.
+    structure*, diagram*, bond_graph, Structure, Diagram, BondGraph, Check
+                     Reports and pictures of a model.
+
+Simulate and linearise:
+    simulate         Integrate a model over time, or until a condition is met.
+    Solution, Result, EventLog, EnergyAccount, Peak
+                     A run, its outcome, its events, its energy account, its largest values.
+    Rodas5P, Rodas3P Solvers.
+    compare*         Plot several runs over each other.
+    linearise, LinearSystem, TransferFunction, Modes, Shares, Margins
+                     Small deviations from an operating point.
+
+Units and files:
+    quantity, magnitude
+                     A value in another unit; the number of a quantity in a unit.
+    display_unit, displayed
+                     The unit in which values are shown.
+    save*, load*, about*
+                     Write a result to a file, read it, describe it.
+
+Errors and warnings:
+    AcausalError     Base class of all errors.
+    ArgumentError, ModelError, ParameterError, SimulationError, StructureError, UnitError, UnknownNameError,
+    UnknownPartError
+                     Errors.
+    JumpWarning, SampledWarning, UnresolvedWarning, VersionWarning
+                     Warnings.
+"""
+
+from . import _jax_settings, _progress
+from ._analyse.linear_system import LinearSystem
+from ._analyse.linearise import linearise
+from ._analyse.margins import Margins
+from ._analyse.modes import Modes, Shares
+from ._analyse.sampled import SampledWarning
+from ._analyse.zeros import TransferFunction
+from ._declare.annotations import (
+    Discrete,
+    Flow,
+    Nominal,
+    Param,
+    Scalar,
+    Time,
+    Var,
+    Vector,
+    avoid,
+    never,
+    nonnegative,
+    nonzero,
+    positive,
+    prefer,
+    unbounded,
+)
 from ._declare.annotations import shape as shape
-from ._declare.annotations import unbounded as unbounded
 from ._declare.array import Array as Array
 from ._declare.array import repeat as repeat
 from ._declare.array import stack as stack
-from ._declare.by_name import Parameters as Parameters
+from ._declare.by_name import Parameters
 from ._declare.by_name import parameters as parameters
 from ._declare.by_name import replace as replace
-from ._declare.component import Component as Component
-from ._declare.component import Connections as Connections
-from ._declare.component import Energy as Energy
-from ._declare.component import Equations as Equations
-from ._declare.component import Events as Events
+from ._declare.component import Component, Connections, Energy, Equations, Events, connect, eq, refuse, when
 from ._declare.component import at as at
-from ._declare.component import connect as connect
-from ._declare.component import eq as eq
-from ._declare.component import refuse as refuse
-from ._declare.component import when as when
-from ._declare.ifelse import ifelse as ifelse
-from ._declare.ifelse import segment as segment
-from ._declare.node import Port as Port
-from ._declare.node import Record as Record
-from ._declare.requirements import Requirements as Requirements
-from ._declare.requirements import require as require
-from ._declare.sizes import sized as sized
-from ._errors import AcausalError as AcausalError
-from ._errors import ArgumentError as ArgumentError
-from ._errors import ModelError as ModelError
-from ._errors import ParameterError as ParameterError
-from ._errors import SimulationError as SimulationError
-from ._errors import StructureError as StructureError
-from ._errors import UnitError as UnitError
-from ._errors import UnknownNameError as UnknownNameError
-from ._errors import UnknownPartError as UnknownPartError
-from ._evaluate.choose_states import choose_states as choose_states
-from ._evaluate.system import System as System
-from ._integrate.energy import EnergyAccount as EnergyAccount
-from ._integrate.event_log import EventLog as EventLog
-from ._integrate.initialise import initialise as initialise
-from ._integrate.peaks import Peak as Peak
-from ._integrate.result import Result as Result
-from ._integrate.simulate import simulate as simulate
-from ._integrate.solution import Solution as Solution
-from ._integrate.solution_plot import compare as compare
-from ._integrate.solvers import Rodas3P as Rodas3P
-from ._integrate.solvers import Rodas5P as Rodas5P
-from ._integrate.unresolved import UnresolvedWarning as UnresolvedWarning
-from ._jax_settings import (
-    choose_compiler_options,
-    choose_optimisation,
-    enable_double_precision,
-    keep_compiled_programs,
-    silence_slow_compilation,
+from ._declare.ifelse import ifelse, segment
+from ._declare.node import Port, Record
+from ._declare.requirements import Requirements, require
+from ._declare.sizes import sized
+from ._errors import (
+    AcausalError,
+    ArgumentError,
+    ModelError,
+    ParameterError,
+    SimulationError,
+    StructureError,
+    UnitError,
+    UnknownNameError,
+    UnknownPartError,
 )
-from ._progress import announce_compilation
-from ._reduce.jumps import JumpWarning as JumpWarning
-from ._save_load import VersionWarning as VersionWarning
+from ._evaluate.choose_states import choose_states
+from ._evaluate.system import System
+from ._integrate.energy import EnergyAccount
+from ._integrate.event_log import EventLog
+from ._integrate.initialise import initialise
+from ._integrate.peaks import Peak
+from ._integrate.result import Result
+from ._integrate.simulate import simulate
+from ._integrate.solution import Solution
+from ._integrate.solution_plot import compare as compare
+from ._integrate.solvers import Rodas3P, Rodas5P
+from ._integrate.unresolved import UnresolvedWarning
+from ._reduce.jumps import JumpWarning
+from ._save_load import VersionWarning
 from ._save_load import about as about
 from ._save_load import load as load
 from ._save_load import save as save
-from ._show.bond_graph import BondGraph as BondGraph
-from ._show.bond_graph import bond_graph as bond_graph
-from ._show.check import Check as Check
+from ._show.bond_graph import BondGraph, bond_graph
+from ._show.check import Check
 from ._show.check import check as check
-from ._show.diagram import Diagram as Diagram
+from ._show.diagram import Diagram
 from ._show.diagram import diagram as diagram
-from ._show.structure import Structure as Structure
+from ._show.structure import Structure
 from ._show.structure import structure as structure
-from ._units.display import display_unit as display_unit
-from ._units.display import displayed as displayed
-from ._units.quantity import magnitude as magnitude
-from ._units.quantity import quantity as quantity
+from ._units.display import display_unit, displayed
+from ._units.quantity import magnitude, quantity
 
-enable_double_precision()
-choose_compiler_options()
-choose_optimisation()
-keep_compiled_programs()
-silence_slow_compilation()
-announce_compilation()
+# Everyday names are left out: a star import must not shadow names of a script, of numpy or of jax.
+__all__ = [
+    "AcausalError",
+    "ArgumentError",
+    "BondGraph",
+    "Check",
+    "Component",
+    "Connections",
+    "Diagram",
+    "Discrete",
+    "Energy",
+    "EnergyAccount",
+    "Equations",
+    "EventLog",
+    "Events",
+    "Flow",
+    "JumpWarning",
+    "LinearSystem",
+    "Margins",
+    "ModelError",
+    "Modes",
+    "Nominal",
+    "Param",
+    "ParameterError",
+    "Parameters",
+    "Peak",
+    "Port",
+    "Record",
+    "Requirements",
+    "Result",
+    "Rodas3P",
+    "Rodas5P",
+    "SampledWarning",
+    "Scalar",
+    "Shares",
+    "SimulationError",
+    "Solution",
+    "Structure",
+    "StructureError",
+    "System",
+    "Time",
+    "TransferFunction",
+    "UnitError",
+    "UnknownNameError",
+    "UnknownPartError",
+    "UnresolvedWarning",
+    "Var",
+    "Vector",
+    "VersionWarning",
+    "avoid",
+    "bond_graph",
+    "choose_states",
+    "connect",
+    "display_unit",
+    "displayed",
+    "eq",
+    "ifelse",
+    "initialise",
+    "linearise",
+    "magnitude",
+    "never",
+    "nonnegative",
+    "nonzero",
+    "positive",
+    "prefer",
+    "quantity",
+    "refuse",
+    "require",
+    "segment",
+    "simulate",
+    "sized",
+    "unbounded",
+    "when",
+]
+
+_jax_settings.enable_double_precision()
+_jax_settings.choose_compiler_options()
+_jax_settings.choose_optimisation()
+_jax_settings.keep_compiled_programs()
+_jax_settings.silence_slow_compilation()
+_progress.announce_compilation()

@@ -1,9 +1,9 @@
-"""What is used of equinox beyond its documented interface: a version that moves it is met here alone.
+"""The undocumented parts of equinox that the library uses; a new version of equinox needs changes only here.
 
 - `while_loop`: a loop of bounded length that can be differentiated in reverse mode, at any depth of nesting.
 - `written`: a buffer of such a loop with another row.
 - `members_of`: the members of an enumeration, which cannot be iterated over.
-- `unvmap_any`: whether anything holds in any member of a batch, so that a branch no member takes is not computed.
+- `unvmap_any`: whether a condition is true in any member of a batch, so that branches that no member takes are skipped.
 """
 
 from typing import Any

@@ -7,15 +7,15 @@ from collections.abc import Iterable, Iterator, Sequence
 
 
 class AcausalError(Exception):
-    """The base of all errors of the library."""
+    """Base class of all errors of the library."""
 
 
 class ModelError(AcausalError):
-    """A model that is declared or connected wrongly; raised before any number is computed."""
+    """A model with a wrong declaration or connection. Raised before any number is computed."""
 
 
 class StructureError(ModelError):
-    """A system of equations that has no unique solution for structural reasons."""
+    """A structurally singular system of equations."""
 
 
 class ParameterError(ModelError, ValueError):
@@ -23,7 +23,7 @@ class ParameterError(ModelError, ValueError):
 
 
 class ArgumentError(ModelError, TypeError):
-    """An argument that a component does not take, or one that it lacks."""
+    """An unknown or a missing argument of a component."""
 
 
 class UnknownNameError(ModelError, KeyError, AttributeError):
@@ -38,11 +38,11 @@ class UnknownPartError(ModelError, IndexError):
 
 
 class UnitError(ModelError):
-    """Equations or connections whose units do not agree; the message lists all that were found."""
+    """Equations or connections with inconsistent units. The message lists all of them."""
 
 
 class SimulationError(AcausalError, RuntimeError):
-    """A run that failed numerically, or never met its stop condition."""
+    """A run that failed numerically or did not meet its stop condition."""
 
 
 _collected: contextvars.ContextVar[list[ModelError] | None] = contextvars.ContextVar("collected", default=None)
@@ -50,7 +50,7 @@ _collected: contextvars.ContextVar[list[ModelError] | None] = contextvars.Contex
 
 @contextlib.contextmanager
 def collecting() -> Iterator[list[ModelError]]:
-    """Let what is wrong with a model be listed, as far as it does not hinder looking on, instead of raised."""
+    """Collect the errors of a model in a list instead of raising the first, as far as the analysis can continue."""
     found: list[ModelError] = []
     token = _collected.set(found)
     try:
@@ -60,7 +60,7 @@ def collecting() -> Iterator[list[ModelError]]:
 
 
 def complain(error: ModelError) -> None:
-    """Raise an error, or add it to the list that is being collected."""
+    """Raise an error, or add it to the list of `collecting`."""
     found = _collected.get()
     if found is None:
         raise error
@@ -73,10 +73,10 @@ def listed(names: Sequence[str], most: int = 12) -> str:
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """A sentence that offers names like a misspelt one; empty where there are none.
+    """A sentence that suggests similar names for a misspelt one; empty if there are none.
 
-    One that differs in case and underscores alone is offered alone; what the name begins or ends with comes first, as
-    `w` for `w_start` and `a` for `flange_a`.
+    A name that differs only in case and underscores is the only suggestion. Names that the misspelt one begins or ends
+    with come first, such as `w` for `w_start` and `a` for `flange_a`.
     """
     known = list(known)
     same = [other for other in known if _plain(other) == _plain(name)]

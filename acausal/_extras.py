@@ -1,4 +1,4 @@
-"""Packages that only some calls need."""
+"""Optional packages, imported by the calls that need them."""
 
 import importlib
 from collections.abc import Sequence
@@ -9,14 +9,14 @@ import numpy as np
 
 from ._errors import ModelError
 
-# Types of packages that may be missing.
+# Types of optional packages.
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure as Figure
     from pandas import DataFrame as DataFrame
     from xarray import Dataset as Dataset
 else:
-    Axes: TypeAlias = Any  # what a picture is drawn into
+    Axes: TypeAlias = Any  # axes of matplotlib
     Figure: TypeAlias = Any
     DataFrame: TypeAlias = Any
     Dataset: TypeAlias = Any
@@ -30,12 +30,12 @@ def pyplot() -> ModuleType:
 
 
 def given_or_new(ax: Axes | None, width: float, height: float) -> Axes:
-    """The axes to draw into: those that are given, or those of a new figure of this size in inches."""
+    """The given axes, or those of a new figure of this size in inches."""
     return ax if ax is not None else pyplot().subplots(figsize=(width, height), layout="constrained")[1]
 
 
 def panels(axes: Panels | None, rows: int, columns: int, size: tuple[float, float], sharex: bool = False) -> np.ndarray:
-    """Axes in rows and columns: those that are given, or those of a new figure of this size in inches."""
+    """Axes in rows and columns: the given ones, or those of a new figure of this size in inches."""
     if axes is None:
         axes = pyplot().subplots(rows, columns, figsize=size, sharex=sharex, squeeze=False, layout="constrained")[1]
     given = np.asarray(axes, object)
@@ -45,7 +45,7 @@ def panels(axes: Panels | None, rows: int, columns: int, size: tuple[float, floa
 
 
 def needed(module: str, extra: str, what: str) -> ModuleType:
-    """The module that something needs, or an error that says how to install it."""
+    """Imports an optional module. Raises `ModelError` with the install command if it is missing."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

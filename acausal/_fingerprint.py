@@ -1,4 +1,4 @@
-"""What an object is made of, as a short text that is the same in every process."""
+"""Digest of the contents of an object, equal in every process."""
 
 import dataclasses
 import enum
@@ -27,7 +27,7 @@ from ._jax_private import (
 )
 from ._tracing import is_traced
 
-# Whose classes are known by their name, as long as the versions are the same.
+# Packages whose classes are identified by name, given equal versions.
 LIBRARIES = ("acausal", "diffrax", "equinox", "lineax", "optimistix")
 OWN = ("jax", "jaxlib", "numpy")  # packages whose objects may be parameters of primitives
 DERIVATIVES = 5  # order up to which functions with derivative rules of their own are compared
@@ -35,13 +35,13 @@ _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
 class NoFingerprintError(TypeError):
-    """What an object is made of cannot be told, as that of a function."""
+    """An object without a fingerprint, such as a function."""
 
 
 def fingerprint(value: object) -> str:
-    """A digest of plain data, data classes of the libraries, arrays and jaxprs; equal for equal contents only.
+    """A digest of plain data, data classes of the libraries, arrays and jaxprs; equal only for equal contents.
 
-    Of classes only the names count. Raises `NoFingerprintError` for what holds anything else.
+    Classes count by name. Raises `NoFingerprintError` for any other content.
     """
     digest = hashlib.sha256()
     for piece in _pieces(value):
@@ -51,9 +51,9 @@ def fingerprint(value: object) -> str:
 
 
 def _pieces(value: Any) -> Iterator[bytes]:
-    """The contents one by one; where something holds others, their number comes first."""
+    """The contents one by one. The contents of a container follow their number."""
     kind = type(value)
-    if value is None or kind in (bool, int, float, str):  # what derives from them may print as it likes
+    if value is None or kind in (bool, int, float, str):  # subclasses may have another repr
         yield repr(value).encode()
     elif issubclass(kind, enum.Enum) and _is_of(value, LIBRARIES + OWN):
         yield f"{_name(kind)}.{value.name}".encode()
@@ -90,7 +90,7 @@ def _is_of(value: object, packages: tuple[str, ...]) -> bool:
 
 def _array(value: np.ndarray | np.generic | jax.Array) -> Iterator[bytes]:
     if is_traced(value) or jnp.issubdtype(value.dtype, jax.dtypes.extended) or value.dtype.hasobject:
-        raise NoFingerprintError(f"an array whose numbers cannot be told, of type {value.dtype}")
+        raise NoFingerprintError(f"an array of type {value.dtype}")
     array = np.asarray(value)
     yield f"array {array.dtype.str} {array.shape}".encode()
     yield array.tobytes()
@@ -102,7 +102,7 @@ def _closed(closed: ClosedJaxpr, order: int) -> Iterator[bytes]:
 
 
 def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
-    """A jaxpr, with the derivatives up to some order of functions that have derivatives of their own."""
+    """A jaxpr, and the derivatives, up to some order, of the functions in it with custom derivatives."""
     number: dict[Var, int] = {}
 
     def atoms(found: Sequence[Atom]) -> Iterator[bytes]:
@@ -119,7 +119,7 @@ def _program(jaxpr: Jaxpr, order: int) -> Iterator[bytes]:
     for eqn in jaxpr.eqns:
         operation = high_level(eqn)
         is_own = eqn.primitive in PRIMITIVES if operation is None else _is_of(operation, OWN)
-        if not is_own:  # what it computes is in its rules, which may be anybody's
+        if not is_own:  # a foreign primitive: its rules define it
             raise NoFingerprintError(str(eqn.primitive))
         yield (eqn.primitive.name if operation is None else _name(type(operation))).encode()
         yield from atoms(eqn.invars)
@@ -145,7 +145,7 @@ def _parameters(eqn: JaxprEqn, order: int) -> Iterator[bytes]:
 
 
 def _derivative(eqn: JaxprEqn) -> ClosedJaxpr:
-    """The derivative of one equation, along all its inputs that have derivatives."""
+    """The derivative of one equation along all its differentiable inputs."""
     invars: list[Any] = [Var(atom.aval) for atom in eqn.invars]
     jaxpr = Jaxpr((), invars, eqn.outvars, [eqn.replace(invars=invars)], debug_info=DebugInfo("", "", None, None))
     whole = jaxpr_as_fun(ClosedJaxpr(jaxpr, ()))
@@ -163,12 +163,12 @@ def _derivative(eqn: JaxprEqn) -> ClosedJaxpr:
 
     try:
         return jax.make_jaxpr(derivative)(values, [values[i] for i in moving])
-    except Exception as error:  # of the user's own rule, and met again where it is used
-        raise NoFingerprintError(f"a derivative that cannot be taken: {error}") from error
+    except Exception as error:  # of the user's own rule, which raises it again when it is used
+        raise NoFingerprintError(f"a failing derivative: {error}") from error
 
 
 def _parameter(value: object, order: int) -> Iterator[bytes]:
-    """A parameter of a primitive; jax's own objects are what they print."""
+    """A parameter of a primitive. The repr identifies objects of jax."""
     if isinstance(value, ClosedJaxpr):
         yield from _closed(value, order)
     elif isinstance(value, Jaxpr):

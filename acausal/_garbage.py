@@ -1,4 +1,4 @@
-"""Garbage is looked for less often while many objects are made that stay."""
+"""Less frequent garbage collection during passes that create many long-lived objects."""
 
 import contextlib
 import gc
@@ -9,11 +9,13 @@ SELDOM = (100_000, 20, 100)  # thresholds of `gc.set_threshold`: new objects, th
 
 @contextlib.contextmanager
 def seldom_collected() -> Iterator[None]:
-    """Structural passes and traces of programs make objects that stay; the collector would walk them again and again,
-    which takes a fifth of the time in which programs are traced.
+    """Raise the thresholds of the garbage collector.
+
+    Structural passes and traces of programs create long-lived objects. Repeated collections over them would take a
+    fifth of the tracing time.
     """
     before = gc.get_threshold()
-    if not 0 < before[0] < SELDOM[0]:  # by choice, or within another of these, maybe of another thread, which ends it
+    if not 0 < before[0] < SELDOM[0]:  # set by the user or by an outer call
         yield
         return
     gc.set_threshold(*SELDOM)

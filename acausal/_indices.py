@@ -1,4 +1,4 @@
-"""Indices as constants of programs, and what is found by them."""
+"""Constant indices of programs, and searches for an index."""
 
 from collections.abc import Sequence
 
@@ -10,22 +10,23 @@ from jaxtyping import Bool, UInt32
 
 
 def unsigned(indices: npt.ArrayLike) -> UInt32[np.ndarray, "..."]:
-    """Indices that cannot be negative, so that looking them up needs no operation that asks."""
+    """Unsigned indices: a lookup with them compiles no test for negative ones."""
     return np.asarray(indices, np.uint32)
 
 
 def behind_filler(is_own: Bool[np.ndarray, "..."]) -> UInt32[np.ndarray, "..."]:
-    """Where each place finds its value in a vector of a filler and, behind it, the values of the places that are
-    their own; the others find the filler.
+    """Indices into a vector that holds a filler value and then the values of the marked places.
+
+    A place without a value of its own gets index 0, the filler.
     """
     return unsigned(np.where(is_own, np.cumsum(is_own).reshape(is_own.shape), 0))
 
 
 def first_true(masks: Sequence[Array]) -> Array:
-    """The index of the first element that holds of several masks, one behind the other; their number if none does.
+    """The index of the first true element of several masks in sequence, or their total length if there is none.
 
-    They are not put together: XLA on the CPU compiles each part of a vector as a function of its own, but operations on
-    numbers as one.
+    The masks are not concatenated: XLA on the CPU compiles each part of a concatenation as a separate function, but
+    operations on numbers as one.
     """
     total = found = sum(mask.size for mask in masks)
     for mask in reversed(masks):

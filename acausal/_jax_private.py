@@ -1,18 +1,18 @@
-"""What is used of jax beyond its documented interface: a version that moves it is met here alone.
+"""The undocumented parts of jax that the library uses; a new version of jax needs changes only here.
 
-`jax.extend` and `jax.core` come without a promise of stability. The passes of the engine read programs (jaxprs), cut
-and reassemble them, and know the primitives below by their names and parameters:
+`jax.extend` and `jax.core` promise no stability. The passes of the engine read, cut and reassemble programs (jaxprs).
+They identify these primitives by name and parameters:
 
 - calls: `jit` with `jaxpr`; `custom_jvp_call` with `call_jaxpr`; `custom_vjp_call` with `call_jaxpr` or `fun_jaxpr`
-- `cond` with `branches`; `while` with `cond_nconsts`, `body_nconsts`, `cond_jaxpr`, `body_jaxpr`; `scan` with `jaxpr`,
-  and with what `scan_counts` reads
+- `cond` with `branches`; `while` with `cond_nconsts`, `body_nconsts`, `cond_jaxpr`, `body_jaxpr`; `scan` with `jaxpr`
+  and the parameters that `scan_counts` reads
 - arithmetic, by name; `integer_pow` with `y`; `reduce_*` with `axes`; `concatenate` with `dimension`; `dot_general`
   with `dimension_numbers`
 - indices: `dynamic_slice` with `slice_sizes`; `gather` with `dimension_numbers`, `slice_sizes` and `mode`
-- what stands for several others, with what `spelled_out` and `high_level` read
+- composite primitives, with the parameters that `spelled_out` and `high_level` read
 
-`trace_context` tells the settings that `jax.jit` traces anew for, those of context managers included;
-`backends_are_initialized` whether anything was compiled yet, after which XLA reads no flags.
+`trace_context` returns the settings, including those of context managers, that make `jax.jit` trace again.
+`backends_are_initialized` tells whether jax has compiled anything yet; XLA reads no flags after that.
 """
 
 from collections.abc import Callable
@@ -34,13 +34,13 @@ from jax.extend.core import get_opaque_trace_state as get_opaque_trace_state
 from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
 from jax.extend.core import primitives as _primitives
 
-Atom: TypeAlias = Var | Literal  # what an equation of a jaxpr reads
-# For `inline` of `jax.jit`: the operations stand in what is traced; True means in what is compiled, since jax 0.12.
+Atom: TypeAlias = Var | Literal  # an input of an equation of a jaxpr
+# For `inline` of `jax.jit`: inline while tracing. Since jax 0.12, True inlines only while compiling.
 INLINE: Any = getattr(getattr(jax, "Inline", None), "JAX_EARLY", True)
 
 
 def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:
-    """How many constants a `scan` reads, and how many values it carries; since jax 0.12 the inputs are in groups."""
+    """Numbers of the constants and of the carried values of a `scan`. Since jax 0.12, its inputs are in groups."""
     if "ft_in" not in eqn.params:
         return eqn.params["num_consts"], eqn.params["num_carry"]
     constants, carry, _ = eqn.params["ft_in"].unpack()
@@ -48,7 +48,7 @@ def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:
 
 
 def spelled_out(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """What a primitive computes that is short for several others; None for all else."""
+    """The jaxpr of a composite primitive; None for others."""
     match eqn.primitive.name:
         case "polynomial":  # since jax 0.12
             return _traced(_polynomial, eqn)
@@ -59,15 +59,15 @@ def spelled_out(eqn: JaxprEqn) -> ClosedJaxpr | None:
 
 
 def high_level(eqn: JaxprEqn) -> Any:
-    """The operation behind a primitive with rules of its own, such as a search in a sorted list; None for all else.
+    """The operation of a high-level primitive, such as a search in a sorted list; None for others.
 
-    Since jax 0.12. What it computes is `high_level_body`, how it is told from others its class with `params`.
+    Since jax 0.12. `high_level_body` is its jaxpr; its class and `params` identify it.
     """
     return eqn.params["_prim"] if eqn.primitive.name == "call_hi_primitive" else None
 
 
 def high_level_body(operation: Any) -> ClosedJaxpr:
-    """What an operation computes, without its rules for derivatives."""
+    """The jaxpr of an operation, without its rules for derivatives."""
     return jax.make_jaxpr(lambda *values: operation.expand(*operation.in_tree.unflatten(values)))(
         *operation.in_avals_flat
     )
@@ -78,7 +78,7 @@ def _traced(function: Callable[..., Any], eqn: JaxprEqn) -> ClosedJaxpr:
 
 
 def _polynomial(x: Array, *coefficients: Array) -> Array:
-    """By Horner's scheme, of coefficients from the constant one on."""
+    """Horner's scheme; the constant coefficient comes first."""
     value = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * x + coefficient

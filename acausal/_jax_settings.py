@@ -1,5 +1,5 @@
-"""Settings of jax that are made when `acausal` is imported: double precision, options of the compiler, compiled
-programs kept for later processes, and no complaints about slow compilation.
+"""Settings of jax at the import of `acausal`: double precision, compiler options, the cache of compiled programs, and
+no messages about slow compilation.
 """
 
 import atexit
@@ -21,13 +21,13 @@ ON = ("1", "true", "on", "yes")
 
 
 def enable_double_precision() -> None:
-    """Switch jax to 64-bit floats unless the environment variable `JAX_ENABLE_X64` says no.
+    """Switch jax to 64-bit floats unless the environment variable `JAX_ENABLE_X64` forbids it.
 
-    Pressures of 1e6 Pa beside volumes of 1e-9 m3 and tolerances of 1e-9 do not fit in 32 bits.
+    32 bits are too few for pressures of 1e6 Pa, volumes of 1e-9 m3 and tolerances of 1e-9 in one model.
     """
     if os.environ.get("JAX_ENABLE_X64", "1").lower() in OFF:
         warnings.warn(
-            "JAX_ENABLE_X64=0: acausal runs in single precision, where tolerances below about 1e-4 cannot be met. "
+            "JAX_ENABLE_X64=0: acausal runs in single precision, which cannot meet tolerances below about 1e-4. "
             "Unset the variable to get 64-bit floats.",
             stacklevel=3,
         )
@@ -35,19 +35,18 @@ def enable_double_precision() -> None:
     jax.config.update("jax_enable_x64", True)
 
 
-# In bytes, of the buffers of a loop. A single simulation is below, a wide batch, which runs better in pieces, above.
+# Size of the buffers of a loop in bytes. A single simulation has less, a wide batch, which runs better unfused, more.
 SMALL_LOOP = 1_000_000
-# XLA leaves options of this kind that it does not know alone.
+# XLA ignores unknown options of this kind.
 _OPTIONS = f"xla_cpu_small_while_loop_byte_threshold={SMALL_LOOP},xla_cpu_disable_new_fusion_emitters=true"
 
 
 def choose_compiler_options() -> None:
-    """Let XLA on the CPU compile a loop over small arrays as one function, instead of calling each of its operations,
-    and operations outside of loops by its older emitters.
+    """Let XLA on the CPU compile a loop over small arrays as one function, and use its older emitters outside of loops.
 
-    The first halves the time of a simulation, the second takes a quarter off the time of compilation and nothing off
-    the speed. XLA reads its flags once, when jax first compiles; later than that they are left as they are. A choice
-    already made in the environment variable `XLA_FLAGS` wins.
+    The first halves the run time of a simulation. The second shortens compilation by a quarter at equal speed. XLA
+    reads its flags once, when jax first compiles, so later changes would have no effect. A choice in the environment
+    variable `XLA_FLAGS` has priority.
     """
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_backend_extra_options" not in flags and not backends_are_initialized():
@@ -55,31 +54,31 @@ def choose_compiler_options() -> None:
 
 
 def choose_optimisation() -> None:
-    """Let XLA leave out most of its optimisations, in all programs of the process, if the environment variable
-    `ACAUSAL_OPTIMISE` says no: they are compiled sooner, and run for longer.
+    """Switch off most optimisations of XLA for the whole process if the environment variable `ACAUSAL_OPTIMISE` says
+    so: programs compile faster and run more slowly.
 
-    jax has no such setting for some programs only: not for those that are traced into one of the user's.
+    jax has no such setting for single programs that are traced into one of the user's.
     """
     if os.environ.get("ACAUSAL_OPTIMISE", "").lower() in OFF:
         jax.config.update("jax_disable_most_optimizations", True)
 
 
 def silence_slow_compilation() -> None:
-    """Keep XLA from writing that a compilation is slow, and how to file a bug about it; nothing is wrong.
+    """Silence XLA's reports of slow compilation, which ask the user to file a bug.
 
-    It is the logging of XLA's own that is restricted to fatal errors; others reach the user as exceptions. A level
-    chosen in the environment variable `TF_CPP_MIN_LOG_LEVEL` or by `jax_logging_level` wins.
+    This restricts XLA's own log to fatal errors; other errors still reach the user as exceptions. A level chosen in the
+    environment variable `TF_CPP_MIN_LOG_LEVEL` or by `jax_logging_level` has priority.
     """
     level = jax.config.jax_logging_level  # pyright: ignore[reportAttributeAccessIssue]
-    if level == "NOTSET" and os.environ.get("TF_CPP_MIN_LOG_LEVEL", "1") == "1":  # which is what jax sets
+    if level == "NOTSET" and os.environ.get("TF_CPP_MIN_LOG_LEVEL", "1") == "1":  # the value that jax sets
         jax.config.update("jax_logging_level", "CRITICAL")
-        jax.config.update("jax_logging_level", level)  # back for python's loggers; XLA's follows no "NOTSET"
+        jax.config.update("jax_logging_level", level)  # restores Python's loggers; XLA ignores "NOTSET"
 
 
 class Programs:
-    """Where the library keeps programs: `folder`, None where jax was told another one, or none are kept.
+    """The program cache. `folder` is None if the user chose another folder for jax, or none.
 
-    `flags` and `context` are the flags of XLA and the settings of jax that they are made with, those of the import.
+    `flags` and `context` are the flags of XLA and the settings of jax at import, with which programs are compiled.
     """
 
     folder: Path | None = None
@@ -88,15 +87,15 @@ class Programs:
 
 
 programs = Programs()
-LARGEST = 1_000_000_000  # bytes of compiled programs that are kept
+LARGEST = 1_000_000_000  # size of the cache in bytes
 
 
 def keep_compiled_programs() -> None:
-    """Let jax keep compiled programs in a folder of the user's, so that a later process need not compile them again.
+    """Cache compiled programs in a folder of the user, so that later processes do not compile them again.
 
-    A folder chosen for jax before (`jax_compilation_cache_dir`, `JAX_COMPILATION_CACHE_DIR`) wins and is left as it is.
-    The environment variable `ACAUSAL_CACHE` names another folder, or none by "off". Programs are run as they are read:
-    a folder to which others can write is warned of and not used.
+    A folder already chosen for jax (`jax_compilation_cache_dir`, `JAX_COMPILATION_CACHE_DIR`) has priority. The
+    environment variable `ACAUSAL_CACHE` names another folder; "off" disables the cache. Cached programs are executed
+    without further checks, so a folder that others can write to is not used, with a warning.
     """
     programs.flags, programs.context = os.environ.get("XLA_FLAGS"), trace_context()
     chosen = os.environ.get("ACAUSAL_CACHE", "")
@@ -108,12 +107,12 @@ def keep_compiled_programs() -> None:
         if not is_own(folder.stat()) and not chosen:
             folder.chmod(0o700)
         is_safe = is_own(folder.stat())
-    except OSError:  # no folder to write to, as on a locked-down machine: everything is compiled anew
+    except OSError:  # no writable folder, as on a locked-down machine: no cache
         return
     if not is_safe:
         warnings.warn(
-            f"Compiled programs are not kept in {folder}, since others can write to it, and what is in it is run. "
-            f"Remedy: a folder of your own (chmod go-w {folder}), another one named by ACAUSAL_CACHE, or "
+            f"Compiled programs are not cached in {folder}: others can write to it, and cached programs are executed. "
+            f"Remedy: restrict the folder (chmod go-w {folder}), name another one by ACAUSAL_CACHE, or set "
             "ACAUSAL_CACHE=off.",
             stacklevel=3,
         )
@@ -125,7 +124,7 @@ def keep_compiled_programs() -> None:
 
 
 def _user_cache() -> Path:
-    """Where the operating system wants what programs may lose."""
+    """The cache folder of the operating system."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     if sys.platform == "darwin":
@@ -134,13 +133,12 @@ def _user_cache() -> Path:
 
 
 def forget_oldest(folder: Path, largest: int) -> None:
-    """Remove the programs not read for longest, until the rest are no larger than this together.
+    """Delete the least recently read programs until the total size is at most `largest`.
 
-    What neither jax nor the library has written stays, since the folder may be one that the user keeps other files in.
-    Other processes may do the same at the same time: what is gone is gone.
+    Other files stay: the folder may hold files of the user. Other processes may delete files at the same time.
     """
     files = []
-    for entry in itertools.chain(folder.glob("*-cache"), folder.glob("*-program")):  # as jax names its own, and as ours
+    for entry in itertools.chain(folder.glob("*-cache"), folder.glob("*-program")):  # programs of jax, and ours
         try:
             status = entry.stat()
         except OSError:

@@ -1,6 +1,4 @@
-"""Dense linear systems: repeated solves with one matrix, inverted once where it is small, LU-factorised where it is
-large; and least squares.
-"""
+"""Dense linear systems: repeated solves with one matrix, by an inverse or by LU factors, and least squares."""
 
 import functools as ft
 from collections.abc import Callable
@@ -15,7 +13,7 @@ from jax import lax
 from jax.custom_batching import custom_vmap
 from jaxtyping import Array, Float
 
-LARGEST_INVERSE = 40  # beyond it LAPACK is faster, although XLA does not compile a loop that calls it as one function
+LARGEST_INVERSE = 40  # above it, LAPACK is faster, although XLA does not compile a loop with its calls as one function
 
 _Vector = Float[Array, " n"]
 _Matrix = Float[Array, "n n"]
@@ -23,11 +21,11 @@ _Solve = Callable[[_Vector], _Vector]
 
 
 def gauss_jordan_inverse(matrix: _Matrix) -> _Matrix:
-    """Inverse by elimination in place with partial pivoting; not finite where the matrix is singular.
+    """Inverse by elimination in place with partial pivoting; not finite for a singular matrix.
 
-    Rows are never exchanged (`pivot_of[i]` is the column that row `i` eliminated, n before), so that a sweep is
-    elementwise: for small matrices XLA on CPU runs this faster than its calls to LAPACK. Indices cannot be negative,
-    so that looking them up needs no operation that asks.
+    Rows are never exchanged: `pivot_of[i]` is the column that row `i` eliminated, and n before. So a sweep is
+    elementwise, and faster for small matrices on the CPU than calls of LAPACK. Indices are unsigned: a lookup compiles
+    no test for negative ones.
     """
     n = len(matrix)
     index = jnp.arange(n, dtype=np.uint32)
@@ -48,12 +46,12 @@ def gauss_jordan_inverse(matrix: _Matrix) -> _Matrix:
 
 
 def least_squares(a: Float[Array, "m n"], b: Float[Array, "m k"]) -> Float[Array, "n k"]:
-    r"""The x of which each column minimises $|A x - b|$, for a matrix of full rank with at least as many rows as
+    r"""The least-squares solution x of $A x = b$ for each column of b; A has full rank and at least as many rows as
     columns.
 
-    Reflections $I - 2 v v^T / v^T v$ bring `a` to a triangle column by column, as Golub and Van Loan, Matrix
-    Computations, section 5.2, do, in operations that XLA compiles itself: it does not compile a loop that calls LAPACK
-    as one function.
+    Householder reflections $I - 2 v v^T / v^T v$ reduce `a` to a triangle column by column (Golub and Van Loan, Matrix
+    Computations, section 5.2). XLA does not compile a loop with calls of LAPACK as one function, but does so with these
+    operations.
     """
     n = a.shape[1]
     rows, columns = jnp.arange(len(a)), jnp.arange(n)[:, None]
@@ -74,8 +72,8 @@ def least_squares(a: Float[Array, "m n"], b: Float[Array, "m k"]) -> Float[Array
 
 
 class Factors(eqx.Module):
-    """A matrix ready for solves, which are not differentiated with respect to it: its inverse, or where it is large,
-    its factors and their permutation; those of the matrix whose rows are multiplied by `scale`.
+    """A factorised matrix with rows multiplied by `scale`: its inverse, or the LU factors and permutation of a large
+    one. Solves are not differentiated with respect to it.
     """
 
     scale: _Vector
@@ -92,7 +90,7 @@ class Factors(eqx.Module):
         return self.scale * x
 
     def refined(self, matrix: _Matrix) -> tuple[_Solve, _Solve]:
-        """Functions that solve with the matrix and with its transpose, as exactly as elimination does."""
+        """Functions that solve with the matrix and with its transpose, with the accuracy of elimination."""
         if len(self.parts) > 1:
             return self.solve, self.solve_transposed
         return _refined(matrix, self.solve), _refined(matrix.T, self.solve_transposed)
@@ -127,10 +125,10 @@ def _by_columns(factors: Factors, b: _Vector) -> _Vector:
 
 
 def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: int = 0) -> Factors:
-    """The factors of a matrix, of whose last `n_integrals` columns only the diagonal is not zero.
+    """The factors of a matrix whose last `n_integrals` columns are zero except on the diagonal.
 
-    Before pivots are chosen each row is divided by its largest term for an `x` of nominal size, so that neither the
-    units of the equations nor those of `x` matter.
+    Each row is first divided by its largest term for an `x` of nominal size, so the choice of pivots does not depend on
+    the units of the equations and of `x`.
     """
     terms = jnp.abs(matrix if nominal is None else matrix * nominal)
     scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
@@ -140,7 +138,7 @@ def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: 
 
 
 def _inverse(matrix: _Matrix, n: int) -> _Matrix:
-    """The inverse of a matrix of whose columns behind the first n only the diagonal is not zero."""
+    """The inverse of a matrix whose columns after the first n are zero except on the diagonal."""
     if n == len(matrix):
         return gauss_jordan_inverse(matrix)
     first = gauss_jordan_inverse(matrix[:n, :n]) if n else matrix[:0, :0]
@@ -152,7 +150,7 @@ def _inverse(matrix: _Matrix, n: int) -> _Matrix:
 
 
 def _refined(matrix: _Matrix, rough: _Solve) -> _Solve:
-    """One step of iterative refinement brings the residual down to what elimination leaves."""
+    """A solver with one step of iterative refinement, which reduces the residual to that of elimination."""
 
     def solve(b: _Vector) -> _Vector:
         x = rough(b)
@@ -164,9 +162,9 @@ def _refined(matrix: _Matrix, rough: _Solve) -> _Solve:
 def linear_solver(
     matrix: _Matrix, nominal: _Vector | None = None, *, factors: Factors | None = None, is_refined: bool = False
 ) -> _Solve:
-    r"""A function that solves $A x = b$ for many `b`; where `is_refined`, as exactly as elimination does.
+    r"""A function that solves $A x = b$ for many `b`; with `is_refined`, with the accuracy of elimination.
 
-    The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix may be given.
+    The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix can be given.
     """
     factors = factors or factors_of(matrix, nominal)
     solve, solve_transposed = ft.partial(_solution, factors), factors.solve_transposed

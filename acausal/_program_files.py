@@ -1,4 +1,4 @@
-"""Files with compiled programs: read only where nobody else can have written them, and where they are whole."""
+"""Files with compiled programs, read only if they are complete and no other user can have written them."""
 
 import contextlib
 import hashlib
@@ -10,12 +10,12 @@ DIGEST = hashlib.sha256().digest_size
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Whether a file or folder belongs to the user, and nobody else may write to it; where users are told apart."""
+    """Whether a file or folder belongs to the user and others cannot write to it; True on systems without users."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
 
 
 def write(file: Path, content: bytes) -> None:
-    """Write a file: elsewhere first, so that no other process or thread reads half of it. Raises `OSError`."""
+    """Write a file atomically, so that no other process or thread reads a part of it. Raises `OSError`."""
     handle, part = tempfile.mkstemp(dir=file.parent, prefix="run-", suffix="-part-program")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -28,7 +28,7 @@ def write(file: Path, content: bytes) -> None:
 
 
 def read(file: Path) -> bytes | None:
-    """What was written to a file; None where it is not there, is not the user's own, or is spoilt."""
+    """The content of a file; None if it is missing, corrupt, or not the user's own."""
     try:
         with file.open("rb") as stream:
             whole = stream.read() if is_own(os.fstat(stream.fileno())) else b""

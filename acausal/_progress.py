@@ -1,7 +1,7 @@
-"""What is being compiled, said where it takes longer than a moment.
+"""Progress messages for slow compilations.
 
-jax tells when it begins and ends to trace, to lower and to compile a program; what the program is for is noted by the
-functions of the library that need it.
+jax reports the begin and the end of tracing, lowering and compiling a program. The functions of the library register
+the purpose of the program.
 """
 
 import contextlib
@@ -18,8 +18,8 @@ from jax import monitoring
 from ._garbage import seldom_collected
 from ._jax_settings import OFF, ON
 
-DELAY = 1.0  # s after which a compilation is announced
-PAUSE = 0.2  # s between compilations; after a longer pause the next one is that of another program
+DELAY = 1.0  # s; a longer compilation is announced
+PAUSE = 0.2  # s; phases of one program follow each other faster
 TRACING, LOWERING, COMPILING = (
     f"/jax/core/compile/{phase}_duration" for phase in ("jaxpr_trace", "jaxpr_to_mlir_module", "backend_compile")
 )
@@ -27,7 +27,10 @@ TRACING, LOWERING, COMPILING = (
 
 @dataclasses.dataclass
 class Subject:
-    """What a program computes, by `function`; `wanted` says whether to speak of it, None: where somebody reads it."""
+    """The purpose of a program with the name `function`.
+
+    `wanted` enables or disables its message; None enables it in terminals and notebooks.
+    """
 
     text: str
     function: str
@@ -40,17 +43,17 @@ class Subject:
 
 @dataclasses.dataclass
 class Work:
-    """What jax does in a thread: how deep in programs within programs it is, since when, and what for."""
+    """State of the compilation in one thread: depth of nested programs, start time and purpose."""
 
     depth: int = 0
-    calls: int = 0  # of the library that are under way outside of all programs
+    calls: int = 0  # running calls of the library outside of all programs
     since: float = 0.0
-    ended: float = 0.0  # or 0, where that was the end of a program
-    error: BaseException | None = None  # that was being handled then already
+    ended: float = 0.0  # 0 after the end of a program
+    error: BaseException | None = None  # that was already being handled at the start
     subject: Subject | None = None
     last: Subject | None = None
     timer: threading.Timer | None = None
-    said: TextIO | None = None  # where it was said that the program is being compiled
+    said: TextIO | None = None  # stream with an open message
 
     def begin(self, event: str, name: object) -> None:
         self.depth += 1
@@ -65,7 +68,7 @@ class Work:
         self.watch()
 
     def _identify(self, event: str, name: object) -> None:
-        """A program that begins outside of all calls of the library: somebody else's, or a transpose of one of ours."""
+        """Identify a program outside of all calls of the library: a foreign one, or a transpose of one of ours."""
         if event == TRACING:
             self.subject = None
             if self.last is not None and self.last.function == f"jit({name})":
@@ -82,7 +85,7 @@ class Work:
             self.timer.cancel()
             self.timer.join()
             self.timer = None
-        if sys.exc_info()[1] is not self.error:  # it was interrupted, for one
+        if sys.exc_info()[1] is not self.error:  # such as an interrupt
             self._close("\n")
         elif event == COMPILING:
             self._close(f"\rCompiled {self.subject} in {self.ended - self.since:.0f} s.\n")
@@ -92,7 +95,7 @@ class Work:
                 self.subject = None
 
     def watch(self) -> None:
-        """Speak of it unless it is over by then."""
+        """Announce the compilation if it takes longer than `DELAY`."""
         stream = sys.stderr
         if self.subject is None or self.said or self.timer or not is_read(stream, self.subject.wanted):
             return
@@ -105,7 +108,7 @@ class Work:
         self.said = stream
 
     def _close(self, text: str) -> None:
-        """End the line, where there is one."""
+        """End an open message."""
         if self.said is not None:
             _write(self.said, text)
             self.said = None
@@ -120,7 +123,7 @@ _here = _Threads()
 
 
 def announce_compilation() -> None:
-    """Say what is being compiled wherever that takes longer than `DELAY`."""
+    """Register the messages about compilations that take longer than `DELAY`."""
     monitoring.register_scalar_listener(_begin)
     monitoring.register_event_duration_secs_listener(_end)
 
@@ -137,9 +140,9 @@ def _end(event: str, duration_secs: float, **names: object) -> None:
 
 @contextlib.contextmanager
 def compiling(text: str, model: object, function: Callable[..., object], wanted: bool | None = None) -> Iterator[None]:
-    """What is compiled from here on is `text` of `model`, as in "a run", or a program of the user's that holds it.
+    """Register the purpose of the next compilation: `text` of `model`, such as "a run", or a user's program around it.
 
-    `function` is what is called; jax may compile its transpose later.
+    `function` is the function called. jax may compile its transpose later.
     """
     work, name = _here.work, getattr(function, "__name__", "")
     work.subject = work.last = Subject(f"{text} of {type(model).__name__}", f"jit({name})", wanted)
@@ -157,7 +160,7 @@ def compiling(text: str, model: object, function: Callable[..., object], wanted:
 
 
 def differentiating() -> None:
-    """What is compiled is a gradient."""
+    """Register that the compiled program is a gradient."""
     work = _here.work
     if work.subject is not None and not work.subject.is_gradient:
         work.subject.is_gradient = True
@@ -166,14 +169,14 @@ def differentiating() -> None:
 
 
 def _write(stream: TextIO, text: str) -> None:
-    with contextlib.suppress(OSError, ValueError):  # closed by now
+    with contextlib.suppress(OSError, ValueError):  # a closed stream
         stream.write(text)
         stream.flush()
 
 
 def is_read(stream: TextIO | None, wanted: bool | None) -> bool:
-    """Whether to speak: not where the environment variable `ACAUSAL_PROGRESS` or `wanted` forbids it; where one of them
-    asks for it; else to a terminal or a notebook.
+    """Whether to print messages: as the environment variable `ACAUSAL_PROGRESS` or `wanted` says, a prohibition first;
+    otherwise in terminals and notebooks.
     """
     if stream is None or is_silent(stream, wanted):
         return False
@@ -181,12 +184,12 @@ def is_read(stream: TextIO | None, wanted: bool | None) -> bool:
 
 
 def is_silent(stream: TextIO | None, wanted: bool | None) -> bool:
-    """Whether nothing may be said, not even in a log."""
+    """Whether all messages are forbidden, even in a log."""
     return stream is None or _chosen() in OFF or wanted is False
 
 
 def is_terminal(stream: TextIO) -> bool:
-    """Whether somebody reads what is written as it comes."""
+    """Whether a stream belongs to a terminal or a notebook."""
     return stream.isatty() or "ipykernel" in type(stream).__module__
 
 

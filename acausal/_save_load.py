@@ -1,4 +1,4 @@
-"""Solutions and other results in one file: what they are, for anyone to read, and what it takes to load them again."""
+"""Files of solutions and other results, with a description that other programs can read."""
 
 import importlib.metadata
 import json
@@ -20,22 +20,22 @@ from ._declare.component import Component
 from ._errors import ModelError, listed
 
 ABOUT, DATA = "about.json", "data.pickle"
-# What `zipfile` raises where it meets something else than it expects.
+# Errors of `zipfile` for damaged files.
 SPOILT = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError)
 PACKAGES = ("acausal", "jax", "equinox", "diffrax", "numpy")
 
 
 class VersionWarning(UserWarning):
-    """A file was written with other versions than those that read it, or by a model with other equations."""
+    """A file was written with other versions of the packages, or by a model with other equations."""
 
 
 def save(file: str | os.PathLike[str], item: object) -> None:
-    """Write a solution, a model or another result to a file, from which `load` makes it again.
+    """Write a solution, a model or another result to a file for `load`.
 
-    The file is a zip archive. `about.json` in it holds the parameters of the model with units, the options of the run
-    and the versions of Python and of the packages, for `about(file)` and other programs.
+    The file is a zip archive. Its entry `about.json` holds the parameters of the model with units, the options of the
+    run and the versions of Python and of the packages, for `about(file)` and other programs.
 
-    Raises `ModelError` for what cannot be stored, such as what `jit` is tracing, or an instance of a class that a
+    Raises `ModelError` for an item that cannot be stored, such as a traced value or an instance of a class that a
     function defines.
     """
     try:
@@ -49,13 +49,13 @@ def save(file: str | os.PathLike[str], item: object) -> None:
 
 
 def load(file: str | os.PathLike[str]) -> Any:
-    """What `save` has written. Its classes must be there to import. Load only files that you trust: they can run code.
+    """Read the item of a file of `save`. Load only files that you trust: they can run code.
 
-    Warns with `VersionWarning` where versions differ from those that it was written with, and where the equations of a
-    solution do: what it says of all but its states follows from them.
+    The classes of the item must be importable. Warns with `VersionWarning` if the versions of the packages or the
+    equations of the model have changed: a solution computes all its values except the states from the equations.
 
-    Raises `ModelError` where the file is none of `save`, is damaged, or cannot be read with the versions and classes
-    that are there.
+    Raises `ModelError` if `save` has not written the file, if it is damaged, or if the present versions and classes
+    cannot read it.
     """
     written = about(file)
     was, now = written["versions"], _versions()
@@ -73,9 +73,9 @@ def load(file: str | os.PathLike[str]) -> Any:
     described = _plain(_described(item))
     _check_units(file, written, described)
     if not other and written.get("equations") != described.get("equations"):
-        said = f"{file} was written when the classes of {written['model']} stated other equations."
+        said = f"{file} was written with other equations in the classes of {written['model']}."
         warnings.warn(
-            f"{said} All but its states follows from those that they state now.", VersionWarning, stacklevel=2
+            f"{said} All values except the states follow from the present equations.", VersionWarning, stacklevel=2
         )
     return item
 
@@ -85,7 +85,7 @@ _GONE = "Its classes must be where they were: import or define them first."
 
 
 def _check_units(file: Any, written: dict[str, Any], described: dict[str, Any]) -> None:
-    """Raise where parameters that are read have other units than those that were written."""
+    """Raise if the unit of a parameter has changed since the file was written."""
     then, now = (
         {path: parameter["unit"] for path, parameter in said.get("parameters", {}).items()}
         for said in (written, described)
@@ -95,9 +95,9 @@ def _check_units(file: Any, written: dict[str, Any], described: dict[str, Any]) 
 
 
 def about(file: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a file of `save` holds: kind, parameters of the model with units, options of the run, versions.
+    """Description of a file of `save`: kind, parameters of the model with units, options of the run, versions.
 
-    Raises `ModelError` for a file of another kind, and for one that is not there.
+    Raises `ModelError` for a missing file and for a file of another kind.
     """
     if not Path(file).is_file():
         raise ModelError(f"There is no file {file}.")
@@ -125,7 +125,7 @@ def _versions() -> dict[str, str]:
 
 
 def _described(item: Any) -> dict[str, Any]:
-    """What an item says of itself; of a model, its parameters."""
+    """The description of an item; for a model, its parameters."""
     if isinstance(item, Component):
         return {"parameters": described(parameters(item))}
     return item._described() if hasattr(item, "_described") else {}
@@ -137,7 +137,7 @@ def described(params: Parameters) -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    """What JSON knows: arrays as lists; what is not finite, and all else, as text."""
+    """A value for JSON: arrays as lists, numbers that are not finite and other values as text."""
     if isinstance(value, dict):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Tangents that may be symbolic zeros, as rules of `jax.custom_jvp` get them."""
+"""Tangents in rules of `jax.custom_jvp`, which can be symbolic zeros."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +14,7 @@ from ._numbers import Numbers
 
 
 def array_of(tangent: Array | SymbolicZero) -> Numbers:
-    """A tangent that may be a symbolic zero as an array."""
+    """A tangent as an array; a symbolic zero becomes an array of zeros."""
     if not isinstance(tangent, SymbolicZero):
         return tangent
     aval: Any = tangent.aval
@@ -25,7 +25,7 @@ def array_of(tangent: Array | SymbolicZero) -> Numbers:
 def pushed(
     function: Callable[..., Numbers], primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]
 ) -> tuple[Array, Array]:
-    """`jax.jvp` along those leaves only that change."""
+    """`jax.jvp` along the leaves with a nonzero tangent only."""
     leaves, structure = jax.tree_util.tree_flatten(primals)
     directions = jax.tree_util.tree_leaves(tangents, is_leaf=lambda x: isinstance(x, SymbolicZero))
     moving = [i for i, direction in enumerate(directions) if not isinstance(direction, SymbolicZero)]

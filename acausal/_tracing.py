@@ -1,4 +1,4 @@
-"""Whether a value is a number or stands for one that is not known yet."""
+"""Tests for values that jax is tracing."""
 
 import jax
 import numpy as np
@@ -19,12 +19,12 @@ def are_traced(*values: object) -> bool:
 
 
 def within_transformation() -> bool:
-    """Whether a function is being traced, known numbers in it or not."""
+    """Whether a function is being traced, even if its numbers are known."""
     return get_opaque_trace_state() != _OUTSIDE
 
 
 def known(value: object) -> np.ndarray | None:
-    """The numbers of a value, also while it is differentiated; None where `jax.jit` or `jax.vmap` trace it."""
-    # Of what is only differentiated, this is the number itself.
+    """The numbers of a value, also during differentiation; None if `jax.jit` or `jax.vmap` trace it."""
+    # The primal of a value that is only differentiated.
     value = jax.lax.stop_gradient(value)
     return None if is_traced(value) else np.asarray(value)

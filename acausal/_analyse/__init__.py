@@ -1,1 +1,1 @@
-"""Linearisation at an operating point, and what follows from it: modes, responses, gains, realisations."""
+"""Linearisation at an operating point, and its analysis: modes, responses, gains, realisations."""

@@ -1,4 +1,4 @@
-"""`LinearSystem`: A, B, C, D with names, and what follows from them."""
+"""`LinearSystem`: A, B, C, D with names, and their analysis."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,16 +19,16 @@ from .zeros import TransferFunction, dc_gain, transfer_function, transmission_ze
 
 
 class LinearSystem(eqx.Module):
-    """Small deviations from an operating point: dx/dt = A x + B u, y = C x + D u; made by `linearise`.
+    """A linear system for small deviations from an operating point: dx/dt = A x + B u, y = C x + D u; see `linearise`.
 
     - `A`, `B`, `C`, `D`: in the units of states, inputs and outputs; `rates` are the derivatives of the states at the
-      operating point itself, which vanish at an equilibrium.
-    - `states`, `inputs`, `outputs`: names; `unit(name)` is the unit, "" where it is not known.
-    - `sizes`: the nominal sizes of the states, in which eigenvalues and ranks are computed.
+      operating point, zero at an equilibrium.
+    - `states`, `inputs`, `outputs`: names; `unit(name)` is the unit, "" if it is unknown.
+    - `sizes`: the nominal sizes of the states, which scale them for eigenvalues and ranks.
 
-    It is a pytree: under `jax.vmap` a batch comes out, whose `poles` have one more axis; take one system of it with
-    `jax.tree_util.tree_map(lambda x: x[i], batch)` for the rest. `poles`, `modes`, `participation`, `energy`,
-    `frequency_response`, `step_response` and `impulse_response` can be traced and differentiated. The others decide
+    It is a pytree: `jax.vmap` returns a batch, whose `poles` have one more axis; select one system of it by
+    `jax.tree_util.tree_map(lambda x: x[i], batch)` for other results. `poles`, `modes`, `participation`, `energy`,
+    `frequency_response`, `step_response` and `impulse_response` can be traced and differentiated. Other methods decide
     on ranks and need numbers.
     """
 
@@ -38,7 +38,7 @@ class LinearSystem(eqx.Module):
     D: Float[Array, "p m"]
     rates: Float[Array, " n"]
     _point: Point | None
-    _basis: Float[Array, "all n"] | None  # dy = basis dx, where some of the system's states y are redundant
+    _basis: Float[Array, "all n"] | None  # dy = basis dx, if some of the system's states y are redundant
     states: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)
     outputs: tuple[str, ...] = eqx.field(static=True)
@@ -48,18 +48,18 @@ class LinearSystem(eqx.Module):
 
     @property
     def _scaled(self) -> tuple[Array, Array, Array, Array]:
-        """A, B, C, D for states measured in their nominal sizes."""
+        """A, B, C, D for states scaled by their nominal sizes."""
         sizes = np.array(self.sizes)
         return self.A / sizes[:, None] * sizes, self.B / sizes[:, None], self.C * sizes, self.D
 
     @property
     def poles(self) -> Complex[Array, " n"]:
-        """Eigenvalues of A in 1/s, in rising order of size; differentiable where they are simple."""
+        """Eigenvalues of A in 1/s, in ascending order of magnitude; differentiable if they are simple."""
         return poles_of(self._scaled[0])
 
     @property
     def modes(self) -> Modes:
-        """Poles with frequencies, damping, shapes and participation; `print` them for a table."""
+        """Poles with frequencies, damping, shapes and participation. `print` shows a table."""
         return modes_of(self._scaled[0], np.array(self.sizes), self.states)
 
     @property
@@ -69,13 +69,13 @@ class LinearSystem(eqx.Module):
 
     @property
     def energy(self) -> Shares:
-        """The share of each component that stores energy in each mode; `print` it for a table.
+        """The share of each component that stores energy in each mode. `print` shows a table.
 
-        For a mode shape v and the Hessian H of a component's stored energy with respect to the states, v^H H v / 4 is
-        the energy it stores in the mode, averaged over a period of an undamped oscillation; the shares are those of
-        the sum of absolute values. It is the energy of the deviation, so the shares mean what they say about an
-        equilibrium. The share of a component that helps to drive the mode, such as a weight on top of an inverted
-        pendulum, is negative. A mode that stores nothing, such as an angle that a free shaft keeps, has no shares.
+        With a mode shape v and the Hessian H of a component's stored energy with respect to the states, v^H H v / 4 is
+        its energy in the mode, averaged over a period of an undamped oscillation. The shares refer to
+        the sum of absolute values. It is the energy of the deviation, so the shares are meaningful at an
+        equilibrium. A component that drives the mode, such as a weight on top of an inverted
+        pendulum, has a negative share. A mode without stored energy, such as the angle of a free shaft, has no shares.
         """
         if self._point is None:
             raise ModelError("A realisation in other states has no components: ask the system that linearise returned.")
@@ -97,33 +97,33 @@ class LinearSystem(eqx.Module):
 
     @property
     def dc_gain(self) -> Float[np.ndarray, "p m"]:
-        """The lasting change of each output for a lasting change of each input; infinite where it passes an integrator.
+        """The steady change of each output for a constant change of each input; infinite with an integrator.
 
-        `frequency_response(0.0)` is the same, traceable, for systems without poles at 0. For an unstable system it is
-        the gain between equilibria, which are not reached.
+        For systems without poles at 0, `frequency_response(0.0)` is the same, and traceable. For an unstable system, it
+        is the gain between equilibria, which the system does not reach.
         """
         return dc_gain(self._scaled)
 
     @property
     def zeros(self) -> Complex[np.ndarray, " zeros"]:
-        """Transmission zeros in 1/s: where the rank of [A - s, B; C, D] of the minimal system is less than usual."""
+        """Transmission zeros in 1/s: values of s at which [A - s, B; C, D] of the minimal system loses rank."""
         A, B, C, D = self._scaled
         return transmission_zeros((*realisation.minimal(A, B, C), D))
 
     def transfer_function(self, output: str | None = None, input: str | None = None) -> TransferFunction:
-        """Numerator and denominator of a channel, common factors cancelled; names may be left out if there is one."""
+        """Numerator and denominator of a channel without common factors. Names are optional if there is one channel."""
         return transfer_function(self.channel(output, input)._scaled)
 
     def channel(self, output: str | None = None, input: str | None = None) -> "LinearSystem":
-        """The system from one input to one output; names may be left out where there is one."""
+        """The system from one input to one output. Names are optional if there is only one."""
         i, j = self._index(self.outputs, output, "output"), self._index(self.inputs, input, "input")
         units = (self.units[0], (self.units[1][j],), (self.units[2][i],))
         changes = dict(B=self.B[..., j : j + 1], C=self.C[..., i : i + 1, :], D=self.D[..., i : i + 1, j : j + 1])
         return self._replaced(**changes, inputs=(self.inputs[j],), outputs=(self.outputs[i],), units=units)
 
     def margins(self, output: str | None = None, input: str | None = None) -> Margins:
-        """Margins of gain, phase and delay of a loop that was broken, see `linearise(..., open=...)`: of L(s) = -G(s),
-        with G from the input to the output; names may be left out where there is one.
+        """Margins of gain, phase and delay of an opened loop, see `linearise(..., open=...)`, of L(s) = -G(s), with G
+        from the input to the output. Names are optional if there is only one.
         """
         A, B, C, D = self.channel(output, input if input is not None else output)._scaled
         return margins((A, B, -C, -D))
@@ -132,7 +132,7 @@ class LinearSystem(eqx.Module):
         if name is None and len(names) == 1:
             return 0
         if name is None:
-            raise ModelError(f"Name the {role}, of {', '.join(names) or 'none'}.")
+            raise ModelError(f"Name the {role}, one of {', '.join(names) or 'none'}.")
         if name not in names:
             raise ModelError(f"The linear system has no {role} {name!r}.{suggestion(name, names)}")
         return names.index(name)
@@ -144,24 +144,24 @@ class LinearSystem(eqx.Module):
 
     @property
     def observable(self) -> bool:
-        """Whether the outputs tell all states apart; decided in balanced units at a relative size of 1e-12."""
+        """Whether the outputs determine all states; decided in balanced units at a relative size of 1e-12."""
         return realisation.reachable(self._scaled[0].T, self._scaled[2].T).shape[1] == len(self.states)
 
     def minimal(self) -> "LinearSystem":
-        """The system without what its inputs do not reach and its outputs do not see, in states z[0], z[1], ..."""
+        """The minimal realisation: the reachable and observable part, in states z[0], z[1], ..."""
         return self._in_other_states(realisation.minimal(*self._scaled[:3]))
 
     def reduce(self, order: int) -> "LinearSystem":
-        """The system with fewer states that its step responses need most, by balanced truncation (Moore 1981).
+        """A system of lower order by balanced truncation (Moore 1981).
 
-        The error of the frequency response is at most twice the sum of the `hankel_singular_values` left out. Raises
-        `ModelError` where a pole that inputs and outputs see is not stable, or the minimal system has fewer states.
+        The error of the frequency response is at most twice the sum of the omitted `hankel_singular_values`. Raises
+        `ModelError` if the minimal system is unstable or has fewer states than `order`.
         """
         return self._in_other_states(realisation.truncated(*self._scaled[:3], order))
 
     @property
     def hankel_singular_values(self) -> Float[np.ndarray, " states"]:
-        """How much each balanced state of the minimal system takes part between inputs and outputs, largest first."""
+        """The Hankel singular values of the minimal system in descending order."""
         return realisation.balanced(*realisation.minimal(*self._scaled[:3]))[0]
 
     def _in_other_states(self, matrices: tuple[np.ndarray, np.ndarray, np.ndarray]) -> "LinearSystem":
@@ -185,7 +185,7 @@ class LinearSystem(eqx.Module):
         return known[name]
 
     def to_control(self) -> Any:
-        """A `control.StateSpace` of python-control, with underscores for the dots in names, which it does not allow."""
+        """A `control.StateSpace` of python-control; in names, underscores replace dots, which it does not allow."""
         from .export import to_control
 
         return to_control(self)

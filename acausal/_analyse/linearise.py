@@ -49,24 +49,24 @@ def linearise(
     The derivatives are exact (automatic differentiation of the reduced equations). `jit`, `vmap` and `grad` work over
     the model and the operating point.
 
-    - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, of which states and modes are read; or a state
-      vector in the order of `system.state_names`, in the modes that it implies; or None for the model's own start
+    - `at`: a view of the model, such as `sol.final` or `sol.at(t)`, with its states and modes; or a state
+      vector in the order of `system.state_names`, with the modes that it implies; or None for the model's own start
       values, made consistent, after the events at the start. Parameters are those of `model`. The point need not be an
-      equilibrium. But only at an equilibrium do the poles tell what is stable, whichever states are chosen; `rates`
+      equilibrium. But only there do the poles determine stability, independently of the choice of states; `rates`
       holds the derivatives of the states at the point.
     - `t`: the time in s for models with a clock, by default that of the view, else 0.
     - `inputs`: paths of scalar parameters, such as "supply.V".
     - `outputs`: paths of variables, such as "motor.rotor.w", or functions of the model, `lambda s: s.load.w ** 2`; a
       mapping gives them names.
-    - `open`: ports at which loops are broken, such as "controller.y". Each becomes an input and an output of its name:
-      the input is the signal that goes on from the break, the output the one that comes back to it. With G from this
+    - `open`: ports at which loops are opened, such as "controller.y". Each becomes an input and an output of its name:
+      the input is the signal after the break, the output the signal that returns to it. With G from this
       input to this output, the loop transfer function of negative feedback is -G, see `margins`. The operating point is
       that of the closed loops.
-    - `system`: the outcome of `choose_states`, whose choice of states is then used.
+    - `system`: the result of `choose_states`, which fixes the choice of states.
 
-    What events sample again and again is held as it is: a `SampledWarning` names it.
+    Sampled variables are held constant: a `SampledWarning` names them.
 
-    Raises `ModelError` for a name that the model does not have, for an operating point of another model, and for an
+    Raises `ModelError` for an unknown name, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
     `SimulationError` for start values that contradict each other, or that a component refuses.
     """
@@ -85,7 +85,7 @@ def _linearised(
     outputs: Sequence[Output] | Mapping[str, Output],
     system: System,
 ) -> LinearSystem:
-    """The linear system of a model whose states have been chosen."""
+    """The linear system of a model for a given choice of states."""
     system = system if system.solved is None else system.solved
     places = tuple(input_places(system, inputs))
     output, function = output_signals(system, outputs)
@@ -120,7 +120,7 @@ def _linearised(
 def _linearised_open(
     model: Component, at: object, t: object, inputs: Sequence[str], outputs: Any, ports: Sequence[str]
 ) -> LinearSystem:
-    """The model with its loops broken at ports, about the operating point of the closed loops."""
+    """The linear system with loops opened at ports, at the operating point of the closed loops."""
     broken, breaks = opened(model, ports)
     point = operating_point(model, system_of(model), at, t)
     if isinstance(outputs, str) or callable(outputs):

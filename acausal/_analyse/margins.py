@@ -1,4 +1,4 @@
-"""Margins of a loop: how much more gain, phase lag or delay keeps it stable."""
+"""Stability margins of a loop: the gain, phase lag or delay up to which it stays stable."""
 
 from typing import Any, NamedTuple
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from .zeros import Matrices, transmission_zeros
 
-NEAR = 1e-6  # a zero counts as imaginary with a real part below this share of its size
+NEAR = 1e-6  # relative real part below which a zero counts as imaginary
 
 
 class Margins(NamedTuple):
-    """How far a loop of negative feedback with L(s) is from its limit of stability; infinite where nothing limits it.
+    """Stability margins of a negative-feedback loop with L(s); infinite if there is no limit.
 
     - `gain`: the factor above 1 by which L may grow, and `phase_crossover` in rad/s, where arg L = -180 degrees;
-      `least_gain` is the factor below 1 down to which it may shrink, zero where it may vanish.
-    - `phase`: in degrees, by which L may lag more, and `gain_crossover` in rad/s, where |L| = 1.
-    - `delay`: in s, by which it may be late.
+      `least_gain` is the factor below 1 down to which it may shrink, zero if it may vanish.
+    - `phase`: the additional phase lag of L in degrees, and `gain_crossover` in rad/s, where |L| = 1.
+    - `delay`: the additional delay in s.
     """
 
     gain: float
@@ -59,7 +59,7 @@ def margins(matrices: Matrices) -> Margins:
 
 
 def _crossings(matrices: Any) -> list[float]:
-    """The frequencies in rad/s of zeros on the imaginary axis, without that at zero."""
+    """The frequencies in rad/s of zeros on the imaginary axis, except zero."""
     zeros: Any = transmission_zeros(matrices)
     is_there = (np.abs(zeros.real) < NEAR * np.abs(zeros)) & (zeros.imag > 0.0)
     return zeros[is_there].imag.tolist()

@@ -1,4 +1,4 @@
-"""Modes of a linear system: poles, damping, shapes, and who takes part in them."""
+"""Modes of a linear system: poles, damping, shapes, and participation."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from .table import aligned, number, pole_name, share_table, shown, without_round
 
 
 class Shares(eqx.Module):
-    """The share of each row in each mode; `print` it for a table, which has one column for a conjugate pair.
+    """The share of each row in each mode. `print` shows a table with one column for a conjugate pair.
 
     `shares["load.w"]` are the shares of one row in all modes.
     """
@@ -30,11 +30,11 @@ class Shares(eqx.Module):
 
 
 class Modes(eqx.Module):
-    """The modes of a linear system, in rising order of |pole|; `print` them for a table, one line for a conjugate pair.
+    """The modes of a linear system, in ascending order of |pole|. `print` shows a table, one line for a conjugate pair.
 
     - `poles`: eigenvalues of A in 1/s.
-    - `shapes`: right eigenvectors as columns, in the units of the states; the largest element, each measured in its
-      nominal size, is the nominal size itself.
+    - `shapes`: right eigenvectors as columns, in the units of the states; the largest element, relative to the
+      nominal sizes, equals its nominal size.
     - `participation`: |v_k w_k| of state k in a mode with right and left eigenvectors v and w, in columns that sum to 1
       (Perez-Arriaga, Verghese, Schweppe 1982). It does not depend on the units of the states.
     """
@@ -55,7 +55,7 @@ class Modes(eqx.Module):
 
     @property
     def time_constant(self) -> Array:
-        """-1 / Re(pole) in s, in which the envelope falls to 1/e; negative where it grows, infinite where it stays."""
+        """-1 / Re(pole) in s, the decay time of the envelope to 1/e; negative for growth, infinite without damping."""
         return jnp.where(self.poles.real == 0.0, jnp.inf, -1.0 / self.poles.real)
 
     def __str__(self) -> str:
@@ -70,14 +70,14 @@ class Modes(eqx.Module):
         return aligned([[*line[:-1], line[-1].ljust(width)] for line in [head, *lines]])
 
     def _leading(self, mode: int) -> str:
-        """The states with the largest shares, as many as make up most of the mode, at most three."""
+        """The states with the largest shares: those that make up most of the mode, at most three."""
         shares = np.asarray(self.participation.values)[:, mode]
         order = np.argsort(-shares, kind="stable")[:3]
         return ", ".join(f"{self.participation.names[k]} {shares[k]:.0%}" for k in order if shares[k] >= 0.1)
 
 
 def poles_of(A: Any) -> Array:
-    """Eigenvalues in rising order of size; of a conjugate pair the one above the real axis comes first."""
+    """Eigenvalues in ascending order of magnitude; in a conjugate pair, the one above the real axis comes first."""
     if A.shape[-1] == 0:
         return jnp.zeros(A.shape[:-1], complex)
     values = _eigenvalues(A)
@@ -85,16 +85,16 @@ def poles_of(A: Any) -> Array:
 
 
 def _eigenvalues(A: Array) -> Array:
-    """Eigenvalues by way of the eigenvectors: their second derivatives follow from derivatives of eigenvectors."""
+    """Eigenvalues from the eigenvectors, whose derivatives give second derivatives of eigenvalues."""
     return jax.lax.linalg.eig(A, compute_left_eigenvectors=False, enable_eigvec_derivs=True)[0]
 
 
 def modes_of(A: Any, sizes: np.ndarray, names: tuple[str, ...]) -> Modes:
-    """The modes of dx/dt = A x, for states measured in their nominal `sizes`."""
+    """The modes of dx/dt = A x, for states scaled by their nominal `sizes`."""
     if len(sizes) == 0:
         poles, vectors = jnp.zeros(0, complex), jnp.zeros((0, 0), complex)
     else:
-        # Eigenvectors have any length and phase: what is computed from them here does not depend on either.
+        # The results here do not depend on the length and phase of eigenvectors.
         poles, vectors = jax.lax.linalg.eig(A, compute_left_eigenvectors=False, enable_eigvec_derivs=True)
     order = _order(poles)
     poles, vectors = poles[order], vectors[:, order]

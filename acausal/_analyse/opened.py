@@ -1,4 +1,4 @@
-"""A model whose loops are broken at signals: what a signal drives is driven by a parameter instead."""
+"""Opened loops: a parameter drives a signal in place of its source."""
 
 import copy
 import dataclasses
@@ -18,7 +18,7 @@ FIELD = "_opened_"
 
 
 class Break(NamedTuple):
-    """Where a loop is broken: the port, and the parameter that drives in its place what the port has driven."""
+    """An opened loop: the port, and the parameter that replaces its signal."""
 
     port: str
     signal: str
@@ -26,7 +26,7 @@ class Break(NamedTuple):
 
 
 def opened(model: Component, ports: Sequence[str]) -> tuple[Component, list[Break]]:
-    """The model with its loops broken at ports, each of which hands on one variable without a flow."""
+    """The model with loops opened at ports with one variable and no flow."""
     breaks = []
     for number, port in enumerate(ports):
         model, found = _broken(model, port, f"{FIELD}{number}")
@@ -35,7 +35,7 @@ def opened(model: Component, ports: Sequence[str]) -> tuple[Component, list[Brea
 
 
 def continued(model: Component, point: Point, breaks: Sequence[Break]) -> tuple[Component, Component]:
-    """The opened model, whose new parameters have the values of the signals at a point of the closed model; and a view
+    """The opened model, whose new parameters have the values of the signals at a point of the closed model, and a view
     of the opened model at that point.
     """
     flat, system = point.system.flat, system_of(model)
@@ -58,12 +58,12 @@ def _broken(model: Component, path: str, field: str) -> tuple[Component, Break]:
     port: Any = owners[-1]
     leaves = list(leaves_of(port)) if isinstance(port, Port) else []
     if len(leaves) != 1 or leaves[0].declaration.role != "var":
-        raise ModelError(f"{path!r} is no signal to break a loop at: name a port of one value, as in 'controller.y'.")
+        raise ModelError(f"{path!r} is not a signal: to open a loop, name a port of one value, such as 'controller.y'.")
     for depth in range(len(parts) - 2, -1, -1):
         if any(port is other for connection in owners[depth].connections() for other in connection.ports):
             break
     else:
-        raise ModelError(f"{path} is not connected, so that there is no loop to break.")
+        raise ModelError(f"{path} is not connected, so there is no loop to open.")
     prefix = "".join(f"{part}." for part in parts[:depth])
     kind: Any = type(port)
     cls = _opened_class(type(owners[depth]), ".".join(parts[depth:]), field, kind)
@@ -105,7 +105,7 @@ def _source_class(port: Any) -> Any:
 
 @ft.cache
 def _opened_class(cls: Any, path: str, field: str, port: Any) -> Any:
-    """The class with connections that take one of its signals from another source."""
+    """The class with connections in which another source drives one of its signals."""
 
     def connections(self: Any) -> Connections:
         signal, source = ft.reduce(getattr, path.split("."), self), getattr(self, field).port

@@ -1,4 +1,4 @@
-"""Pictures of linear systems; needs matplotlib."""
+"""Plots of linear systems; needs matplotlib."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -76,7 +76,7 @@ def plot_poles(system: "LinearSystem", ax: Axes | None) -> Axes:
 
 
 def _spread(ax: Axes, points: Any) -> None:
-    """Axes that are linear about the origin and logarithmic beyond, where a linear one would hide the slow poles."""
+    """Axes that are linear near the origin and logarithmic beyond, if a linear axis would hide the slow poles."""
     sizes = _sizes(points)
     if len(sizes) and sizes[-1] > 30.0 * sizes[0]:
         threshold = 10.0 ** np.floor(np.log10(sizes[0]))
@@ -86,13 +86,13 @@ def _spread(ax: Axes, points: Any) -> None:
 
 
 def _sizes(points: Any) -> np.ndarray:
-    """The sizes of poles and zeros but for those at the origin, in rising order."""
+    """The magnitudes of nonzero poles and zeros, in ascending order."""
     sizes = np.sort(np.abs(points))
     return sizes[sizes > 1e-9 * np.max(sizes, initial=0.0)]
 
 
 def _frequencies(system: "LinearSystem") -> np.ndarray:
-    """From a decade below the slowest to a decade above the fastest pole or zero, in rad/s; closest about the poles."""
+    """From a decade below the slowest to a decade above the fastest pole or zero, in rad/s; dense near the poles."""
     poles, zeros = np.asarray(system.poles), system.zeros
     sizes = _sizes(np.concatenate([poles, zeros]))
     low, high = (sizes[0] / 10.0, sizes[-1] * 10.0) if len(sizes) else (0.1, 10.0)
@@ -103,7 +103,7 @@ def _frequencies(system: "LinearSystem") -> np.ndarray:
 
 
 def _duration(system: "LinearSystem") -> float:
-    """Five time constants of the slowest mode that decays, or ten periods of the slowest where none does."""
+    """Five time constants of the slowest decaying mode, or ten periods of the slowest mode if none decays."""
     poles: Any = np.asarray(system.poles)
     sizes = _sizes(poles)
     decays = -poles.real[poles.real < -1e-9 * np.max(np.abs(poles), initial=0.0)]

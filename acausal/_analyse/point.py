@@ -1,4 +1,4 @@
-"""The operating point: where a model is linearised."""
+"""The operating point of a linearisation."""
 
 import dataclasses
 import functools as ft
@@ -29,7 +29,7 @@ from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
 
-ITERATIONS = 20  # of Gauss and Newton's method, which finds the states that a view does not hold
+ITERATIONS = 20  # Gauss-Newton iterations for states that a view does not contain
 
 
 class Point(eqx.Module):
@@ -41,11 +41,11 @@ class Point(eqx.Module):
     starts: Numbers
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
-    is_started: bool = eqx.field(static=True, default=False)  # whether what happens at the start has happened already
-    past: Past | None = None  # what has happened before
+    is_started: bool = eqx.field(static=True, default=False)  # whether the events at the start were processed
+    past: Past | None = None  # event history
 
     def inputs(self, params: ModelParameters | None = None) -> Inputs:
-        """What the compiled functions take, with other parameters if they are given."""
+        """The inputs of the compiled functions, with other parameters if they are given."""
         return Inputs(self.system.intake.packed(self.params if params is None else params), self.starts, self.given)
 
     def read(self, leaves: Sequence[int], y: Array, params: ModelParameters | None = None) -> list[Numbers]:
@@ -58,14 +58,14 @@ class Point(eqx.Module):
 
 
 def invariants_at(point: Point) -> Callable[[Array], Array] | None:
-    """The functions of the state vector that stay zero, where the states are more than the degrees of freedom."""
+    """The invariants as a function of the state vector, if there are more states than degrees of freedom."""
     if not point.system.ordered.invariants:
         return None
     return lambda y: missed_invariants(point.system, point.t, y, point.inputs())
 
 
 def operating_point(model: Component, system: System, at: object, t: object) -> Point:
-    """The point that `linearise` is asked for; see there."""
+    """The operating point for the arguments of `linearise`."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
     unmet = None
@@ -96,7 +96,7 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
 
 
 def _after_events(point: Point, at: object) -> Point:
-    """The point in the modes that it implies; where it is that of the start values, after what happens at the start."""
+    """The point in the modes that it implies; for start values, after the events at the start."""
     y, params, outcome, holds = _started(point)
     if not is_traced(outcome) and outcome != 0:
         raise SimulationError(f"There is no start. {why_ended(point.system, float(outcome), holds)}")
@@ -107,7 +107,7 @@ def _after_events(point: Point, at: object) -> Point:
 
 @jax.jit
 def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
-    """States and parameters after the events at the start, why a run would end there, and the conditions that hold."""
+    """States and parameters after the events at the start, the outcome of the start, and the true conditions."""
     system, inputs = point.system, point.inputs()
     start = start_of(system, point.t, point.y, inputs, point.past, is_started=point.is_started)
     held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
@@ -138,8 +138,8 @@ def _check_one_instant(system: System, view: PyTree) -> None:
     for leaf, value in zip(system.flat.own_leaves, complete_leaves(view)[0], strict=True):
         if value is None:
             raise ModelError(
-                f"The operating point gives no value for {leaf.path}: it has to be a view of all variables, such as "
-                "sol.final or sol.at(t). The start values of a model are the point where at= is left out."
+                f"The operating point gives no value for {leaf.path}: it must be a view of all variables, such as "
+                "sol.final or sol.at(t). Without at=, the point is that of the start values of the model."
             )
         if leaf.declaration.is_variable and np.shape(value) not in ((), leaf.stack + leaf.sizes):
             raise ModelError(
@@ -149,13 +149,13 @@ def _check_one_instant(system: System, view: PyTree) -> None:
 
 
 def _start(point: Point) -> Array:
-    """The consistent start values; not a number, or an error where numbers are known, if they contradict each other."""
+    """The consistent start values. Contradictory ones give NaN, or an error if the numbers are known."""
     y, bad = _initial_state(point)
     if not is_traced(bad) and np.any(bad):
         name = checked_names(point.system, point.inputs().given)[int(np.argmax(np.asarray(bad)))]
         raise SimulationError(
             f"The start values contradict the constraints: {name} cannot have the value it is given. Leave it out, or "
-            "that of a variable that it is connected to rigidly."
+            "the value of a variable with a rigid connection to it."
         )
     return jnp.where(jnp.any(bad), jnp.nan, y)
 
@@ -166,13 +166,13 @@ def _initial_state(point: Point) -> tuple[Array, Array]:
 
 
 def _time_of(system: System, view: PyTree) -> Array | None:
-    """The time at which a view was taken, None where no leaf of the model tells it."""
+    """The time of a view; None if the model has no leaf for it."""
     times = np.flatnonzero(system.merged.representative == TIME)
     return _value_of_node(system, complete_leaves(view)[0], int(times[0])).reshape(()) if len(times) else None
 
 
 def _value_of_node(system: System, leaves: Sequence[Array], node: int) -> Array:
-    """The value that a view has for a node, as a flat vector."""
+    """The value of a node in a view, as a flat vector."""
     index = int(system.flat.leaf_of_node[node])
     leaf = system.flat.leaves[index]
     whole = jnp.broadcast_to(jnp.asarray(leaves[index], float), leaf.stack + leaf.sizes)
@@ -180,7 +180,7 @@ def _value_of_node(system: System, leaves: Sequence[Array], node: int) -> Array:
 
 
 def _state_of_view(point: Point, view: PyTree) -> Array:
-    """States by their leaves; a state that is a derivative has none, and follows from the other variables."""
+    """The states from the leaves of a view; a state that is a derivative follows from other variables."""
     system = point.system
     leaves, _ = complete_leaves(view)
     table, size = system.ordered.table, system.plan.size
@@ -195,7 +195,7 @@ def _state_of_view(point: Point, view: PyTree) -> Array:
 
 @ft.partial(jax.jit, static_argnums=3)
 def _completed(point: Point, leaves: Sequence[Array], y: Array, elements: tuple[int, ...]) -> Array:
-    """The state whose `elements` reproduce all variables of a view, by Gauss and Newton's method."""
+    """The state whose `elements` reproduce all variables of a view, by the Gauss-Newton method."""
     system, hidden = point.system, np.array(elements)
     wanted = system.flat.variable_leaves
     target = jnp.concatenate([jnp.ravel(jnp.asarray(leaves[i], float)) for i in wanted])

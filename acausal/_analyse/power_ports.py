@@ -1,7 +1,7 @@
-"""What a component does at its power ports: efforts and flows related by transformers, gyrators and one-ports.
+"""The laws of a component at its power ports: efforts and flows related by transformers, gyrators and one-ports.
 
-The component's own equations are linearised, and d/dt becomes a number s: a matrix times the vector of efforts, flows
-and inner variables is zero. The matrix is computed for several s; what is the same for all of them is structure.
+The component's equations are linearised, and d/dt becomes a number s: a matrix times the vector of efforts, flows and
+inner variables is zero. Relations that hold for several values of s are structural.
 """
 
 import dataclasses
@@ -22,11 +22,11 @@ from .._numbers import Numbers
 from .._reduce.connections import children
 from .spans import SAME, equilibrated, independent, left_null, solution
 
-RATES = (0.37, 2.9, 31.0, 470.0)  # values in 1/s at which the matrix is computed
+RATES = (0.37, 2.9, 31.0, 470.0)  # values of s in 1/s
 
 
 class PowerPort(NamedTuple):
-    """A port with an effort and a flow; `of_flow`: connected ports share the flow (mechanics), else the effort."""
+    """A port with an effort and a flow. `of_flow`: connected ports share the flow (mechanics), otherwise the effort."""
 
     name: str
     of_flow: bool
@@ -36,8 +36,8 @@ class PowerPort(NamedTuple):
 
 
 def power_ports(component: Component) -> Iterator[PowerPort]:
-    """The ports with one across and one flow variable. Their product is a power, or that of the flow and the derivative
-    of the across variable is.
+    """The ports with one across and one flow variable. The power is their product, or that of the flow and the
+    derivative of the across variable.
     """
     for name, part in children(component, ""):
         if isinstance(part, Port) and (found := _power_port(name, part)):
@@ -54,7 +54,7 @@ def _power_port(name: str, port: Port) -> PowerPort | None:
     here, rates = (with_leaves(port, [values[leaf.path][i] for leaf in leaves]) for i in (0, 1))
     power: Any = here
     module = [part for part in type(port).__module__.split(".") if not part.startswith("_")]
-    # 3 * 5 is a flow times the derivative of the across variable, such as torque and angle; others use its value.
+    # 3 * 5 is a flow times the derivative of the across variable, such as torque and angle; otherwise its value counts.
     of_flow = abs(float(power.power(rates)) - 15.0) < 1e-9
     return PowerPort(name, of_flow, module[-1] if module else type(port).__name__, across[0], through[0])
 
@@ -72,8 +72,8 @@ class Local:
         zeros = np.zeros(len(values))
         self.residual = np.asarray(residuals(values, zeros))
         by_value, by_rate = (np.asarray(jax.jacfwd(residuals, i)(values, zeros)) for i in (0, 1))
-        # A component has an equation for each inner variable and for each port. Where it has fewer, signals drive it,
-        # which count as given.
+        # A component has an equation for each inner variable and for each port. If it has fewer, signals drive it,
+        # which count as known.
         self.is_driven = by_value.shape[0] < len(names) - len(ports)
         known = list(_signals(component)) if self.is_driven else []
         kept = [i for i, name in enumerate(names) if name.rpartition(".")[0] not in known]
@@ -92,7 +92,7 @@ class Local:
         return self.columns.index(column)
 
     def relations(self, chosen: Sequence[Any], which: int = 0) -> Float[np.ndarray, "relations chosen"]:
-        """All relations in which only the chosen columns take part, at one rate."""
+        """All relations between the chosen columns only, at one rate."""
         matrix, columns = equilibrated(self.matrices[which])
         places = [self.index(column) for column in chosen]
         others = np.delete(np.arange(len(self.columns)), places)
@@ -100,9 +100,10 @@ class Local:
         return independent(rows)
 
     def merge(self, i: int, j: int, kept: str, sign: float) -> bool:
-        """Join port j to port i, where `kept` ("e" or "f") of j is `sign` times that of i; whether that is possible.
+        """Join port j to port i if `kept` ("e" or "f") of j is `sign` times that of i; returns whether that is
+        possible.
 
-        The other variable of i becomes that of both, such as e_i + sign e_j.
+        The other variable of i becomes the sum of both, such as e_i + sign e_j.
         """
         other = "f" if kept == "e" else "e"
         a, b, c, d = (self.index(item) for item in ((kept, i), (kept, j), (other, i), (other, j)))
@@ -120,17 +121,17 @@ class Local:
         return True
 
     def ratio(self, kind: str, i: int, j: int) -> float | None:
-        """The factor between `kind` ("e" or "f") of port i and that of port j; None where anything else takes part."""
+        """The factor between `kind` ("e" or "f") of port i and that of port j; None if other variables enter."""
         found = self.relations([(kind, i), (kind, j)])
         if len(found) == 2:
-            # A source sets both: what goes in at one port comes out at the other.
+            # A source sets both: the flow into one port leaves by the other.
             return -1.0
         if len(found) != 1 or abs(found[0, 1]) < SAME * abs(found[0, 0]) or abs(found[0, 0]) < SAME * abs(found[0, 1]):
             return None
         return float(-found[0, 0] / found[0, 1])
 
     def response(self, outputs: Sequence[Any], inputs: Sequence[Any]) -> list[np.ndarray] | None:
-        """The matrix from inputs to outputs at each rate, None where it is not determined."""
+        """The matrix from inputs to outputs at each rate; None if it is not determined."""
         given = [self.index(column) for column in inputs]
         rest = [i for i in range(len(self.columns)) if i not in given]
         places = [rest.index(self.index(column)) for column in outputs]
@@ -144,12 +145,12 @@ class Local:
         return found
 
     def law(self, output: Any, given: Any) -> "Series | None":
-        """What the output of a single port is in terms of its input."""
+        """The law of a single port, from its input to its output."""
         found = self.response([output], [given])
         return None if found is None else series([float(matrix[0, 0]) for matrix in found])
 
     def offset(self, column: Any) -> float:
-        """The effort or flow that a source has by itself."""
+        """The effort or flow of a source."""
         scaled, columns = equilibrated(np.column_stack([self.matrices[0], self.residual]))
         solution = np.linalg.lstsq(scaled[:, :-1], -scaled[:, -1] / columns[-1], rcond=1e-10)[0] * columns[:-1]
         return float(solution[self.index(column)] + self.values.get(column, 0.0))
@@ -157,7 +158,7 @@ class Local:
 
 @dataclasses.dataclass(frozen=True)
 class Series:
-    """s inertia + resistance + stiffness / s, or the same of a flow over an effort: conductances in parallel."""
+    """s inertia + resistance + stiffness / s, an impedance, or an admittance as the sum of parallel ones."""
 
     inertia: float
     resistance: float
@@ -168,7 +169,7 @@ class Series:
 
 
 def series(values: Sequence[float]) -> Series | None:
-    """The terms that give these values at `RATES`, None where there are none that do."""
+    """The terms with these values at `RATES`; None if there are none."""
     s, target = np.array(RATES), np.asarray(values)
     size = np.max(np.abs(target), initial=0.0)
     if size == 0.0 or not np.all(np.isfinite(target)):
@@ -213,7 +214,7 @@ def _residuals(component: Component) -> tuple[Callable[[Any, Any], Any], np.ndar
 
 
 def _signals(component: Component) -> Iterator[str]:
-    """The ports that carry no power."""
+    """The ports without power."""
     for name, part in children(component, ""):
         if isinstance(part, Port) and not _power_port(name, part):
             yield name

@@ -1,6 +1,6 @@
 """Reachable and observable parts of a linear system, minimal and balanced realisations; on numbers.
 
-All of it works on matrices whose states are measured in balanced units, so that a rank is not a matter of pascals.
+All functions scale the states to balanced units, so ranks do not depend on units.
 """
 
 import numpy as np
@@ -10,13 +10,13 @@ from jaxtyping import Float
 from .._errors import ModelError
 from .._numbers import Numbers
 
-SMALL = 1e-12  # relative size of what counts as zero: above rounding, below any coupling that matters
+SMALL = 1e-12  # relative size that counts as zero: above rounding, below any relevant coupling
 
 Matrix = Float[np.ndarray, "_ _"]
 
 
 def reachable(A: Numbers, B: Numbers) -> Matrix:
-    """A basis, as columns, of the states that inputs reach: the range of [B, A B, A^2 B, ...], orthonormal in balanced
+    """A basis, as columns, of the reachable states: the range of [B, A B, A^2 B, ...], orthonormal in balanced
     units."""
     A, B = np.asarray(A), np.asarray(B)
     if A.size == 0 or B.size == 0:
@@ -35,7 +35,7 @@ def reachable(A: Numbers, B: Numbers) -> Matrix:
 
 
 def _balanced(A: Matrix) -> tuple[Matrix, np.ndarray]:
-    """A in units of the states that make its rows and columns of alike size, and these units."""
+    """A in units of the states that balance the sizes of its rows and columns, and these units."""
     balanced, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
     return balanced, scale
 
@@ -53,7 +53,7 @@ def minimal(A: Numbers, B: Numbers, C: Numbers) -> tuple[Matrix, Matrix, Matrix]
 
 
 def _restricted(A: Matrix, B: Matrix, C: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-    """A, B, C on the reachable states; on all of them, as they are, where nothing is to be left out."""
+    """A, B, C on the reachable states; unchanged if all are reachable."""
     basis = reachable(A, B)
     if basis.shape[1] == len(A):
         return A, B, C
@@ -65,7 +65,7 @@ def balanced(A: Matrix, B: Matrix, C: Matrix) -> tuple[np.ndarray, Matrix, Matri
     """Hankel singular values, and the matrices to and from balanced states, by the square-root method (Laub 1987)."""
     if len(A) and np.max(np.linalg.eigvals(A).real) >= 0.0:
         raise ModelError(
-            "Balanced states need stable poles: one that inputs and outputs see has a real part that is not negative."
+            "Balanced states need stable poles, but the minimal system has one with a nonnegative real part."
         )
     _, scale = _balanced(A) if len(A) else (A, np.ones(0))
     A, B, C = A / scale[:, None] * scale, B / scale[:, None], C * scale

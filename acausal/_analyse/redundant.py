@@ -1,4 +1,4 @@
-"""States that invariants tie to each other: elimination of the dependent ones."""
+"""Elimination of states that invariants make dependent."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from .._errors import ModelError
 from .._tracing import is_traced
 
-RANK = 1e-10  # pivots below this part of the largest one count as zero
+RANK = 1e-10  # relative size of pivots that count as zero
 
 
 class Reduced(NamedTuple):
@@ -21,19 +21,19 @@ class Reduced(NamedTuple):
     B: Float[Array, "k m"]
     C: Float[Array, "p k"]
     basis: Float[Array, "n k"]
-    independent: np.ndarray  # the numbers of the independent states, in rising order
+    independent: np.ndarray  # indices of the independent states, ascending
 
 
 def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None) -> Reduced:
     """Eliminate the states that the invariants g(y) = 0 determine, with G = dg/dy.
 
-    A system dy/dt = f(y, u) that keeps g(y) = 0 has eigenvalues that only say how it would leave the invariants. Small
-    motions on them obey G dy = 0, so that dy = [dz; -G_d^-1 G_i dz] with independent states z and dependent ones d, and
-    d(dz)/dt = A_i dy + B_i du. The dependent states are those on which a QR decomposition of G with column pivoting
-    pivots, the states being measured in their nominal `sizes`; this needs numbers. `independent` fixes the choice, and
-    then the function works under `jit`.
+    A system dy/dt = f(y, u) with invariants g(y) = 0 has spurious eigenvalues, those of motions off the invariants.
+    Small motions on them obey G dy = 0, so that dy = [dz; -G_d^-1 G_i dz] with independent states z and dependent
+    ones d, and d(dz)/dt = A_i dy + B_i du. The dependent states are the pivots of a QR decomposition of G with column
+    pivoting, with states scaled by their nominal `sizes`; this needs numbers. `independent` fixes the choice, and then
+    the function works under `jit`.
 
-    Raises `ModelError` where the rows of G are not independent, as in a singular position of a mechanism.
+    Raises `ModelError` if the rows of G are dependent, as in a singular position of a mechanism.
     """
     G, sizes = jnp.asarray(G) * sizes, np.asarray(sizes)
     if independent is None:
@@ -50,18 +50,18 @@ def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None)
 def _independent(G: Any) -> np.ndarray:
     if is_traced(G):
         raise ModelError(
-            "Which states are independent is chosen from numbers: linearise a model with invariants outside jit, vmap "
+            "The choice of independent states needs numbers: linearise a model with invariants outside jit, vmap "
             "and grad, or fix the choice."
         )
     matrix = np.asarray(G)
-    # Rows of one size, so that the rank is not a matter of the units of the constraints.
+    # Normalised rows, so that the rank does not depend on the units of the constraints.
     norms = np.linalg.norm(matrix, axis=1, keepdims=True)
     _, triangle, pivots = scipy.linalg.qr(matrix / np.where(norms > 0, norms, 1.0), mode="economic", pivoting=True)
     size = np.abs(np.diag(triangle))
     if len(matrix) and (len(size) < len(matrix) or size[-1] <= RANK * size[0]):
         raise ModelError(
             "The constraints between the states are not independent at the operating point, as in a singular position "
-            "of a mechanism: linearise beside it."
+            "of a mechanism: linearise at another point."
         )
     return np.sort(pivots[len(matrix) :])
 

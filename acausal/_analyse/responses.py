@@ -9,7 +9,7 @@ from jax import Array
 
 from .._errors import ModelError
 
-SQUARINGS = 64  # of the matrix exponential, at most: enough for all time scales in double precision
+SQUARINGS = 64  # maximum in the matrix exponential: enough for all time scales in double precision
 
 Matrices = tuple[Array, Array, Array, Array]
 

@@ -1,4 +1,4 @@
-"""What a linear system leaves out of a model that samples."""
+"""Warnings about sampled variables, which a linear system holds constant."""
 
 import warnings
 
@@ -8,25 +8,25 @@ from .._reduce.jaxpr import slice_output
 
 
 class SampledWarning(UserWarning):
-    """A linear system holds what a model samples."""
+    """A linear system holds the sampled variables of a model constant."""
 
 
 def warn_of_samples(system: System) -> None:
-    """Warn of events that take over variables again and again: what they set is constant in a linear system, as if the
-    loops through it were open.
+    """Warn of periodic events that set variables: a linear system holds these constant, as if the loops through them
+    were open.
     """
     labels = sampled(system)
     if labels:
         warnings.warn(
-            f"The linear system holds what is sampled as it is at the point, as if the loops through it were open, for "
-            f"{listed(labels)}. Remedy: put a continuous controller in place of a sampled one.",
+            f"The linear system holds sampled variables constant, as if the loops through them were open, for "
+            f"{listed(labels)}. Remedy: replace a sampled controller by a continuous one.",
             SampledWarning,
             stacklevel=3,
         )
 
 
 def sampled(system: System) -> list[str]:
-    """The labels of events that repeat and set something by what equations determine."""
+    """The labels of periodic events that set a variable from other variables."""
     events, leaves = system.events, system.flat.leaves
     if events is None:
         return []

@@ -36,7 +36,7 @@ class Signals:
 
 
 def input_places(system: System, names: Iterable[str]) -> list[Place]:
-    """Where scalar parameters lie, by their paths."""
+    """The positions of scalar parameters, by path."""
     places = {
         leaf.name(i): Place(number, i)
         for number, leaf in enumerate(system.flat.own_leaves)
@@ -54,8 +54,8 @@ def input_places(system: System, names: Iterable[str]) -> list[Place]:
         if places[name] in forbidden:
             raise ModelError(
                 f"The input {name} is in the constraint {forbidden[places[name]]}, whose time derivative is needed: "
-                "the response depends on the rate of change of the input, which a state-space form has no place for. "
-                "Let it act through an element that yields, such as a small resistance or a stiff spring."
+                "the response depends on the rate of change of the input, which a state-space form does not contain. "
+                "Let it act through a compliant or resistive element, such as a small resistance or a stiff spring."
             )
         found.append(places[name])
     return found
@@ -121,7 +121,7 @@ def _elements(name: str, shape: tuple[int, ...]) -> list[str]:
 
 
 def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Output]) -> tuple[Signals, Any]:
-    """Names and units of outputs, and the function of a view of the model that gives their values as a list."""
+    """Names and units of outputs, and a function from a view of the model to the list of their values."""
     if isinstance(outputs, str) or callable(outputs):
         outputs = (outputs,)
     pairs = outputs.items() if isinstance(outputs, Mapping) else [(None, output) for output in outputs]

@@ -1,4 +1,4 @@
-"""Spans and solutions of matrices of entries of many units, with a tolerance for their ranks."""
+"""Spans and solutions of matrices with entries of different units, with a tolerance for their ranks."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ RANK = 1e-10  # relative size of a singular value that counts as zero
 
 
 def equilibrated(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A matrix with rows and columns scaled so that all its entries are near one, and the factors of the columns.
+    """A matrix with rows and columns scaled so that all entries are near one, and the factors of the columns.
 
-    The logarithms of the entries are made as small as factors can make them, in the sense of least squares (Curtis and
-    Reid, 1972): volumes of 1e-14 beside pressures of 1 are as large as these then.
+    The factors minimise the logarithms of the entries in the least-squares sense (Curtis and Reid, 1972): volumes of
+    1e-14 then have the same size as pressures of 1.
     """
     rows, columns = np.nonzero(matrix)
     if not len(rows):
@@ -24,11 +24,11 @@ def equilibrated(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-    """The solution of as many independent equations as unknowns, None where there are not as many."""
+    """The solution of equally many independent equations and unknowns; None for other ranks."""
     if matrix.shape[0] < matrix.shape[1] or np.linalg.matrix_rank(matrix, tol=RANK) < matrix.shape[1]:
         return None
     if matrix.shape[0] == matrix.shape[1]:
-        # Elimination keeps the zeros that least squares would fill with rounding.
+        # Elimination keeps zeros, which least squares would fill with rounding errors.
         return np.linalg.solve(matrix, right)
     found = np.linalg.lstsq(matrix, right, rcond=None)[0]
     return found if np.max(np.abs(matrix @ found - right), initial=0.0) < SAME else None

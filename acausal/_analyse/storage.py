@@ -14,14 +14,14 @@ from .modes import Shares
 from .point import Point, invariants_at
 from .redundant import curvature
 
-NOTHING = 1e-22  # share of the energy of other modes up to which an energy is the square of a rounding error
+NOTHING = 1e-22  # share of the energy of other modes that counts as rounding
 
 
 def energy_shares(point: Point, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:
     """The share of each component with stored energy in each mode; `shapes` are directions of all states.
 
-    For a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
-    the energy that it stores in that mode, averaged over a period. Divided by the sum of their absolute values.
+    With a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
+    its energy in that mode, averaged over a period. The shares are relative to the sum of absolute values.
     """
     quantity, constants = trace(stored, point.system.flat, "energy")
     values = _second_variations(quantity, independent, constants, point, shapes)
@@ -34,7 +34,7 @@ def energy_shares(point: Point, poles: Array, shapes: Array, independent: tuple[
 
 
 def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
-    """Whether a component's stored energy depends on anything, as a mass's does and a resistor's does not."""
+    """Whether a component's stored energy depends on any variable, such as that of a mass."""
     return any(position >= n_constants for position in slice_output(quantity.closed, output).used)
 
 

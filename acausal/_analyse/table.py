@@ -1,4 +1,4 @@
-"""Text of modes and of the shares that parts of a model have in them."""
+"""Tables of modes and of shares in them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 from jax import Array
 
-MOST_MODES, LEAST_SHARE = 12, 0.005  # modes shown at most; the share in one of them from which on a row is shown
+MOST_MODES, LEAST_SHARE = 12, 0.005  # maximum number of modes shown; least share of a shown row
 
 
 def shown(poles: Any) -> list[int]:
-    """One column for each mode: of a conjugate pair the pole above the real axis."""
+    """One column for each mode: in a conjugate pair, the pole above the real axis."""
     return [i for i, pole in enumerate(np.asarray(poles)) if pole.imag >= 0]
 
 
 def without_rounding(poles: Any) -> Any:
-    """Poles, those that are zero but for rounding errors as zero."""
+    """Poles with rounding errors around zero removed."""
     poles = np.asarray(poles)
     sizes = np.abs(poles)
     return np.where(sizes <= len(poles) * np.finfo(float).eps * np.max(sizes, initial=0.0), 0.0, poles)
@@ -27,12 +27,12 @@ def pole_name(pole: complex) -> str:
 
 
 def mode_name(pole: complex) -> str:
-    """The undamped frequency of an oscillation, the pole itself of a decay."""
+    """The undamped frequency of an oscillation, or the pole of a decay."""
     return f"{abs(pole) / (2 * np.pi):.4g} Hz" if pole.imag else f"{pole.real:.4g} 1/s"
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Columns, the first one to the left and the others to the right."""
+    """Aligned columns, the first one left, the others right."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = [
         "  ".join([row[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True))])
@@ -57,5 +57,5 @@ def share_table(title: str, names: Sequence[str], shares: Array | np.ndarray, po
 
 
 def number(value: float) -> str:
-    """Four digits; nothing where a value is not defined."""
+    """A number with four digits; empty for NaN."""
     return "" if np.isnan(value) else f"{value:.4g}"

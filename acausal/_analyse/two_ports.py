@@ -1,4 +1,4 @@
-"""A component between two power ports: a transformer or a gyrator with what is at its sides."""
+"""A component between two power ports: a transformer or a gyrator with elements at its sides."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -8,11 +8,12 @@ import numpy as np
 from .power_ports import Local, Series, series
 from .spans import SAME
 
-ROUNDING = 1e-15  # entries of a response below this share of the largest are errors of rounding
+ROUNDING = 1e-15  # relative size of entries of a response that are rounding errors
 
 
 class TwoPort(NamedTuple):
-    """Power counts into both ports: TF: e1 = modulus e2, f2 = -modulus f1; GY: e1 = modulus f2, e2 = -modulus f1.
+    """A two-port with power counted into both ports: TF: e1 = modulus e2, f2 = -modulus f1; GY: e1 = modulus f2, e2 =
+    -modulus f1.
 
     `first` and `second`: impedances in series at a port (`..._of_efforts`), or admittances across it.
     """
@@ -26,13 +27,13 @@ class TwoPort(NamedTuple):
 
 
 def two_port(local: Local, i: int, j: int, parameters: Sequence[float]) -> TwoPort | None:
-    """The form with the fewest elements, and among those with values that are parameters of the component."""
+    """The form with the fewest elements and, among those, with values that are parameters of the component."""
     found = list(_forms(local, i, j))
     return min(found, key=lambda form: (_size(form), -_named(form, parameters)), default=None)
 
 
 def _forms(local: Local, i: int, j: int) -> Iterator[TwoPort]:
-    """The form for each choice of what follows from the other variables at a port: its effort or its flow."""
+    """The form for each choice of the dependent variable at a port: its effort or its flow."""
     for kind, of_efforts in (
         ("TF", (True, False)),
         ("TF", (False, True)),
@@ -57,7 +58,7 @@ def _forms(local: Local, i: int, j: int) -> Iterator[TwoPort]:
 
 
 def _clean(values: Sequence[float], found: list[np.ndarray]) -> list[float]:
-    """The values, zero where they are rounding errors beside the largest response found."""
+    """The values, with rounding errors relative to the largest response set to zero."""
     size = max(float(np.max(np.abs(matrix))) for matrix in found)
     return [0.0 if abs(value) < ROUNDING * size else value for value in values]
 

@@ -14,17 +14,17 @@ Matrices = tuple[Any, Any, Any, Any]
 
 
 class TransferFunction(NamedTuple):
-    """Coefficients of two polynomials in s, highest power first; that of the denominator is 1."""
+    """Coefficients of numerator and denominator in s, highest power first; the denominator is monic."""
 
     numerator: np.ndarray
     denominator: np.ndarray
 
 
 def transmission_zeros(matrices: Matrices) -> np.ndarray:
-    """Finite zeros of [A - s, B; C, D], in rising order of size (Emami-Naeini, Van Dooren 1982).
+    """Finite zeros of [A - s, B; C, D], in ascending order of magnitude (Emami-Naeini, Van Dooren 1982).
 
-    What makes zeros at infinity and a deficient rank is taken out first, by rank decisions on balanced matrices; those
-    left are the eigenvalues of a regular pencil.
+    Zeros at infinity and rank deficiencies are removed first, by rank decisions on balanced matrices; the others
+    are the eigenvalues of a regular pencil.
     """
     A, B, C, D = (np.asarray(matrix, float) for matrix in matrices)
     rate = np.linalg.norm(scipy.linalg.matrix_balance(A, permute=False)[0]) if A.any() else 1.0
@@ -41,12 +41,14 @@ def transmission_zeros(matrices: Matrices) -> np.ndarray:
 
 
 def _sorted(values: Any, rate: Any) -> np.ndarray:
-    """In rising order of size, of a conjugate pair the one above the real axis first; times a rate in 1/s."""
+    """Values times a rate in 1/s, in ascending order of magnitude; in a conjugate pair, the one above the real axis
+    first.
+    """
     return rate * values[np.lexsort((-values.imag, np.round(np.abs(values), 12)))]
 
 
 def _normalised(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> Matrices:
-    """A system with the same zeros, whose states are balanced, and whose inputs and outputs have size 1."""
+    """A system with the same zeros, balanced states, and inputs and outputs of size 1."""
     if len(A):
         A, (scale, _) = scipy.linalg.matrix_balance(A, permute=False, separate=True)
         B, C = B / scale[:, None], C * scale
@@ -59,7 +61,7 @@ def _normalised(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> M
 
 
 def _compressed(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> Matrices:
-    """An equivalent system whose D has full row rank: outputs that do not see the inputs at once become constraints."""
+    """An equivalent system whose D has full row rank: outputs without direct feedthrough become constraints."""
     while len(C):
         left, values, _ = scipy.linalg.svd(D) if D.size else (np.eye(len(C)), np.zeros(0), None)
         rank = int(np.sum(values > COUPLING))
@@ -68,10 +70,10 @@ def _compressed(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> M
             break
         top, blind = C[:rank], C[rank:]
         _, seen, V = scipy.linalg.svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
-        held = int(np.sum(seen > COUPLING))  # states that the other outputs hold at zero
+        held = int(np.sum(seen > COUPLING))  # number of states that the other outputs fix at zero
         if held == 0:
             return A, B, top, D
-        # The last coordinates are held; their rates become outputs.
+        # The last coordinates are fixed; their rates become outputs.
         V = np.concatenate([V[held:], V[:held]]).T
         A, B, top, free = V.T @ A @ V, V.T @ B, top @ V, len(A) - held
         C = np.concatenate([A[free:, :free], top[:, :free]])
@@ -81,7 +83,7 @@ def _compressed(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> M
 
 
 def dc_gain(matrices: Matrices) -> np.ndarray:
-    """The gain at s = 0 channel by channel, infinite where its minimal system has a pole there."""
+    """The gain at s = 0 of each channel; infinite if its minimal system has a pole there."""
     A, B, C, D = (np.asarray(matrix) for matrix in matrices)
     return np.array([[_static(A, B[:, [j]], C[[i]], D[i, j]) for j in range(D.shape[1])] for i in range(D.shape[0])])
 
@@ -98,7 +100,9 @@ def _static(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: Any) -> float:
 
 
 def transfer_function(matrices: Matrices) -> TransferFunction:
-    """Of a system with one input and one output: from its poles and zeros, and its value at one point."""
+    """The transfer function of a system with one input and one output, from its poles and zeros and its value at one
+    point.
+    """
     A, B, C, D = (np.asarray(matrix) for matrix in matrices)
     A, B, C = minimal(A, B, C)
     poles, zeros = np.linalg.eigvals(A), transmission_zeros((A, B, C, D))

@@ -1,1 +1,1 @@
-"""What an author of components and models writes."""
+"""The interface for authors of components and models."""

@@ -14,23 +14,20 @@ from .._errors import ArgumentError
 from .._numbers import Numbers, Truth
 from .._numbers import Scalar as Scalar
 
-if TYPE_CHECKING:
-    Vector: TypeAlias = Array | Any  # an array, made from whatever a constructor is given: a list, an array of numpy
-else:
-    Vector: TypeAlias = Array
+Vector: TypeAlias = Array | Any  # an array, made from anything that a constructor accepts: a list, a NumPy array
 
 Role = Literal["param", "var", "flow", "time", "discrete"]
 
 
 @dataclasses.dataclass(frozen=True)
 class Sign:
-    """The range that a parameter or a variable is declared to lie in."""
+    """The admissible range of a parameter or a variable."""
 
     name: Literal["positive", "nonnegative", "nonzero"]
-    outside: str = ""  # what serves where a value lies outside the range
+    outside: str = ""  # alternative for values outside the range
 
     def otherwise(self, outside: str) -> "Sign":
-        """This range, with a word in the error about what serves outside it."""
+        """This range with an alternative, which the error message names, for values outside it."""
         return dataclasses.replace(self, outside=outside)
 
     def admits(self, value: Numbers) -> Truth:
@@ -51,7 +48,7 @@ nonzero = Sign("nonzero")
 
 @dataclasses.dataclass(frozen=True)
 class Unbounded:
-    """That a parameter may be infinite."""
+    """Marks a parameter that may be infinite."""
 
 
 unbounded = Unbounded()
@@ -59,7 +56,7 @@ unbounded = Unbounded()
 
 @dataclasses.dataclass(frozen=True)
 class Select:
-    """How gladly a variable is taken as a state: higher is preferred."""
+    """Preference of a variable as a state: higher is preferred."""
 
     name: str
     rank: int
@@ -72,7 +69,7 @@ never = Select("never", -2)
 
 @dataclasses.dataclass(frozen=True)
 class Nominal:
-    """The size a variable typically has; it scales the error tolerance and the pivots. `None`: taken from its unit."""
+    """Nominal size of a variable, which scales error tolerances and pivots. `None`: the default of its unit."""
 
     value: float
 
@@ -91,11 +88,11 @@ def shape(*sizes: int | str) -> Shape:
 
 @dataclasses.dataclass(frozen=True)
 class Declaration:
-    """What a class says of one leaf.
+    """Declaration of one leaf in its class.
 
-    `sign` is the range that its values must lie in; they must be finite unless it `is_unbounded`. `select`, `nominal`
-    and `start`, the value to start from where a model gives none, apply to variables. `sizes` is empty for a scalar,
-    and None for a parameter that takes the shape of the value it is given.
+    `sign` is the admissible range of its values, which must be finite unless it `is_unbounded`. `select`, `nominal` and
+    `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a parameter with
+    the shape of the value that it is given.
     """
 
     role: Role
@@ -108,7 +105,7 @@ class Declaration:
     is_unbounded: bool = False
 
     def admits(self, value: Any) -> Any:
-        """Whether each element of `value` is one that it can have; NaN is none."""
+        """Whether each element of `value` is admissible; NaN is not."""
         if self.sign is None:
             return value == value if self._may_be_infinite else abs(value) < math.inf
         inside = self.sign.admits(value)
@@ -116,7 +113,7 @@ class Declaration:
 
     @property
     def range(self) -> str:
-        """What `admits` demands, as it follows "must be"."""
+        """The condition of `admits`, as it follows "must be"."""
         if self.sign is None:
             return "a number" if self._may_be_infinite else "a finite number"
         said = self.sign.name if self._may_be_infinite else f"{self.sign.name} and finite"
@@ -128,7 +125,7 @@ class Declaration:
 
     @property
     def is_variable(self) -> bool:
-        """Whether equations determine it; a parameter is given, and a discrete variable stays until an event."""
+        """Whether equations determine the leaf; a parameter is given, and only events change a discrete variable."""
         return self.role in ("var", "flow", "time")
 
 
@@ -188,9 +185,10 @@ else:
 
 
 def declared(annotation: object, where: str) -> Declaration | None:
-    """The `Declaration` inside an annotation, if it is one of ours.
+    """The `Declaration` inside an annotation; None for other annotations.
 
-    Raises `ArgumentError` for one of ours without a type and a unit: it would pass for the type of a constant.
+    Raises `ArgumentError` for an annotation of the library without a type and a unit, which would pass for the type of
+    a constant.
     """
     if isinstance(annotation, _Maker):
         raise ArgumentError(f"{where} lacks its type and its unit: {annotation.remedy}")

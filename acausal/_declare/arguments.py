@@ -8,7 +8,7 @@ from .._errors import ArgumentError, suggestion
 
 
 def check_arguments(cls: type, args: Sequence[object], kwargs: Mapping[str, object]) -> None:
-    """Raise `ArgumentError` for what a constructor does not take, or lacks."""
+    """Raise `ArgumentError` for unknown and missing arguments of a constructor."""
     takes = _parameters(cls)
     if takes is None:
         return
@@ -24,20 +24,20 @@ def check_arguments(cls: type, args: Sequence[object], kwargs: Mapping[str, obje
 
 
 def known_here(cls: type, name: str) -> str:
-    """A sentence that says what a class has for a name that other libraries use; empty where it states nothing."""
+    """A sentence that gives the name here for a name in another library; empty if the class states none."""
     here = getattr(cls, "elsewhere", {}).get(name)
     return f" Here it is {here}." if here else ""
 
 
 def _listed(takes: Mapping[str, bool]) -> str:
-    """What is needed first, then what can be left out, last what components of all classes take."""
+    """Required arguments first, then optional ones, then `nominal`."""
     ordered = sorted(takes, key=lambda name: (not takes[name], name == "nominal"))
     return ", ".join(name if takes[name] else f"[{name}]" for name in ordered) or "none"
 
 
 @ft.cache
 def _parameters(cls: type) -> dict[str, bool] | None:
-    """The names of the arguments and whether each is needed; None where they can be given in other ways."""
+    """The names of the arguments and whether each is required; None if they can be positional."""
     found = list(inspect.signature(cls.__init__).parameters.values())[1:]
     if any(parameter.kind is not inspect.Parameter.KEYWORD_ONLY for parameter in found):
         return None

@@ -20,9 +20,9 @@ T = TypeVar("T")
 
 
 class Array(Component, Generic[C]):
-    """`n` components of one class as one: `item` holds their stacked leaves. Made by `repeat` or `stack`.
+    """`n` components of one class; `item` holds their stacked leaves. Made by `repeat` or `stack`.
 
-    `parts[i]`, `parts[1:]` and `parts[:]` select members, in `connections` above all:
+    `parts[i]`, `parts[1:]` and `parts[:]` select members, mainly in `connections`:
     `connect(self.inertias[:-1].b, self.springs[:].a)` joins member by member.
     """
 
@@ -35,7 +35,7 @@ class Array(Component, Generic[C]):
         return jax.tree_util.tree_map(lambda leaf: leaf if isinstance(leaf, float) else leaf[where], self.item)
 
     def _within(self, index: Any) -> Any:
-        """An index of parts that there are: jax, which traces equations, takes the last one for those beyond it."""
+        """A valid index. jax, which traces equations, would clip an index beyond the last part."""
         if not isinstance(index, slice) and not is_traced(index):
             try:
                 np.arange(self.n)[index]
@@ -55,7 +55,7 @@ class Array(Component, Generic[C]):
 
 
 def deepened(tree: T, by: int) -> T:
-    """The arrays of components in a tree, for leaves that have got `by` more axes in front."""
+    """A tree in which arrays of components have `by` more leading axes."""
 
     def deepen(node: PyTree) -> PyTree:
         if not isinstance(node, Array):
@@ -68,11 +68,11 @@ def deepened(tree: T, by: int) -> T:
 def repeat(part: C, n: int) -> Array[C]:
     """An array of `n` components like `part`.
 
-    A parameter of `part` is shared by all, or has a leading axis of length `n` in front of its declared shape:
+    All members share a parameter of `part`, unless it has a leading axis of length `n` before its declared shape:
     `repeat(Inertia(J=jnp.linspace(1.0, 2.0, 5)), 5)`.
     """
     if not isinstance(part, Component) or not isinstance(n, int | np.integer) or n < 0:
-        raise ModelError(f"repeat(part, n) takes a component and how many of it, got repeat({part!r}, {n!r}).")
+        raise ModelError(f"repeat(part, n) takes a component and the number of copies, got repeat({part!r}, {n!r}).")
     part = as_new(part)
     structure = jax.tree_util.tree_structure(part)
     item = structure.unflatten([_stacked(leaf, n) for leaf in leaves_of(part) if leaf.value is not None])
@@ -87,9 +87,9 @@ def _stacked(leaf: Leaf, n: int) -> Numbers:
 
 
 def stack(parts: Sequence[C]) -> Array[C]:
-    """An array of the given components, which must be of one class and structure.
+    """An array of the given components, which must have one class and structure.
 
-    Where only some of them give a start value, the others give that of their class.
+    If only some of them give a start value, the others use the default of their class.
     """
     parts = [as_new(part) for part in parts]
     if len({jax.tree_util.tree_structure(part) for part in parts}) > 1:

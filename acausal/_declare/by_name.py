@@ -19,7 +19,7 @@ M = TypeVar("M", bound=Component)
 
 @jax.tree_util.register_pytree_node_class
 class Parameters(dict[str, Any]):
-    """Parameters, or sensitivities to them, by path, with their `units`; `print` it for a table."""
+    """Parameters, or sensitivities to them, by path, with their `units`. `print` shows a table."""
 
     def __init__(self, values: Mapping[str, Any], units: Mapping[str, str]) -> None:
         super().__init__(values)
@@ -41,9 +41,9 @@ class Parameters(dict[str, Any]):
 
 
 def parameters(model: Component, of: str | None = None) -> Parameters:
-    """The parameters of a model by their path; of a gradient with respect to a model, the sensitivities.
+    """The parameters of a model by path, or the sensitivities in a gradient with respect to a model.
 
-    `of` is the unit of what was differentiated: with `of="s"`, the sensitivity to a resistance is in s/ohm.
+    `of` is the unit of the differentiated result: with `of="s"`, the sensitivity to a resistance is in s/ohm.
     """
     leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param"]
     units = {leaf.path: leaf.declaration.unit for leaf in leaves}
@@ -57,11 +57,11 @@ def parameters(model: Component, of: str | None = None) -> Parameters:
 
 
 def replace(model: M, values: Mapping[str, object]) -> M:
-    """The model with other values of parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
+    """A copy of the model with other parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
 
-    None takes a start value back, so that it counts as not given.
+    None removes a start value.
 
-    Raises `ModelError` for a name that the model does not have.
+    Raises `ModelError` for an unknown name.
     """
     known = {leaf.path for leaf in leaves_of(model)}
     if not isinstance(values, Mapping):

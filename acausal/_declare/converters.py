@@ -1,4 +1,4 @@
-"""What constructors make of the values they are given."""
+"""Conversion of the arguments of constructors."""
 
 import dataclasses
 import inspect
@@ -18,7 +18,7 @@ from .._units.quantity import magnitude
 def as_parameter(value: Any, *, unit: str, where: str) -> Array:
     """An array of floats in double precision, in `unit`; an integer would break differentiation.
 
-    Raises `ParameterError` for what is no real number, nor an array of them.
+    Raises `ParameterError` for anything except real numbers and arrays of them.
     """
     value = magnitude(value, unit, where)
     if isinstance(value, float | int):
@@ -41,7 +41,7 @@ def _not_a_number(value: object, where: str) -> ParameterError:
 
 
 def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:
-    """A python float stays one, so that `eqx.filter_grad` skips start values unless they are given as arrays."""
+    """A start value. A float stays one: `eqx.filter_grad` skips start values unless they are given as arrays."""
     if value is None:
         return None
     value = magnitude(value, unit, where)
@@ -50,13 +50,13 @@ def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:
 
 @dataclasses.dataclass(frozen=True)
 class Converter:
-    """What is made of a value that a constructor is given for one field."""
+    """Conversion of the value of one field."""
 
     convert: Callable[..., object]
     unit: str
     where: str
 
-    # Equinox reads the signature of each converter. To find it from the code would take a third of the time of making
+    # Equinox reads the signature of each converter. To derive it from the code would take a third of the time to create
     # a class.
     __signature__ = inspect.Signature([inspect.Parameter("value", inspect.Parameter.POSITIONAL_ONLY)])
 
@@ -68,10 +68,10 @@ CONVERTERS = {"param": as_parameter, "var": as_start, "flow": as_start, "time": 
 
 
 def plain_number(kind: type) -> Callable[[Any], Any] | None:
-    """A converter for fields annotated as plain numbers, None for others.
+    """A converter for fields annotated as plain numbers; None for others.
 
-    Models are found again by their static fields, and of 1, 1.0 and True each is found for the other, as is 0.0 for
-    -0.0: what equals a number of the kind that is annotated becomes that.
+    Models are cached by their static fields, where 1, 1.0 and True are equal, as are 0.0 and -0.0. So the converter
+    turns an equal number into one of the annotated type.
     """
     if kind not in (bool, int, float):
         return None

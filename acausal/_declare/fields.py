@@ -11,8 +11,8 @@ T = TypeVar("T")
 
 
 def dynamic_fields(cls: type) -> tuple[tuple[str, Declaration | None], ...]:
-    """Names of a class's leaves and parts in pytree order, each leaf with its declaration, a part with None."""
-    return _dynamic_fields(cls)  # whose own signature would refuse classes with `__eq__` and without `__hash__`
+    """Names of the leaves and parts of a class in pytree order: a leaf with its declaration, a part with None."""
+    return _dynamic_fields(cls)  # type checkers would refuse unhashable instances here
 
 
 @ft.cache
@@ -26,7 +26,7 @@ def join(path: str, name: str) -> str:
 
 
 def copied(node: T, changes: Mapping[str, object]) -> T:
-    """A copy of a node with other values of some fields, past its constructor, which would check and convert them."""
+    """A copy of a node with other values of some fields, without the checks and conversions of its constructor."""
     copy = object.__new__(type(node))
     for name, value in {**vars(node), **changes}.items():
         object.__setattr__(copy, name, value)
@@ -34,7 +34,7 @@ def copied(node: T, changes: Mapping[str, object]) -> T:
 
 
 def parts_of(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
-    """The nodes held by a field: the value itself, or the members of its tuples, each with its path."""
+    """The nodes in a field: the value itself, or the members of its tuples, each with its path."""
     if isinstance(value, tuple | list):
         for index, item in enumerate(value):
             yield from parts_of(item, f"{path}[{index}]")

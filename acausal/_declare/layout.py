@@ -1,4 +1,4 @@
-"""Trees of nodes with other leaves, and the places of start values that are not given."""
+"""Trees of nodes with other leaves, and the layout of given and missing start values."""
 
 import dataclasses
 import functools as ft
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 def rebuilt(node: T, new: Callable[[str, Declaration, Any], object], path: str = "", *, is_new: bool = False) -> T:
-    """A copy of a tree of nodes with `new(path, declaration, value)` for each leaf; `is_new`, as if never started."""
+    """A copy of a tree with `new(path, declaration, value)` for each leaf. `is_new` removes its event history."""
     if isinstance(node, tuple | list):
         return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in enumerate(node))
     if not isinstance(node, Node):
@@ -31,26 +31,26 @@ def rebuilt(node: T, new: Callable[[str, Declaration, Any], object], path: str =
 
 
 def with_leaves(node: T, leaves: Iterable[Numbers | None]) -> T:
-    """A tree of nodes with other leaves, in pytree order; None for what is not given."""
+    """A tree of nodes with other leaves, in pytree order; None for values that are not given."""
     remaining = iter(leaves)
     return rebuilt(node, lambda path, declaration, value: next(remaining))
 
 
 def as_new(node: T) -> T:
-    """A tree of nodes in which nothing has happened."""
+    """A tree of nodes without its event history."""
     return rebuilt(node, lambda path, declaration, value: value, is_new=True)
 
 
 def complete(node: T) -> T:
-    """A tree of nodes with zeros for the start values that are not given, in which nothing has happened."""
+    """A tree of nodes without event history, with zeros for missing start values."""
     return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Layout:
-    """The leaves of a model in pytree order, those that are not given included.
+    """The leaves of a model in pytree order, including those that are not given.
 
-    `structure` is that of the complete model; `places[i]` is where leaf i lies among the given ones, -1 where it is not
+    `structure` is that of the complete model. `places[i]` is the index of leaf i among the given ones, -1 if it is not
     given.
     """
 
@@ -63,7 +63,7 @@ class Layout:
 
 
 def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
-    """All leaves of a model, with None for start values that are not given, and how they are laid out."""
+    """All leaves of a model, with None for missing start values, and their layout."""
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
     return layout.spread(given), layout
@@ -71,7 +71,7 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
 
 @ft.lru_cache(maxsize=4096)
 def layout_of(structure: PyTreeDef) -> Layout:
-    """How the leaves of models with this tree structure are laid out."""
+    """The layout of the leaves of models with this tree structure."""
     numbered = structure.unflatten(range(structure.num_leaves))
     places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))
     return Layout(jax.tree_util.tree_structure(complete(numbered)), places)

@@ -1,4 +1,4 @@
-"""The classes a model is made of: `Component`, `Port` and `Record`, all pytrees that declare their leaves."""
+"""The classes of models: `Component`, `Port` and `Record`, all pytrees that declare their leaves."""
 
 import copy
 import dataclasses
@@ -16,13 +16,14 @@ from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameErro
 from .._numbers import Scalar
 from .annotations import Declaration, declared
 from .arguments import check_arguments, known_here
+from .class_help import OwnText, attributes, class_text, html_method, plain_signature
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
 from .requirements import Requirements, broken
 
 
 def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:
-    """Annotations of the class under construction, whichever way this Python stores them."""
+    """Annotations of the class under construction, in the storage of this version of Python."""
     if "__annotations__" in namespace:
         return dict(namespace["__annotations__"])
     if sys.version_info < (3, 14):
@@ -36,7 +37,7 @@ def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:
 
 
 def _evaluated(annotation: object, namespace: dict[str, Any]) -> object:
-    """A postponed annotation, resolved where its names are known already; else as it is."""
+    """A postponed annotation, resolved if its names are already defined; otherwise unchanged."""
     if not isinstance(annotation, str):
         return annotation
     scope = vars(sys.modules[namespace["__module__"]]) | namespace
@@ -47,7 +48,7 @@ def _evaluated(annotation: object, namespace: dict[str, Any]) -> object:
 
 
 def _holds_parts(annotation: object) -> bool:
-    """Whether an annotation stands for components, ports or records; an unresolved name is taken for one."""
+    """Whether an annotation stands for components, ports or records; an unresolved name counts as one."""
     if isinstance(annotation, str | typing.TypeVar):
         return True
     origin = typing.get_origin(annotation)
@@ -63,7 +64,13 @@ class NodeMeta(type(eqx.Module)):
 
     _partial: bool
 
+    def __dir__(cls) -> list[str]:
+        return attributes(cls, super().__dir__())
+
     if not TYPE_CHECKING:  # type checkers take the arguments and the result from the class
+        __doc__ = property(class_text)
+        __signature__ = property(plain_signature)
+        _repr_html_ = property(html_method)
 
         def __call__(cls, *args: Any, **kwargs: Any) -> Any:
             if cls._partial:
@@ -81,6 +88,7 @@ class NodeMeta(type(eqx.Module)):
             if typing.get_origin(annotation) is not ClassVar and annotation is not ClassVar:
                 _check_kind(name, bases, field, annotation)
                 namespace[field] = _field(name, field, annotation, namespace.get(field, dataclasses.MISSING))
+        namespace["__doc__"] = OwnText(namespace.get("__doc__") or "")
         cls = super().__new__(mcs, name, bases, namespace)
         cls._partial = partial
         _own_converters(cls, annotations)
@@ -91,19 +99,19 @@ def _check_bases(name: str, bases: tuple[type, ...]) -> None:
     for base in bases:
         if isinstance(base, NodeMeta) and not base._partial:
             raise ModelError(
-                f"{name} derives from {base.__name__}, which is final. Hold a {base.__name__} as a part, or move "
-                "what both share to a base declared with `partial=True`."
+                f"{name} derives from {base.__name__}, which is final. Use a {base.__name__} as a part, or move "
+                "their common parts to a base with `partial=True`."
             )
 
 
 def derived(cls: Any, fields: Mapping[str, object], namespace: Mapping[str, object]) -> Any:
-    """A class with more fields and other methods; unlike a model's author, the engine may derive from what is final."""
+    """A class with more fields and other methods. The engine, unlike users, may derive from final classes."""
     meta: Any = NodeMeta
     return meta(cls.__name__, (cls,), {"__module__": __name__, "__annotations__": dict(fields), **namespace})
 
 
 def _own_converters(cls: Any, annotations: Container[str]) -> None:
-    """Let messages about inherited fields name the class itself, not the one that declares them."""
+    """Let messages about inherited fields name the class itself, not its base."""
     for field in dataclasses.fields(cls):
         converter = field.metadata.get("converter")
         if field.name not in annotations and isinstance(converter, Converter):
@@ -120,7 +128,7 @@ def _check_overrides(name: str, bases: tuple[type, ...], namespace: dict[str, An
 
 
 def _check_kind(name: str, bases: tuple[type, ...], field: str, annotation: object) -> None:
-    """What is inherited as a port or another part may be declared more narrowly, but stays a part."""
+    """Check that an inherited port or part stays a part; its class may become narrower."""
     for base in bases:
         inherited = dict(dynamic_fields(base)) if isinstance(base, NodeMeta) else {}
         if field in inherited and inherited[field] is None and not _holds_parts(annotation):
@@ -139,15 +147,15 @@ def _field(owner: str, name: str, annotation: Any, default: object) -> object:
     if declaration is None:
         if isinstance(default, Node) and any(leaf.declaration.role == "param" for leaf in leaves_of(default)):
             raise ModelError(
-                f"{where} has a default that holds parameters. Build it where the component is built, so that its "
+                f"{where} has a default with parameters. Create it in the constructor of the component, so that its "
                 "numbers are 64-bit and each component has its own."
             )
         return eqx.field(kw_only=True, default=default)
     if declaration.role != "param" and declaration.sizes is None:
         raise ModelError(f"{where} is an array variable: declare its shape, as in Var[Vector, 'K', shape('n')].")
     if declaration.role != "param":
-        # The default in the class is a first guess, kept in the declaration. The field is None until a model gives a
-        # start value, so that given values and guesses are told apart.
+        # The default in the class is a first guess, stored in the declaration. The field is None unless a model gives a
+        # start value, which distinguishes given values from guesses.
         start = 0.0 if default is dataclasses.MISSING else default
         if not isinstance(start, int | float):
             raise ModelError(f"{where} must start from a plain number, got {start!r}.")
@@ -163,7 +171,7 @@ def _field(owner: str, name: str, annotation: Any, default: object) -> object:
 
 
 class Node(eqx.Module, metaclass=NodeMeta, partial=True):
-    """Anything a model is built from. Fields are declared with `Param`, `Var`, `Flow`, as parts, or are static."""
+    """Base class of all parts of models. Fields are declared with `Param`, `Var`, `Flow`, as parts, or are static."""
 
     def __check_init__(self) -> None:
         for sentence in broken(self):
@@ -176,14 +184,14 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
                 _check_parts(where, value)
 
     def _shown(self) -> tuple[str, "Node"]:
-        """What stands for it in a tree: its kind, and what holds its parts."""
+        """Kind of the node in a tree, and the node that holds its parts."""
         return type(self).__name__, self
 
     def requirements(self) -> Requirements:
-        """What parameters must meet beyond their declared ranges: a tuple of `require(...)`.
+        """Conditions on parameters beyond their declared ranges: a tuple of `require(...)`.
 
-        It is checked where numbers are known: when a component is built, by `simulate`, `initialise`, `linearise` and
-        `check`; under `jit` a run that does not meet it has the result `bad_parameter`.
+        The check needs known numbers: it happens when a component is built, and in `simulate`, `initialise`,
+        `linearise` and `check`. Under `jit`, a run that violates a condition has the result `bad_parameter`.
         """
         return ()
 
@@ -193,16 +201,14 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         return cls.requirements is not Node.requirements
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Read from a pickle; raises `ModelError` where its class has other fields than when it was written."""
+        """Restore from a pickle. Raises `ModelError` if the fields of the class have changed since it was written."""
         declared_now = {field.name for field in dataclasses.fields(self)}
         if others := declared_now ^ state.keys():
             lists = [sorted(others - declared_now), sorted(others & declared_now)]
             said = [
                 f"{verb} {', '.join(names)}" for verb, names in zip(("holds", "lacks"), lists, strict=True) if names
             ]
-            raise ModelError(
-                f"{type(self).__name__} has other fields than when it was stored: what is stored {' and '.join(said)}."
-            )
+            raise ModelError(f"{type(self).__name__} has changed: the stored object {' and '.join(said)}.")
         for name, value in state.items():
             object.__setattr__(self, name, value)
 
@@ -224,7 +230,7 @@ def _check_static(where: str, value: object) -> None:
     for path, item in parts_of(value, where):
         if isinstance(item, jax.Array | np.ndarray | Node):
             raise ModelError(
-                f"{path} holds {type(item).__name__}, but is not declared to: annotate an array with Param[...], a "
+                f"{path} holds {type(item).__name__}, but does not declare it: annotate an array with Param[...], a "
                 "part with its class, and several with tuple[..., ...] or Array[...] of it."
             )
 
@@ -238,9 +244,9 @@ def _check_parts(where: str, value: object) -> None:
 class Port(Node, partial=True):
     """Variables that a connection shares: across variables (`Var`) become equal, through variables (`Flow`) sum to 0.
 
-    A flow is positive into the component. With `needs_connection`, leaving the port open is an error. `reference` is
-    what fixes the level of its across variables, as a message names it to someone who has forgotten it: "a Ground".
-    `storage` is what takes up the difference where more flows into a connection than out of it: "a Chamber".
+    A flow is positive into the component. With `needs_connection`, an open port is an error. `reference` and `storage`
+    are remedies in error messages: `reference` fixes the level of the across variables ("a Ground"), `storage` takes up
+    a difference of flows ("a Chamber").
     """
 
     needs_connection: ClassVar[bool] = False
@@ -250,24 +256,24 @@ class Port(Node, partial=True):
     def power(self, d: Any) -> Scalar:
         """The power into the component in W, from the variables and their time derivatives `d`.
 
-        Checks of components need it of every port with a flow.
+        Checks of components need it for every port with a flow.
         """
         del d
         if any(leaf.declaration.role == "flow" for leaf in leaves_of(self)):
             name = type(self).__name__
             raise ModelError(
-                f"{name} does not state the power that it carries. Remedy: state it in {name} by a method, such as "
+                f"{name} does not state its power. Remedy: add a method to {name}, such as "
                 "`def power(self, d): return self.v * self.i`."
             )
         return 0.0
 
 
 class Record(Node, partial=True):
-    """A set of parameters with methods on them, such as a cam profile; it holds no variables."""
+    """A set of parameters with methods, such as a cam profile, without variables."""
 
 
 def nodes_of(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
-    """A node and all that is below it, each with its path."""
+    """A node and all nodes below it, each with its path."""
     yield path, node
     for name, declaration in dynamic_fields(type(node)):
         for part_path, part in parts_of(getattr(node, name), join(path, name)) if declaration is None else ():
@@ -276,7 +282,7 @@ def nodes_of(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
 
 
 class Leaf(NamedTuple):
-    """One leaf of a model: its path, what its class declares of it, its value, and the shape it is declared with."""
+    """One leaf of a model: its path, declaration, value and declared shape."""
 
     path: str
     declaration: Declaration
@@ -294,14 +300,14 @@ def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
         for part_path, part in parts_of(value, join(path, name)):
             if not isinstance(part, Node):
                 raise ModelError(
-                    f"{part_path} holds a number or the like ({type(part).__name__}), but a part must be a Component, "
+                    f"{part_path} holds a value of type {type(part).__name__}, but a part must be a Component, "
                     "a Port or a Record."
                 )
             yield from leaves_of(part, part_path)
 
 
 def resolved_sizes(node: Node, declaration: Declaration) -> tuple[int, ...] | None:
-    """The shape that a leaf is declared with; None where it takes that of its value."""
+    """The declared shape of a leaf; None for the shape of its value."""
     if declaration.sizes is None:
         return None
     return tuple(getattr(node, size) if isinstance(size, str) else size for size in declaration.sizes)

@@ -1,4 +1,4 @@
-"""What a model that was started knows of its events."""
+"""The event history of a model with computed start values."""
 
 from typing import NamedTuple, TypeVar
 
@@ -9,8 +9,8 @@ T = TypeVar("T")
 
 
 class Past(NamedTuple):
-    """What has happened in a model whose start was searched for: what was due until `time`, and the events for which
-    `holds` has 1, whose conditions are true then.
+    """The event history of a model with computed start values: events were processed up to `time`, and `holds` is 1 for
+    events whose conditions are true then.
     """
 
     time: Numbers
@@ -18,10 +18,10 @@ class Past(NamedTuple):
 
 
 def past_of(model: object) -> Past | None:
-    """What has happened in a model; None where it was never started."""
+    """The event history of a model; None before the first start."""
     return vars(model).get("_past")
 
 
 def with_past(model: T, past: Past | None) -> T:
-    """A copy of a model that knows what has happened in it."""
+    """A copy of a model with an event history."""
     return copied(model, {"_past": past})

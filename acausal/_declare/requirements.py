@@ -1,4 +1,4 @@
-"""What must hold of the parameters of a component: ranges that are declared, and relations that its class states."""
+"""Conditions on the parameters of a component: declared ranges, and relations that its class states."""
 
 import functools as ft
 import re
@@ -16,7 +16,7 @@ from .fields import copied, dynamic_fields
 
 
 class Requirement(NamedTuple):
-    """A condition that parameters have to meet, and the sentence that says so."""
+    """A condition on parameters, and its sentence for messages."""
 
     holds: Truth
     text: str
@@ -26,17 +26,17 @@ Requirements: TypeAlias = tuple[Requirement, ...]
 
 
 def require(holds: Truth, text: str) -> Requirement:
-    """State what parameters must meet, as in `require(self.s_min < self.s_max, "s_max must be above s_min")`.
+    """State a condition on parameters, as in `require(self.s_min < self.s_max, "s_max must be above s_min")`.
 
     `holds` is a truth value, or an array of them that must all be true, computed from parameters alone. `text` begins
-    with the name of a parameter; the values of all parameters that it names are told with it.
+    with the name of a parameter; messages give the values of all parameters that it names.
     """
     return Requirement(holds, text)
 
 
 @ft.cache
 def parameters_of(cls: Any) -> dict[str, Declaration]:
-    """The parameters of a class by name, those of its parts aside."""
+    """The parameters of a class by name, without those of its parts."""
     return {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None and leaf.role == "param"}
 
 
@@ -47,7 +47,7 @@ def started_of(cls: Any) -> dict[str, Declaration]:
 
 
 def stated(node: Any) -> Iterator[Requirement]:
-    """The requirements of a node itself, its parts aside: those of its declarations, then those of its class."""
+    """The requirements of a node, without its parts: those of its declarations, then those of its class."""
     for name, declaration in parameters_of(type(node)).items():
         yield _declared(name, declaration, getattr(node, name))
     yield from node.requirements()
@@ -58,7 +58,7 @@ def _declared(name: str, declaration: Declaration, value: Any) -> Requirement:
 
 
 def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
-    """The requirements of a class, or that arrays have other shapes where these cannot be computed."""
+    """The requirements of a class, or a complaint about shapes of arrays if these cannot be computed."""
     try:
         return node.requirements()
     except ModelError:
@@ -67,21 +67,21 @@ def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
         arrays = [name for name, declaration in fields.items() if declaration.sizes is None]
         if not arrays:
             raise
-        return (Requirement(False, f"{', '.join(arrays)} must have the shapes that are documented ({error})"),)
+        return (Requirement(False, f"{', '.join(arrays)} must have the documented shapes ({error})"),)
 
 
 def broken(node: Any) -> Iterator[str]:
-    """What is not met of the requirements of a node itself, as far as its parameters are known, with their values."""
+    """The violated requirements of a node itself, with the values, as far as its parameters are known."""
     fields, values = parameters_of(type(node)), vars(node)
     known = {name: np.asarray(values[name]) for name in fields if not is_traced(values[name])}
     checks = [_declared(name, fields[name], value) for name, value in known.items()]
     for name, declaration in started_of(type(node)).items():
         if values[name] is not None and not is_traced(values[name]):
             checks.append(_declared(name, declaration, np.asarray(values[name])))
-    # With traced parameters the run checks this and tells it as its result: a value tried under grad must not raise.
+    # With traced parameters, the run reports a violation as its result: a value tried under grad must not raise.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
-        # Numbers that are known are compared at once, even while some other function is traced. A requirement may
-        # divide by a number that is refused.
+        # Known numbers are compared immediately, even while another function is traced. A requirement may
+        # divide by an inadmissible number.
         with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
             checks += _required(copied(node, known), fields)
     for holds, text in checks:
@@ -91,13 +91,13 @@ def broken(node: Any) -> Iterator[str]:
 
 
 def named(text: str, known: Container[str]) -> list[str]:
-    """The names in a sentence that are known, in their order."""
+    """The known names in a sentence, in order."""
     words = (word.rstrip(".") for word in re.findall(r"[^\W\d][\w.\[\]]*", text))
     return [word for word in dict.fromkeys(words) if word in known]
 
 
 def told(text: str, values: Iterable[tuple[str, Any, str]]) -> str:
-    """A sentence with the parameters that it is about: the value of a single one, several by name."""
+    """A sentence with the parameters that it names: the value of a single one, several by name."""
     found = [(name, f"{value} {'' if unit == '1' else unit}".rstrip()) for name, value, unit in values]
     if not found:
         return f"{text}."

@@ -1,4 +1,4 @@
-"""Nominal sizes of the variables of single components, where the sizes of their units do not fit."""
+"""Nominal sizes of the variables of single components, in place of the defaults of their units."""
 
 import math
 import re
@@ -22,20 +22,20 @@ T = TypeVar("T")
 
 
 class Sizes(dict[str, float]):
-    """Nominal sizes by the path of a variable within a component; static, so that it can be hashed."""
+    """Nominal sizes by the path of a variable within a component. Static, so it has a hash."""
 
     def __hash__(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
         return hash(frozenset(self.items()))
 
 
 def sized(model: M, nominal: Mapping[str, object]) -> M:
-    """The model with nominal sizes of variables, by path: `sized(model, {"c.v": 1e-5})`.
+    """A copy of the model with nominal sizes of variables, by path: `sized(model, {"c.v": 1e-5})`.
 
-    A nominal size is what counts as 1 of a variable in error tolerances and in searches. It holds for all that is equal
-    to the variable, be it as a derivative, as two speeds are of one angle, and per millisecond for its derivative. Of
-    sizes given by a component and by one that holds it, the latter's count.
+    Error tolerances and searches measure a variable in units of its nominal size. The size also applies to all
+    variables that are equal to it, even as derivatives, such as two speeds of one angle, and per millisecond to its
+    derivative. The size given by the outer component has priority.
 
-    Raises `ModelError` for a name that the model does not have, and for what is not a positive number.
+    Raises `ModelError` for an unknown name, and for a size that is not a positive number.
     """
     sizes = Sizes(sizes_of(model))
     sizes.update(checked_sizes(model, as_sizes(nominal)))
@@ -43,7 +43,7 @@ def sized(model: M, nominal: Mapping[str, object]) -> M:
 
 
 def as_sizes(nominal: object) -> Sizes:
-    """What the constructor of a component is given."""
+    """Conversion of the argument `nominal` of a component."""
     if not isinstance(nominal, Mapping):
         raise ModelError(f"nominal={nominal!r} is not a dictionary of sizes by name, such as nominal=dict(v=1e-5).")
     return Sizes(nominal)
@@ -65,7 +65,7 @@ def _named(name: str, known: dict[str, Leaf]) -> Leaf:
 
 
 def _is_member(name: str, path: str) -> bool:
-    """Whether a name is that of a part of a leaf: `chain[3].w` of `chain.item.w` in an array of components, or `T[2]`
+    """Whether a name stands for a part of a leaf: `chain[3].w` of `chain.item.w` in an array of components, or `T[2]`
     of an array `T`.
     """
     pattern = r"(?:\.item|\[\d*\])".join(re.escape(piece) for piece in path.split(".item")) + r"(?:\[\d*\])*"
@@ -75,7 +75,7 @@ def _is_member(name: str, path: str) -> bool:
 def _size(leaf: Leaf, value: object) -> float:
     unit = leaf.declaration.unit
     if is_traced(value):
-        raise ModelError(f"nominal: the size of {leaf.path} must be a plain number, which is known before the run.")
+        raise ModelError(f"nominal: the size of {leaf.path} must be a plain number, known before the run.")
     number = magnitude(value, unit, leaf.path)
     is_number = isinstance(number, int | float | np.number | np.ndarray | jax.Array) and np.ndim(number) == 0
     if not is_number or not 0.0 < float(number) < math.inf:
@@ -84,18 +84,18 @@ def _size(leaf: Leaf, value: object) -> float:
 
 
 def sizes_of(node: Node) -> Mapping[str, float]:
-    """What a component says of the sizes of its variables and of those of its parts."""
+    """The nominal sizes that a component sets for its variables and those of its parts."""
     sizes = vars(node).get("nominal")
     return sizes if isinstance(sizes, Sizes) else Sizes()
 
 
 def says_sizes(node: Node) -> bool:
-    """Whether a component or a part of it gives sizes."""
+    """Whether a component or one of its parts sets nominal sizes."""
     return bool(sizes_of(node)) or any(says_sizes(part) for part in _parts(node))
 
 
 def without_sizes(value: T) -> T:
-    """A tree of nodes without what is said of sizes, so that components that differ by nothing else are alike."""
+    """A tree of nodes without nominal sizes, so that components that differ only in them are equal."""
     if isinstance(value, tuple | list):
         return type(value)(without_sizes(item) for item in value)
     if not isinstance(value, Node):

@@ -1,4 +1,4 @@
-"""A model, or a view of one, as a tree to read: its parts, and their values with units."""
+"""Text and HTML of a model, or of a view of one: a tree of its parts, with values in their units."""
 
 import dataclasses
 import html
@@ -11,12 +11,12 @@ from .._tracing import known
 from .fields import dynamic_fields
 from .node import Node, Port, parts_of
 
-LINES = 200  # most lines of a printed tree
-FEW = 4  # up to so many elements of an array are shown one by one
+LINES = 200  # maximum length of a printed tree
+FEW = 4  # longer arrays are summarised
 
 
 class Branch(NamedTuple):
-    """A part of a model with what it holds; that of a port stands on one line."""
+    """A part of a model with its values and parts; a port takes one line."""
 
     title: str
     is_port: bool
@@ -25,7 +25,7 @@ class Branch(NamedTuple):
 
 
 def branch(node: Node, name: str = "") -> Branch:
-    """The tree of a node: static fields, parameters, and variables that have values; ports only where theirs have."""
+    """The tree of a node: static fields, parameters, variables with values, and ports with values."""
     kind, node = node._shown()
     parts = [
         branch(part, path)
@@ -73,7 +73,7 @@ def _counted(numbers: np.ndarray) -> str:
 
 
 def as_text(tree: Branch) -> str:
-    """Two spaces for each level; those of a port on one line."""
+    """Text with two spaces for each level; a port takes one line."""
     lines = list(_lines(tree, 0))
     hidden = len(lines) - LINES
     return "\n".join(lines[:LINES] + ([f"... and {hidden} more lines: print a part of it"] if hidden > 0 else []))
@@ -92,7 +92,7 @@ def _lines(tree: Branch, level: int) -> Iterator[str]:
 
 
 def as_html(tree: Branch, *, is_open: bool = True) -> str:
-    """Parts that fold, with tables of their values."""
+    """HTML with folding parts and tables of their values."""
     table = value_table(tree.values)
     parts = "".join(as_html(part, is_open=not part.parts) for part in tree.parts)
     name, _, kind = tree.title.rpartition(": ")
@@ -103,8 +103,13 @@ def as_html(tree: Branch, *, is_open: bool = True) -> str:
     return f'<details{state} style="margin-left:1em"><summary>{title}</summary>{table}{parts}</details>'
 
 
+def folded(title: str, content: str) -> str:
+    """HTML that opens with a click on its title."""
+    return f'<details style="margin-left:1em"><summary>About {html.escape(title)}</summary>{content}</details>'
+
+
 def value_table(values: Sequence[tuple[str, str]]) -> str:
-    """Names and values side by side, in HTML."""
+    """HTML table of names and values."""
     cell = '<td style="text-align:left">{}</td>'
     rows = [f"<tr>{''.join(cell.format(html.escape(text)) for text in row)}</tr>" for row in values]
     return f'<table style="margin:0">{"".join(rows)}</table>' if rows else ""

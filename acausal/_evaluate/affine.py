@@ -1,7 +1,7 @@
-"""Evaluation of jaxprs on values that are affine in a few symbols, so that an equation can be solved without algebra.
+"""Evaluation of jaxprs on values that are affine in a few symbols, which solves an equation without algebra.
 
-An `Affine` is base + sum of coefficient x symbol. Zeros are left out and the numbers 1 and -1 are not multiplied by, so
-what is traced is what one would have written by hand.
+An `Affine` is base + sum of coefficient x symbol. Zeros are omitted, and factors 1 and -1 are not multiplied, so
+the trace equals an equation solved by hand.
 """
 
 import dataclasses
@@ -22,7 +22,7 @@ from .._reduce.jaxpr import bind, called, differentiable_call, interpreted, is_f
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Minus:
-    """The negative of an array, not computed before it has to be: most signs cancel on the way."""
+    """A negated array, evaluated late: most signs cancel on the way."""
 
     array: Array
 
@@ -42,7 +42,7 @@ class Affine:
 
 
 def computed(value: Any) -> Numbers:
-    """A value as something to calculate with."""
+    """A value as an array or a number."""
     return -value.array if isinstance(value, Minus) else value
 
 
@@ -65,15 +65,15 @@ def over(a: Any, b: Numbers) -> Any:
             return negated(over(x.array, b) if x is a else over(a, x.array))
     if isinstance(b, float) and b == 0.0:
         raise StructureError(
-            "Equations cancel: of a set of ideal elements, such as storages of one kind that are the only links of a "
-            "part of the model, one flow or across variable is left without an equation. Remedy: connect that part to "
+            "Equations cancel: in a set of ideal elements, such as storages of one kind that are the only links of a "
+            "part of the model, one flow or across variable has no equation. Remedy: connect that part to "
             "a reference, or give one of the elements a resistance."
         )
     return times(a, 1.0 / b) if isinstance(b, float) else a / b
 
 
 def plus(a: Any, b: Any) -> Any:
-    """The sum of two values, None being zero."""
+    """The sum of two values; None is zero."""
     if a is None or b is None:
         return b if a is None else a
     if isinstance(a, Minus):
@@ -111,7 +111,7 @@ def _product(a: Affine, b: Affine) -> Affine:
 
 
 def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
-    """A linear operation on the first argument, applied to base and terms alike."""
+    """A linear operation on the first argument, applied to its base and terms."""
     others = [arg.value() for arg in args[1:]]
     shape = shape_of(eqn.invars[0])
 
@@ -123,7 +123,7 @@ def _mapped(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
 
 
 def _selected(eqn: JaxprEqn, args: Sequence[Affine]) -> Affine:
-    """One of several affine values, by a choice that does not depend on the symbols."""
+    """One of several affine values, selected independently of the symbols."""
     which, *cases = args
     shapes = [shape_of(atom) for atom in eqn.invars[1:]]
 
@@ -175,13 +175,13 @@ def _apply(eqn: JaxprEqn, args: list[Affine]) -> list[Affine]:
 
 
 def _is_plain(eqn: JaxprEqn) -> bool:
-    """Whether an operation is elementwise on operands of one shape, scalars aside."""
+    """Whether an operation is elementwise on operands of one shape or scalars."""
     shape = shape_of(eqn.outvars[0])
     return all(shape_of(var) == shape or math.prod(shape_of(var)) == 1 for var in eqn.invars)
 
 
 def _filled(arg: Affine, atom: Any) -> Numbers:
-    """A value that can be bound: zeros and python floats as arrays."""
+    """A value for `bind`: zeros and Python floats become arrays."""
     if arg.base is None or isinstance(arg.base, float):
         return jnp.full(shape_of(atom), arg.value(), atom.aval.dtype)
     return arg.value()

@@ -1,4 +1,4 @@
-"""Running a block program: explicit, linear and non-linear."""
+"""Evaluation of a block program: explicit, linear or nonlinear."""
 
 from collections.abc import Callable, Sequence
 
@@ -18,7 +18,7 @@ from .roots import scaled_root
 
 
 class Known:
-    """What a program reads: parameters, values computed before, and time."""
+    """The inputs of a program: parameters, values computed before, and time."""
 
     def __init__(self, params: Sequence[Array], values: Sequence[Value], time: Numbers) -> None:
         self.params, self.values, self.time = params, values, time
@@ -38,10 +38,10 @@ class Known:
 
 
 def run(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
-    """The unknowns of a block, steps first and then tearing variables; a non-linear solve starts from `guesses`,
-    [tries, ...].
+    """The unknowns of a block: steps first, then tearing variables. A nonlinear solve starts from `guesses`, [tries,
+    ...].
 
-    They may be `Minus` arrays, whose sign is left to whoever reads them. What lies outside its range is NaN.
+    They can be `Minus` arrays, whose sign the reader applies. Values outside their range are NaN.
     """
     return [
         within(computed(value), ranges) if ranges else value
@@ -72,7 +72,7 @@ def _residual(step: Step, known: Known, unknowns: dict[int, Affine]) -> Affine:
 
 
 def _substitute(program: Program, known: Known, tears: dict[int, Affine]) -> list[Affine]:
-    """Solve the steps one after the other; the results are affine in whatever symbols the tearing variables hold."""
+    """Solve the steps one after the other. The results are affine in the symbols of the tearing variables."""
     unknowns = dict(tears)
     for step in program.steps:
         assert step.solved is not None
@@ -96,7 +96,7 @@ def _tear_indices(program: Program) -> range:
 
 
 def _linear(program: Program, known: Known) -> list[Value]:
-    """Eliminate the steps symbolically; what is left is a small system for the tearing variables, A x + b = 0."""
+    """Eliminate the steps symbolically. A small system for the tearing variables remains, A x + b = 0."""
     indices = list(_tear_indices(program))
     unknowns, rows = _symbolic(program, known)
     solution = eliminated([[row.terms.get(i) for i in indices] for row in rows], [row.base for row in rows])
@@ -138,7 +138,7 @@ def _residuals(program: Program, known: Known, tears: Sequence[Array]) -> list[A
 
 
 def _dense(program: Program, known: Known) -> list[Array]:
-    """A linear system with array unknowns or many of them: its matrix by differentiation, solved by LAPACK."""
+    """A linear system with array unknowns, or many of them: its matrix by differentiation, solved by LAPACK."""
     matrix, rest, unravel = _dense_system(program, known)
     return unravel(-jnp.linalg.solve(matrix, rest))
 
@@ -155,9 +155,9 @@ def _dense_system(program: Program, known: Known) -> tuple[Array, Array, Callabl
 
 
 def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list[Array]:
-    """The tearing variables, by the search of `scaled_root` from the guesses, with all unknowns in their ranges.
+    """The tearing variables by `scaled_root` from the guesses, with all unknowns in their ranges.
 
-    Unknowns are measured in their nominal sizes, so that one tolerance fits pascals and cubic millimetres.
+    Unknowns are scaled by their nominal sizes, so one tolerance suits pascals and cubic millimetres.
     """
     unravel = ravel_pytree([jnp.asarray(guess[0], float) for guess in guesses])[1]
     starts = jnp.stack([ravel_pytree(guess)[0] for guess in zip(*guesses, strict=True)])

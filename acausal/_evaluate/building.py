@@ -35,7 +35,7 @@ from .system import System
 
 @seldom_collected()
 def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | None = None) -> System:
-    """Run the structural passes. `values` gives the numbers to choose states by; see `select_states`."""
+    """Run the structural passes. `values` gives the numbers for the choice of states; see `select_states`."""
     flat, merged, reduced = _reduced(model)
     _check_all_determined(flat, merged, reduced)
     pivots = None if values is None else values(merged, reduced)
@@ -74,22 +74,22 @@ def _complete(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> Syst
 
 
 def check_structure(model: object, system: System, what: str) -> None:
-    """Raise unless a model, or a view of one, has the structure that the system was made from."""
+    """Raise if a model, or a view of one, differs in structure from the model of the system."""
     if layout_of(jax.tree_util.tree_structure(model)).structure != system.flat.structure:
         raise ModelError(
-            f"{what} has another structure than the model that the system was made from, a {system.name}: its class, "
-            "parts and static fields have to be the same."
+            f"{what} has another structure than the model of the system, a {system.name}: the class, "
+            "the parts and the static fields must be equal."
         )
 
 
 def _shapes(model: Component) -> Component:
-    """A model with the shapes of its leaves in place of their values, by which its system can be built again."""
+    """A model with the shapes of its leaves in place of their values, from which its system can be rebuilt."""
     shape_of = lambda path, declaration, value: jax.ShapeDtypeStruct(np.shape(value), float)  # noqa: E731
     return rebuilt(complete(model), shape_of)
 
 
 def _again(model: Component, pivots: np.ndarray | None) -> System:
-    """The system that was built before, possibly in another process."""
+    """The rebuilt system, possibly in another process."""
     if pivots is not None:
         return build(model, lambda merged, reduced: pivots)
     leaves, structure = jax.tree_util.tree_flatten(model)
@@ -97,7 +97,9 @@ def _again(model: Component, pivots: np.ndarray | None) -> System:
 
 
 def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
-    """Arrays are kept whole, unless the model determines one of them piece by piece, or equations read parts in one."""
+    """The reduced equations. Arrays stay whole unless the model determines one in parts, or equations read parts of
+    one.
+    """
     flat = flatten(model)
     check_units(flat)
     warn_of_jumps(flat)
@@ -112,11 +114,11 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
 
 
 def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:
-    """Whether equations read variables of an array of parts below them, whose members are nodes of their own."""
+    """Whether equations read variables of an array of parts, whose members are separate nodes."""
     first, sizes = instances.first_leaf[0], instances.kind.sizes
     try:
         stated = templates(instances.kind)
-    except ModelError:  # raised again where the equations are put together
+    except ModelError:  # raised again when the equations are assembled
         return False
     inputs = {item for template in stated for item in template.inputs if item.source == "var"}
     return any(sizes[item.slot] != flat.leaves[first + item.slot].sizes for item in inputs)
@@ -130,8 +132,8 @@ def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> 
     if len(missing):
         names = ", ".join(flat.node_name(int(node)) for node in missing[:10])
         raise StructureError(
-            f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port that the "
-            "variable belongs to, or remove the variable."
+            f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port of the "
+            "variable, or remove the variable."
         )
 
 
@@ -140,8 +142,8 @@ def _check_loops(ordered: Sorted, torn: list[Torn]) -> None:
     for row in [row for block in torn if block.method == "nonlinear" for row in block.rows]:
         if not is_reversible(table.place(row)[0].template.jaxpr):
             raise ModelError(
-                f"{table.row_name(row)} computes by a loop whose length only the run tells (jax.lax.while_loop), and "
-                "is one of several equations that are solved together, for which it needs derivatives in reverse mode. "
+                f"{table.row_name(row)} contains a loop of variable length (jax.lax.while_loop), and "
+                "is solved simultaneously with other equations, which needs derivatives in reverse mode. "
                 "Remedy: a loop of fixed length (jax.lax.scan, or fori_loop between two plain numbers), or a variable "
                 "of its own for the result, with its derivative stated by jax.custom_jvp."
             )
@@ -166,7 +168,7 @@ def _plan(ordered: Sorted, torn: list[Torn], kinds: dict[int, int], algebraic: l
 
 
 def _layout(ordered: Sorted) -> Any:
-    """States of like components side by side, so that what is computed for all of them reads one slice."""
+    """States of like components side by side, so that vectorised evaluation reads one slice."""
     flat = ordered.table.flat
     group = np.full(flat.n_nodes, -1)
     for index, instances in enumerate(flat.instances):

@@ -1,4 +1,4 @@
-"""What a run carries along behind the states: the memory of iterations, and the discrete variables."""
+"""Augmented state of a run: after the states come the memory of iterations and the discrete variables."""
 
 import dataclasses
 import functools as ft
@@ -19,9 +19,9 @@ from .starts import Inputs
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Carried:
-    """Where the parts of a point [states, memory, discrete variables] lie; all behind the states may be missing.
+    """Layout of a point [states, memory, discrete variables]; everything after the states can be missing.
 
-    `memory` are the unknowns that are iterated for: their last values are good guesses.
+    `memory` contains the unknowns of iterations: their last values are good initial guesses.
     """
 
     flat: FlatModel
@@ -39,7 +39,7 @@ class Carried:
 
     @ft.cached_property
     def discrete_places(self) -> dict[int, np.ndarray]:
-        """Where the elements of each discrete leaf lie."""
+        """The positions of the elements of each discrete leaf."""
         places, start = {}, self._first_discrete
         for index in self.flat.discrete_leaves:
             places[index] = start + np.arange(math.prod(self._shape(index)))
@@ -54,7 +54,7 @@ class Carried:
         return self.flat.leaves[leaf].stack + self.flat.leaves[leaf].sizes
 
     def memory_of(self, y: Array) -> Guess | None:
-        """The guesses that a point holds; None where it is states alone."""
+        """The initial guesses in a point; None if it contains only states."""
         if len(y) == self.n_states:
             return None
         values = y[self.n_states : self._first_discrete]
@@ -68,7 +68,7 @@ class Carried:
         return guess
 
     def discrete_values(self, y: Array, inputs: Inputs) -> dict[int, Array]:
-        """The discrete leaves by number, from a point that holds them or else from the inputs."""
+        """The discrete leaves by number, from a point that contains them, otherwise from the inputs."""
         first = self._first_discrete
         end = first + self.n_discrete
         values = y[first:end] if len(y) >= end else inputs.discrete
@@ -80,7 +80,7 @@ class Carried:
         }
 
     def with_discrete(self, inputs: Inputs, y: Array) -> Inputs:
-        """The inputs with the discrete variables that a point holds."""
+        """The inputs with the discrete variables of a point."""
         values = self.discrete_values(y, inputs)
         if not values:
             return inputs
@@ -95,6 +95,6 @@ class Carried:
         return self.flat.holders[kind].kind.declarations[slot].role == "discrete"
 
     def leaves_of(self, key: tuple[int, int]) -> list[int]:
-        """The leaves, by number, behind a slot of a component kind."""
+        """The leaves, by number, of a slot of a component kind."""
         kind, slot = key
         return [first + slot for first in self.flat.holders[kind].first_leaf]

@@ -27,10 +27,10 @@ from .system import System
 def choose_states(model: Component, *, algebraic: Literal["solve", "integrate"] = "solve") -> System:
     """Choose states and sort the equations of a model, pivoting on its numbers at the start values.
 
-    The result fixes the choice: `simulate(model, ..., system=choose_states(model))`. Without it, `simulate` chooses
-    from the classes alone, which is the same for every set of numbers and works under `jit`.
+    The result fixes the choice: `simulate(model, ..., system=choose_states(model))`. By default, `simulate` chooses
+    from the classes alone: the choice does not depend on the numbers and works under `jit`.
 
-    Raises `ModelError` or `ParameterError` for what is wrong with the model.
+    Raises `ModelError` or `ParameterError` for an invalid model.
 
     `algebraic`: simultaneous blocks are solved within the vector field ("solve"), or their tearing variables become
     algebraic unknowns of the integrator ("integrate": the index-1 mass-matrix form M dy/dt = f(t, y)).
@@ -46,7 +46,7 @@ def choose_states(model: Component, *, algebraic: Literal["solve", "integrate"] 
 
 
 def _coefficients(leaves: Sequence[Numbers | None], merged: Merged, reduced: Reduced) -> np.ndarray:
-    """The derivative of the equation of each table entry by its variable, for equations that get differentiated."""
+    """The coefficient of each table entry at the start values, for equations that index reduction differentiates."""
     table = reduced.incidence
     starts = Starts(table.flat, merged)
     given = frozenset(i for i in table.flat.variable_leaves if leaves[i] is not None)
@@ -101,7 +101,7 @@ def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | N
     if slot >= instances.kind.n_own:
         return np.zeros(instances.kind.sizes[slot])
     value = leaves[instances.first_leaf[member] + slot]
-    if value is None:  # of a discrete variable that starts from what its class says
+    if value is None:  # a discrete variable with the default start value
         value = np.broadcast_to(
             instances.kind.declarations[slot].start, instances.stacks[member] + instances.kind.sizes[slot]
         )

@@ -1,4 +1,4 @@
-"""Constraints on the states: where start values must lie, and where the run is brought back to."""
+"""Constraints on the states: consistent start values, and the projection of a run."""
 
 import dataclasses
 import functools as ft
@@ -24,12 +24,12 @@ from .plan import Plan
 from .program import Program, residual_program_of
 from .roots import row_scale
 
-SWEEPS = 2  # steps of Newton's method with one Jacobian; each multiplies the error by about the first error
-EXACT, CLOSE = 1e-14, 1e-9  # violations of a constraint, relative to its size, to aim at and to accept
-MOST = 50  # iterations of Newton's method
-SHARES = 0.25 ** np.arange(6)  # shares of a step of Newton's method that are tried
-LOOSE = 1e-8  # singular value, relative to the largest, below which a constraint does not count
-GIVEN = 1e-20  # weight of a start value that is given, where a dependent variable has 1: see `weights`
+SWEEPS = 2  # steps of simplified Newton; each multiplies the error by about the first error
+EXACT, CLOSE = 1e-14, 1e-9  # target and accepted violation of a constraint, relative to its size
+MOST = 50  # maximum number of Newton iterations
+SHARES = 0.25 ** np.arange(6)  # step lengths of the line search
+LOOSE = 1e-8  # relative singular value below which a constraint counts as redundant
+GIVEN = 1e-20  # weight of a given start value; that of a dependent variable is 1: see `weights`
 TOLERANCE = 1e-6  # relative disagreement, of nominal size, at which start values contradict each other
 STATE = 1e-6  # weight of a state
 # `back`, `found_at_once` or `find`
@@ -38,15 +38,15 @@ Solve = Callable[[Callable[[Array], Array], Array, Array, Inverse], tuple[Array,
 
 @dataclasses.dataclass(eq=False)
 class Constraints:
-    """The equations g(x) = 0 among the variables x below their highest derivatives (`pairs`), by connected sets.
+    """The equations g(x) = 0 for the variables x below their highest derivatives (`pairs`), by connected sets.
 
-    x is a flat vector; `sizes` are nominal sizes of its elements, `states` says where in it elements of the state
-    vector lie, and `in_state_vector` where these are in that one.
+    x is a flat vector. `sizes` are nominal sizes of its elements, `states` the positions of elements of the state
+    vector in x, and `in_state_vector` their positions in the state vector.
     """
 
     pairs: list[Pair]
     plan: Plan
-    groups: list[Group]  # alike connected sets together
+    groups: list[Group]  # similar connected sets together
     names: list[str]  # of the equations, in the order of `residuals`
     sizes: Float[np.ndarray, " elements"]
     states: np.ndarray
@@ -57,7 +57,9 @@ class Constraints:
         return np.isin(np.arange(len(self.sizes)), self.states)
 
     def weights(self, held: np.ndarray | bool = False, of_held: float = GIVEN) -> np.ndarray:
-        """How easily elements of x move: dependent variables freely, states little, and those that are `held` least."""
+        """Mobility of the elements of x: high for dependent variables, small for states, least for those that are
+        `held`.
+        """
         return np.where(held, of_held, np.where(self.is_state, STATE, 1.0))
 
     def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Array:
@@ -72,11 +74,11 @@ class Constraints:
     def projected(
         self, x: Float[Array, " elements"], weight: Numbers, t: Numbers, params: ModelParameters, *, far: bool = False
     ) -> Array:
-        """The nearest x with g(x) = 0; elements of small `weight` yield less.
+        """The nearest x with g(x) = 0; elements with a small `weight` change less.
 
-        With G = dg/dx and W the weights, in variables measured in nominal sizes, x is moved by -W G^T (G W G^T)^-1 g
-        until g = 0: a few times with one Jacobian, or, from `far` away, as long as it takes, each time with a new one,
-        and then to the nearest point itself; NaN where that fails. It is differentiated as an implicit function.
+        With G = dg/dx and weights W, in variables scaled by nominal sizes, x moves by -W G^T (G W G^T)^-1 g until g =
+        0: a few times with one Jacobian, or, from `far` away, until convergence with a new one each time, and then to
+        the nearest point itself; NaN if that fails. It is differentiated as an implicit function.
         """
         x, t, weight, params = jax.tree_util.tree_map(jnp.asarray, (x, t, weight, params))
         for group in self.groups:
@@ -95,14 +97,14 @@ class Constraints:
 
 
 def _is_linear(program: Program) -> bool:
-    """Whether residuals depend linearly on the variables, with coefficients that depend on none of them."""
+    """Whether residuals are linear in the variables with constant coefficients."""
     forms = [step.template.form for step in program.residuals]
     return not any(form.nonlinear or any(term.on for term in form.terms.values()) for form in forms)
 
 
 def placed(vector: Array, places: np.ndarray, values: Array) -> Array:
-    """The vector with values at some places: by selection, since XLA on CPU does not compile a loop as one function
-    where writes in it are scattered.
+    """The vector with values at some positions, by selection: XLA on the CPU does not compile a loop with scattered
+    writes as one function.
     """
     source, is_new = np.zeros(len(vector), int), np.zeros(len(vector), bool)
     source[places], is_new[places] = np.arange(len(places)), True
@@ -110,14 +112,14 @@ def placed(vector: Array, places: np.ndarray, values: Array) -> Array:
 
 
 def _in_sizes(g: Function) -> Function:
-    """The function of elements measured in their sizes, which come with its arguments."""
+    """The function of elements scaled by their sizes, which are among its arguments."""
     return lambda z, args: g(args[1] * z, args[0])
 
 
 def projected(
     g: Function, z: Array, weight: Numbers, args: PyTree, solve: Solve, inverse: Inverse | None = None
 ) -> Array:
-    """The point with g(z, args) = 0 nearest to z by `weight`, from where `solve` ends, as a function of z and args."""
+    """The point with g(z, args) = 0 nearest to z by `weight`, from the result of `solve`, as a function of z, args."""
     inverse = _inverse if inverse is None else inverse
     start, fixed = jax.lax.stop_gradient((z, args))
     root = jnp.sqrt(weight)
@@ -128,7 +130,7 @@ def projected(
 
     end, rows = jax.lax.stop_gradient(solve(lambda z: g(z, fixed), start, root, inverse))
     found, origin = jnp.all(jnp.isfinite(end)), jnp.zeros_like(start)
-    # Where nothing is found, no derivative may be infinite.
+    # Without a solution, derivatives must stay finite.
     move = jnp.where(found, (end - start) / root, origin)
     if solve is find:
         move = refined(measured, inverse, move, origin, (start, root, rows, fixed))
@@ -137,28 +139,28 @@ def projected(
 
 
 def _inverse(matrix: Array) -> Array:
-    """The pseudo-inverse of a matrix with independent rows, so that weights do not enter squared."""
+    """The pseudo-inverse of a matrix with independent rows, which avoids squared weights."""
     return least_squares(matrix.T, jnp.eye(matrix.shape[1])).T
 
 
 def loose_inverse(matrix: Array) -> Array:
-    """The pseudo-inverse of a matrix whose rows may depend on each other.
+    """The pseudo-inverse of a matrix with possibly dependent rows.
 
-    Singular values below `LOOSE` of the largest count as zero. So what repeats other constraints is left out, and what
-    only variables of tiny weight could meet does not move these.
+    Singular values below `LOOSE` of the largest count as zero. So redundant constraints are dropped, and variables of
+    tiny weight do not move to meet constraints that only they could meet.
     """
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
 
 def _basis(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """A direction for each constraint that changes it by its size, and no other one; and the sizes of constraints."""
+    """A direction for each constraint that changes it by its size and no other one, and the sizes of constraints."""
     slopes = jax.jacfwd(g)(z)
     rows = row_scale(slopes)
     return root[:, None] * inverse(root * slopes / rows[:, None]), rows
 
 
 def back(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """A few steps of Newton's method with one Jacobian."""
+    """A few steps of simplified Newton iteration with one Jacobian."""
     basis, rows = _basis(g, z, root, inverse)
     for _ in range(SWEEPS):
         z = z - basis @ (g(z) / rows)
@@ -166,13 +168,13 @@ def back(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -
 
 
 def found_at_once(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """As `find`, of linear constraints."""
+    """The same as `find`, for linear constraints."""
     z, rows = back(g, z, root, inverse)
     return jnp.where(jnp.max(jnp.abs(g(z)) / rows) <= CLOSE, z, jnp.nan), rows
 
 
 def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """Newton's method, of each step the share that reduces the violation most, until a point is good."""
+    """Newton's method with a line search on the violation, until convergence."""
 
     def step(carry: PyTree) -> PyTree:
         z = carry[-1]
@@ -195,8 +197,8 @@ def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse)
 def _of_members(
     group: Group, store: Store, params: ModelParameters, function: Callable[..., Array], *extra: Array
 ) -> Array:
-    """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) is what a set
-    wants to be zero; values are flat.
+    """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) = 0 are the
+    constraints of a set; values are flat.
     """
     shapes = [read.shape for read in group.reads]
     splits = np.cumsum([math.prod(shape) for shape in shapes])[:-1]
@@ -214,7 +216,7 @@ def _of_members(
 
 
 def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
-    """All constraints, or those connected sets that hold an invariant, on which a run must be kept."""
+    """All constraints, or the connected sets with an invariant, onto which a run is projected."""
     chosen = [rows for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
     sets = [residual_program_of(ordered, rows, kinds) for rows in chosen]
     used = {pair for use in sets for pair in use.values}
@@ -236,7 +238,7 @@ def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_i
 
 
 def _names(ordered: Sorted, rows: list[int]) -> list[str]:
-    """The name of the equation behind each element of the residuals."""
+    """The name of the equation of each element of the residuals."""
     table = ordered.table
     sizes = [math.prod(table.place(row)[0].template.shape) for row in rows]
     return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
@@ -247,7 +249,7 @@ def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:
 
 
 def _connected(ordered: Sorted) -> list[list[int]]:
-    """Constraints that share variables."""
+    """Sets of constraints that share variables."""
     table = ordered.table
     chosen = np.isin(table.row, ordered.constraints)
     pair = table.variable[chosen] * 16 + table.order[chosen]

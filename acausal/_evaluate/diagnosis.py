@@ -1,4 +1,4 @@
-"""Which of the unknowns of a system went wrong; for messages."""
+"""Search for the unknown that caused a failure, for messages."""
 
 import numpy as np
 from jax import Array
@@ -22,15 +22,15 @@ def first_not_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Pa
 
 
 def block_of(system: System, pair: Pair) -> Torn | None:
-    """The simultaneous block that a pair is solved in; None where it is not."""
+    """The simultaneous block of a pair; None for other pairs."""
     unknowns = system.ordered.unknowns
     return next((torn for torn in system.torn if torn.tears and pair in [unknowns[u] for u in torn.unknowns]), None)
 
 
 def without_storage(system: System, block: Torn) -> list[tuple[str, str]]:
-    """Connections at components of a block that nothing is stored at and whose level the block has to find.
+    """Connections without storage in a block that has to determine their level.
 
-    Of each the ports that meet there, and what could store what flows in.
+    For each, the connected ports and a component that could store the flow.
     """
     table, flat, representative = system.ordered.table, system.flat, system.merged.representative
     owners = {table.row_name(row).rpartition(".")[0] for row in block.rows}
@@ -49,6 +49,6 @@ def without_storage(system: System, block: Torn) -> list[tuple[str, str]]:
 
 
 def _level(system: System, variable: int) -> int:
-    """How late a variable is computed; -1 for a state."""
+    """Position of a variable in the order of computation; -1 for a state."""
     unknowns = system.ordered.unknowns
     return next((torn.level for torn in system.torn if (variable, 0) in [unknowns[u] for u in torn.unknowns]), -1)

@@ -1,4 +1,4 @@
-"""The solution of small linear systems in the traced program."""
+"""Solution of small linear systems within the traced program."""
 
 from typing import Any
 
@@ -12,13 +12,13 @@ from .._linear_solver import linear_solver
 from .._numbers import Numbers
 from .affine import computed, negated, over, plus, times
 
-SMALL = 6  # linear systems up to this size are eliminated from symbolic equations, larger ones from a Jacobian
-WRITTEN_OUT = 3  # systems up to this size entry by entry: fastest, but about n^3 operations to compile
+SMALL = 6  # size up to which linear systems are eliminated symbolically, larger ones by a Jacobian
+WRITTEN_OUT = 3  # size of systems up to which operations are on entries: fastest, but about n^3 operations to compile
 _Row = list[Any]  # the coefficients of an equation, then its constant; None is a structural zero
 
 
 def eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
-    """Solve A x + b = 0 with partial pivoting, element by element of arrays; None stands for a structural zero."""
+    """Solve A x + b = 0 with partial pivoting, element by element of arrays; None is a structural zero."""
     n = len(matrix)
     if n == 1:
         return [0.0 if constant[0] is None else negated(over(constant[0], matrix[0][0]))]
@@ -39,7 +39,7 @@ def eliminated(matrix: list[list[Any]], constant: list[Any]) -> list[Any]:
 
 
 def _bring_pivot(rows: list[_Row], k: int) -> None:
-    """Exchange rows so that the largest coefficient of the k-th unknown is in the k-th one."""
+    """Exchange rows so that row k has the largest coefficient of the k-th unknown."""
     for other in range(k + 1, len(rows)):
         if rows[other][k] is None:
             continue
@@ -58,7 +58,7 @@ def _bring_pivot(rows: list[_Row], k: int) -> None:
 
 
 def _reduced(row: _Row, pivot: _Row, k: int) -> _Row:
-    """A row without the k-th unknown, by the row that has its pivot."""
+    """A row after elimination of the k-th unknown by its pivot row."""
     if row[k] is None:
         return row
     factor = negated(over(row[k], _pivot(pivot, k)))
@@ -76,7 +76,7 @@ def _product(a: Numbers, b: Numbers) -> Any:
 
 
 def _either(which: Array, a: Array, b: Numbers) -> Array:
-    """One of two coefficients; no operation where they are the same."""
+    """One of two coefficients; no operation if they are identical."""
     if a is b:
         return a
     shape = jnp.broadcast_shapes(*(jnp.shape(x) for x in (which, a, b) if x is not None))
@@ -85,18 +85,18 @@ def _either(which: Array, a: Array, b: Numbers) -> Array:
 
 
 def _solved(rows: list[_Row]) -> list[Any]:
-    """The same by operations on arrays, of which there are fewer."""
+    """The solution by operations on arrays, which are fewer."""
     n = len(rows)
     matrices = stacked(rows)
     solve = lambda a: linear_solver(a[:, :n], is_refined=True)(-a[:, n])  # noqa: E731
-    # A batch of one would compile to more.
+    # A batch of one would compile to more operations.
     solutions = solve(matrices[0])[None] if len(matrices) == 1 else jax.vmap(solve)(matrices)
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for row in rows for value in row if value is not None))
     return [solutions[:, i].reshape(shape) for i in range(n)]
 
 
 def stacked(rows: list[_Row]) -> Array:
-    """[elements, rows, columns], the coefficients of equations that hold for each element of arrays."""
+    """Coefficients of equations for each element of arrays, [elements, rows, columns]."""
     values = [value for row in rows for value in row if value is not None]
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for value in values))
     flat = [jnp.broadcast_to(jnp.asarray(value, float), shape).ravel() for value in (0.0, *values)]

@@ -1,4 +1,4 @@
-"""The events of a model as functions of its leaves: when they happen, and what they change."""
+"""The events of a model as functions of its leaves: conditions, times and changes."""
 
 import dataclasses
 import functools as ft
@@ -23,15 +23,15 @@ EventKind = Literal["when", "at", "refuse", "hold"]
 
 @dataclasses.dataclass(frozen=True)
 class EventEntry:
-    """One event of a component, or of all members of an array of them: `targets` are the leaves that it changes."""
+    """One event of a component, or of all members of an array of them; `targets` are the leaves that it changes."""
 
     path: str
     name: str
     kind: EventKind
     stack: tuple[int, ...]
     targets: tuple[int, ...]
-    reason: str = ""  # why it is refused
-    repeats: bool = False  # whether it happens again and again, in equal intervals
+    reason: str = ""  # of a `refuse`
+    repeats: bool = False  # whether it is periodic
 
     @property
     def count(self) -> int:
@@ -39,7 +39,7 @@ class EventEntry:
 
     @property
     def is_internal(self) -> bool:
-        """Whether it concerns its component alone, since its name begins with an underscore."""
+        """Whether its name begins with an underscore."""
         return self.name.startswith("_")
 
     @property
@@ -48,7 +48,7 @@ class EventEntry:
         return self.kind != "hold" and not self.is_internal
 
     def label(self, index: int) -> str:
-        """The path of one member's event."""
+        """The path of the event of one member."""
         path = indexed(self.path, self.stack[: self.path.count("[]")], index)
         if self.kind == "hold":
             return f"an ifelse of {path or 'the model'}"
@@ -56,8 +56,8 @@ class EventEntry:
 
 
 class Schedule(NamedTuple):
-    """Scheduled entries that all repeat, or of which none does: of each its place among all scheduled ones and how many
-    members it has; and the numbers of their events.
+    """Scheduled entries that are all periodic, or all single: the position of each among all scheduled ones, its number
+    of members, and the numbers of their events.
     """
 
     repeats: bool
@@ -67,7 +67,7 @@ class Schedule(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Function:
-    """A function of some leaves of a model, given by number."""
+    """A function of some leaves of a model, identified by number."""
 
     closed: ClosedJaxpr
     leaves: tuple[int, ...]
@@ -78,14 +78,14 @@ class Function:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class EventSet:
-    """The events of a model, one entry after the other, each with its members.
+    """The events of a model: entries in sequence, each with its members.
 
-    - `margins`: of the relations that the conditions of the entries are made of, numbers that are positive where these
-      hold. `sizes`: how large the terms are that a margin is the difference of.
-    - `logic`: how the condition of each event is made of relations, None for those that are scheduled.
-    - `times`: of each scheduled entry, its time or times, and its period, infinite where it does not repeat.
+    - `margins`: for each relation in the conditions of the entries, a number that is positive if it is true. `sizes`:
+      magnitudes of the terms of the difference.
+    - `logic`: the condition of each event as an expression of relations; None for scheduled events.
+    - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
-    - `instants`: when conditions change that depend on time alone, from the leaves `read_by_instants`.
+    - `instants`: the instants at which conditions on time alone change, from the leaves `read_by_instants`.
     """
 
     entries: tuple[EventEntry, ...]
@@ -117,12 +117,12 @@ class EventSet:
         return [entry.label(index) for entry in self.entries for index in range(entry.count)]
 
     def refusal(self, number: int) -> str:
-        """What an event says that must not happen."""
+        """The reason of a `refuse`."""
         return f"{self.labels[number]}: {self.members[number].reason}"
 
     @ft.cached_property
     def schedules(self) -> list[Schedule]:
-        """The scheduled entries: those that happen once, then those that repeat."""
+        """The scheduled entries: single ones, then periodic ones."""
         pairs = [(n, entry) for n, entry in self.numbered if entry.kind == "at"]
         found = []
         for repeats in (False, True):
@@ -137,16 +137,18 @@ class EventSet:
         return circuit([expression or NEVER for expression in self.logic], self.n_relations)
 
     def hold(self, values: Sequence[Numbers]) -> list[jax.Array]:
-        """Which conditions hold for these values of all leaves, one array for each entry; none that is scheduled."""
+        """The truths of the conditions for these values of all leaves, one array for each entry; false for scheduled
+        ones.
+        """
         margins = [jnp.ravel(margin) for margin in self.margins([values[i] for i in self.margins.leaves])]
         truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *margins]) > 0)
         return [jnp.reshape(truths[n : n + entry.count], entry.stack) for n, entry in self.numbered]
 
     def truths_of(self, values: Sequence[Numbers]) -> dict[int, jax.Array]:
-        """The truths that `ifelse` would hold for these values of the model's own leaves, by leaf."""
+        """The truths of `ifelse` for these values of the model's own leaves, by leaf."""
         held = [entry for entry in self.entries if entry.kind == "hold"]
         found = {entry.targets[0]: jnp.zeros(entry.stack) for entry in held}
-        # A condition may read what another one chooses.
+        # A condition may read the result of another `ifelse`.
         for _ in range(1 + max((int(entry.name.removeprefix("_held")) for entry in held), default=0)):
             truths = self.hold([*values, *found.values()])
             found = {

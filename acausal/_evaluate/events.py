@@ -1,4 +1,4 @@
-"""The events that the components of a model state, gathered from their methods `events`."""
+"""The events that components state in their methods `events`."""
 
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
@@ -27,14 +27,14 @@ from .._reduce.traced import check_derivatives, tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
-NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that give it."
+NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that determine it."
 _KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse"}
 
 
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
-    """The events of a model, in which some leaves are the time; None where it has none.
+    """The events of a model, some of whose leaves are the time; None if it has none.
 
-    Raises `ModelError` for an event that changes what its component does not have, or a parameter, or one that prints.
+    Raises `ModelError` for an event that changes an unknown name or a parameter, or has side effects.
     """
     entries: list[EventEntry] = []
 
@@ -49,7 +49,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         conditions += [condition for _, condition in held]
         times = [item for event in events if isinstance(event, At) for item in _times(event)]
         values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
-        values += [jnp.where(leaves[entry.targets[0]] > 0.5, 0.0, 1.0) for entry, _ in held]  # the other truth
+        values += [jnp.where(leaves[entry.targets[0]] > 0.5, 0.0, 1.0) for entry, _ in held]  # the opposite truth
         return conditions, times, values
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
@@ -64,7 +64,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
-    # Without what computes the changes, whose relations decide on nothing.
+    # Without the changes, whose relations do not trigger events.
     conditions, used = slice_outputs(closed, slice(0, n))
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
@@ -87,13 +87,13 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
 
 def _check_equalities(flat: FlatModel, closed: ClosedJaxpr, entries: Sequence[EventEntry]) -> None:
-    """Raise `ModelError` for a condition that asks whether real numbers are equal that move."""
+    """Raise `ModelError` for a condition that tests varying real numbers for equality."""
     moving = [leaf.declaration.role not in ("param", "discrete") for leaf in flat.leaves]
     for entry, is_equality in zip(entries, are_equalities(closed, moving), strict=False):
         if is_equality:
             raise ModelError(
-                f"{_where(entry.path, entry.name)} waits for real numbers to be equal (== or !=), which holds at no "
-                "moment that a run can tell from its neighbours. Remedy: an inequality, which becomes true where the "
+                f"{_where(entry.path, entry.name)} tests real numbers for equality (== or !=), which a run cannot "
+                "locate. Remedy: an inequality, which becomes true when the "
                 "numbers cross, such as self.x > 0.5; for a time, at(...)."
             )
 
@@ -140,14 +140,14 @@ def _truths(closed: ClosedJaxpr, leaves: Sequence[jax.Array], n: int) -> list[ja
 
 
 def _function(closed: ClosedJaxpr, start: int, stop: int) -> Function:
-    """Some outputs of a jaxpr, with what they need."""
+    """Some outputs of a jaxpr as a function."""
     return Function(*slice_outputs(closed, slice(start, stop)))
 
 
 def _instants(
     flat: FlatModel, closed: ClosedJaxpr, time_leaves: Collection[int]
 ) -> tuple[Instants | None, tuple[int, ...]]:
-    """When the conditions change that depend on time alone, and which leaves tell."""
+    """The instants at which conditions on time alone change, and the leaves that determine them."""
 
     def knowledge(index: int) -> Knowledge:
         if index in time_leaves:
@@ -160,15 +160,15 @@ def _instants(
 
 
 def time_leaves(flat: FlatModel, merged: Merged) -> frozenset[int]:
-    """The leaves that are the time."""
+    """The leaves that represent the time."""
     is_time = (merged.representative == TIME) & (merged.sign == 1)
     others = set(flat.leaf_of_node[~is_time].tolist())
     return frozenset(set(flat.leaf_of_node[is_time].tolist()) - others)
 
 
 def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
-    """The events of a component and its parts, those of an array of components member by member; `depth` counts the
-    arrays around it.
+    """The events of a component and its parts, member by member for an array of components. `depth` is the number of
+    enclosing arrays.
     """
     if isinstance(view, Component) and type(view).events is not Component.events:
         with tracing(f"{path}.events" if path else f"{type(view).__name__}.events"):
@@ -187,7 +187,7 @@ def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, 
 
 
 def _checked_times(event: At, where: str) -> tuple[int, ...]:
-    """The shape of the times of an event; raises `ModelError` where there is none, or where they repeat backwards."""
+    """The shape of the times of an event. Raises `ModelError` if there is none, or if `every` is not positive."""
     shape = jnp.shape(jnp.asarray(event.time, float))
     if 0 in shape:
         raise ModelError(f"{where} has no time: at(...) needs one time in s, or an array of at least one.")
@@ -199,7 +199,7 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
 def _refused_intervals(
     flat: FlatModel, leaves: Sequence[jax.Array], events: Sequence[tuple[str, str, int, Event]]
 ) -> Iterator[tuple[str, str, int, Refuse]]:
-    """Refusals of intervals that are not positive, for all except parameters that are declared `positive`."""
+    """Refusals of intervals that are not positive, except parameters that are declared `positive`."""
     signs = [leaf.declaration.sign for leaf in flat.leaves]
     declared = {id(value) for value, sign in zip(leaves, signs, strict=True) if sign and sign.name == "positive"}
     for path, name, depth, event in events:
@@ -210,16 +210,16 @@ def _refused_intervals(
 
 
 def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
-    """The shape of a condition in `depth` arrays; raises `ModelError` where it is not one that may change."""
+    """The shape of a condition in `depth` arrays. Raises `ModelError` if it cannot change."""
     condition = event.condition
     if not is_traced(condition):
         raise ModelError(
-            f"{where} has a {type(condition).__name__} as its condition, which is no function of the component's "
-            "variables: state a relation between them, such as self.x > 0.5; for what happens at a known time, at(...)."
+            f"{where} has a {type(condition).__name__} as its condition, which is not a function of the component's "
+            "variables: state a relation between them, such as self.x > 0.5, or at(...) for a known time."
         )
     shape = np.shape(condition)
     if len(shape) != depth:
-        raise ModelError(f"{where} has a condition of shape {shape[depth:]}: it has to be one truth value.")
+        raise ModelError(f"{where} has a condition of shape {shape[depth:]}: it must be one truth value.")
     return shape
 
 

@@ -1,4 +1,4 @@
-"""Start values given for algebraic unknowns, which follow from the states: conditions on where the states start."""
+"""Start values given for algebraic unknowns, which depend on the states: conditions on the start values of states."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from .system import System
 
 
 def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
-    """The algebraic unknowns whose start values are given, but for those of non-linear blocks: these are guesses."""
+    """Algebraic unknowns with given start values, except those of nonlinear blocks, which are guesses."""
     nodes = [system.flat.leaves[i].first + k for i in sorted(given) for k in range(system.flat.leaves[i].count)]
     pairs = dict.fromkeys(pair for pair in (system.pair_of_node(node)[0] for node in nodes) if pair is not None)
     if not pairs:
@@ -28,7 +28,7 @@ def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
 
 @dataclasses.dataclass
 class GivenUnknowns:
-    """The conditions that algebraic unknowns, `pairs`, have their start values, and how to meet them."""
+    """The conditions that the algebraic unknowns `pairs` have their start values, and their solution."""
 
     system: System
     t0: Numbers
@@ -37,9 +37,10 @@ class GivenUnknowns:
     pairs: list[Pair]
 
     def moved(self, x: Array, bad: Array) -> tuple[Array, Array]:
-        """The nearest point to x where these conditions and the constraints hold; and `bad` with what is contradicted.
+        """The nearest point to x that satisfies these conditions and the constraints, and `bad` with the contradicted
+        values.
 
-        Where no such point is found, x stays as it is.
+        If there is no such point, x is unchanged.
         """
         constraints = self.system.constraints
         sizes, before = constraints.sizes, self._lack(x, self.t0, self.inputs)
@@ -63,7 +64,7 @@ class GivenUnknowns:
 
 
 def lack_of_given(system: System, t0: Numbers, states: Array, inputs: Inputs, pairs: Sequence[Pair]) -> Array:
-    """What unknowns differ from their start values by, relative to their sizes."""
+    """Deviations of unknowns from their start values, relative to their sizes."""
     wanted = system.starts.values(inputs, pairs)
     values = (system.solved or system).collected(t0, states, inputs, pairs)
     return (values - wanted) / (system.sizes_of(pairs) + jnp.abs(wanted))

@@ -1,4 +1,4 @@
-"""Alike blocks that run together, and the values that they read and give: flat segments."""
+"""Groups of similar blocks that are evaluated together, and their inputs and outputs: flat segments."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from .program import Program, Use
 
 Guess = Callable[[Sequence[Pair]], Array]
 T = TypeVar("T")
-UNROLLED = 3  # up to so many alike blocks are written out one by one, more are mapped over
+UNROLLED = 3  # number of similar blocks up to which they are evaluated one by one, more by a map
 
 
 class Read(NamedTuple):
@@ -38,7 +38,7 @@ class Group:
     reads: list[Read]
     members: list[np.ndarray]
     first_segment: int
-    depends: frozenset[int]  # segments it reads
+    depends: frozenset[int]  # segments that it reads
 
     @property
     def is_mapped(self) -> bool:
@@ -46,13 +46,13 @@ class Group:
 
 
 class Store:
-    """Segments computed so far; segment 0 is the state vector."""
+    """The segments computed so far; segment 0 is the state vector."""
 
     def __init__(self, time: Numbers, segments: dict[int, Value]) -> None:
         self.time, self.segments = time, segments
 
     def add(self, segment: int, value: Value) -> None:
-        """Keep a segment; it may be a `Minus` array."""
+        """Store a segment, possibly as a `Minus` array."""
         self.segments[segment] = value
 
     def flat(self, segment: int) -> Array:
@@ -60,7 +60,7 @@ class Store:
         return jnp.ravel(computed(self.segments[segment]))
 
     def is_finite(self) -> Array:
-        """Whether all that was computed so far is finite."""
+        """Whether all values computed so far are finite."""
         by_shape: dict[tuple[int, ...], Array] = {}
         for value in self.segments.values():
             bare = jnp.asarray(value.array if isinstance(value, Minus) else value)
@@ -68,7 +68,7 @@ class Store:
         return jnp.all(jnp.stack([jnp.all(are_finite) for are_finite in by_shape.values()]))
 
     def gather(self, read: Read) -> Array:
-        """The values of all members, stacked in front."""
+        """The values of all members, stacked along the first axis."""
         parts = [self.flat(segment) for segment in read.segments]
         source = parts[0] if len(parts) == 1 else jnp.concatenate(parts)
         index = np.ravel(read.elements)
@@ -87,7 +87,7 @@ class Store:
 
 
 def guesses_of(group: Group, guess: Guess) -> list[Array]:
-    """Start values of the tearing variables, [members, tries, ...]; none for blocks that need none."""
+    """Initial guesses of the tearing variables, shape [members, tries, ...]. Empty for linear blocks."""
     if group.program.method != "nonlinear":
         return []
     first = len(group.program.steps)
@@ -95,7 +95,7 @@ def guesses_of(group: Group, guess: Guess) -> list[Array]:
 
 
 def outputs(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
-    """What a group gives, one segment for each unknown of its program."""
+    """The outputs of a group, one segment for each unknown of its program."""
     return (_run_mapped if group.is_mapped else _run_single)(group, store, params, starts)
 
 
@@ -104,7 +104,7 @@ def _run_single(group: Group, store: Store, params: ModelParameters, starts: lis
 
 
 def _known(group: Group, store: Store, params: ModelParameters) -> Known:
-    """What the program of the only member of a group reads."""
+    """The inputs of the program of a group with one member."""
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     return Known(own, [store.single(read) for read in group.reads], store.time)
 
@@ -124,7 +124,7 @@ def group_residuals(group: Group, store: Store, params: ModelParameters) -> list
 def over_members(
     group: Group, store: Store, params: ModelParameters, function: Callable[[Known, list[Array]], T], extra: list[Array]
 ) -> T:
-    """Map a function of what a program reads, and of extra stacked values, over the members of a group."""
+    """Map a function of the inputs of a program, and of extra stacked values, over the members of a group."""
     if len(group.uses) == 1:
         return jax.tree.map(lambda x: x[None], function(_known(group, store, params), [x[0] for x in extra]))
     own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]

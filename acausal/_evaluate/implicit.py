@@ -1,4 +1,4 @@
-"""Points found by iteration as functions of what they depend on, differentiable to any order in both modes."""
+"""Results of iterations as implicit functions of their inputs, differentiable to any order in both modes."""
 
 import functools as ft
 from collections.abc import Callable, Sequence
@@ -13,16 +13,16 @@ from .._linear_solver import linear_solver
 from .._numbers import Numbers
 from .._tangents import array_of, pushed
 
-MOST = 20  # rounds of Newton's method for the nearest point
-STILL = 1e-14  # a step this small, in the unit of the unknowns, ends the method
-FARTHER = 1e-6  # by this share the distance may grow by errors of rounding
+MOST = 20  # maximum number of Newton iterations for the nearest point
+STILL = 1e-14  # step size, in the unit of the unknowns, that ends the iteration
+FARTHER = 1e-6  # relative growth of the distance that rounding may cause
 
 Function = Callable[[Array, PyTree], Array]
 Inverse = Callable[[Array], Array]
 
 
 class _Here(NamedTuple):
-    """At a point, with multipliers m: the slopes C = dg/dx, their pseudo-inverse, and H = d(C^T m)/dx."""
+    """Derivatives at a point with multipliers m: C = dg/dx, its pseudo-inverse, and H = d(C^T m)/dx."""
 
     slopes: Array
     inverse: Array
@@ -30,7 +30,7 @@ class _Here(NamedTuple):
     bend: Array
 
     def moved(self, pull: Array, lack: Array) -> Numbers:
-        """The dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
+        """The solution dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
         one = jnp.eye(self.slopes.shape[1])
         free = one - self.inverse @ self.slopes
         onto = -(self.inverse @ lack)
@@ -39,15 +39,15 @@ class _Here(NamedTuple):
 
 
 def nearest(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
-    r"""The point `x`, made differentiable: of all with g(x, args) = 0, the one nearest to `start`.
+    r"""The point `x`, made differentiable: the solution of g(x, args) = 0 nearest to `start`.
 
-    Its value stays what it was. Its derivatives are those of the solution of
+    Its value is unchanged. Its derivatives are those of the solution of
 
     $$x - x_0 + C^T m = 0, \qquad g(x, p) = 0, \qquad C = \partial g / \partial x,$$
 
-    with multipliers m. Where g determines x, it is a root, and does not depend on the start. `inverse` gives the
-    pseudo-inverse of a matrix; where the rows of C repeat each other, the m of least size are taken. The tangent is
-    stated in terms of this function, so that it can itself be differentiated. Neither function may close over numbers
+    with multipliers m. If g determines x, it is a root and does not depend on the start. `inverse` computes the
+    pseudo-inverse of a matrix; if the rows of C are dependent, m has minimum norm. The tangent is
+    expressed by this function, so that it can itself be differentiated. Neither function may close over numbers
     that are differentiated.
     """
     x, start, args = jax.tree_util.tree_map(jnp.asarray, (jax.lax.stop_gradient(x), start, args))
@@ -74,8 +74,8 @@ def _tangent(
 
 
 def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
-    """The point nearest to `start` with g(x, args) = 0, from a point x near it that has this, by Newton's method on
-    the equations of `nearest`; the given one where that does not converge.
+    """The point nearest to `start` with g(x, args) = 0, by Newton's method on the equations of `nearest`, from such a
+    point x near it; x itself if that does not converge.
     """
 
     def step(carry: PyTree) -> PyTree:
@@ -89,10 +89,10 @@ def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree)
 
     _, size, end = jax.lax.while_loop(goes_on, step, (0, jnp.asarray(jnp.inf), x))
     before, after = (jnp.linalg.norm(point - start) for point in (x, end))
-    # Newton's method may have found another root: the end must be no farther from `start` than x was, but for the way
-    # that meeting the conditions takes, about the first step.
+    # Newton's method may have found another root: the result must not be farther from `start` than x, except for about
+    # the first step, which meets the conditions.
     needed = 2.0 * jnp.linalg.norm(inverse(jax.jacfwd(g)(x, args)) @ g(x, args))
-    # The last step may stay above STILL by rounding: below FARTHER it counts as converged, too.
+    # Rounding may keep the last step above STILL: below FARTHER, it also counts as converged.
     is_good = (size < FARTHER) & (after <= before + needed + FARTHER * (1.0 + before))
     return jnp.where(is_good, end, x)
 

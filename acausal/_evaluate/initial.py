@@ -1,4 +1,4 @@
-"""Consistent start values: the point that satisfies the constraints and honours the start values that are given."""
+"""Consistent start values: the point that satisfies the constraints and the given start values."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,11 +20,11 @@ from .system import System
 
 
 def handed_inputs(system: System, params: ModelParameters, leaves: Sequence[Numbers | None]) -> Inputs:
-    """What a compiled run is called with: parameters as they are handed, and the start values among the leaves.
+    """The arguments of a compiled run: parameters in their compact form, and the start values.
 
-    Traced start values from which the states start are apart, unless there are very many: derivatives are then along
-    only those that vary, not along all start values of a model. From the others iterations begin, on which no result
-    depends: they are constants.
+    Traced start values of states are separate, unless there are very many, so that derivatives are only along those
+    that vary. The other start values are initial guesses of iterations. No result depends on them, so they are
+    constants.
     """
     starts, given = system.intake.starts, system.intake.given(leaves)
     traced = {i: value for i, value in enumerate(leaves) if i in given and is_traced(value)}
@@ -39,13 +39,13 @@ def handed_inputs(system: System, params: ModelParameters, leaves: Sequence[Numb
 
 
 def decisive_leaves(system: System, given: frozenset[int]) -> frozenset[int]:
-    """The leaves from whose start values the states start, by number."""
+    """The leaves, by number, that determine the start values of states."""
     pairs = [*system.states, *system.constraints.pairs, *given_unknowns(system, given)]
     return system.starts.leaves_behind(given, pairs)
 
 
 def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, Array]:
-    """The state vector to start from, and for each of `checked_names` whether its start value is contradicted.
+    """The initial state vector, and for each of `checked_names` whether its start value is contradicted.
 
     States keep their start values, unless values are given for variables that depend on them through constraints
     g(x) = 0, or the states are restricted themselves: then the start is the nearest point x0 - D g_x(x0)^T m (to first
@@ -64,7 +64,7 @@ def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, A
 
 
 def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -> tuple[Array, Array]:
-    """The start point moved onto the constraints."""
+    """The projection of the start point onto the constraints."""
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = constraints.weights(given)
@@ -72,15 +72,15 @@ def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -
     def project(x: Array, _: None) -> tuple[Array, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
-    # The constraints are curved, so that the first projection moves given values a little. They are put back, and the
-    # second projection, which starts close to a solution, leaves them in place.
+    # The constraints are curved, so the first projection moves given values slightly. They are reset, and the
+    # second projection, which starts near a solution, keeps them.
     x = jax.lax.scan(project, x0, None, length=2)[0]
     moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
     return x, jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
 
 
 def start_point(system: System, inputs: Inputs) -> Array:
-    """The start values of the constrained pairs, consistent or not."""
+    """The start values of the constrained pairs, possibly inconsistent."""
     return system.starts.values(inputs, system.constraints.pairs)
 
 
@@ -95,12 +95,12 @@ def given_pairs(system: System, inputs: Inputs) -> np.ndarray:
 
 
 def is_plain(system: System, given: np.ndarray) -> bool:
-    """Whether the states can start from their own start values: nothing restricts or contradicts them."""
+    """Whether the states can start from their own start values, without constraints or contradictions."""
     return not system.ordered.invariants and not np.any(given & ~system.constraints.is_state)
 
 
 def _with_algebraic(system: System, t0: Numbers, y: Array, inputs: Inputs) -> Array:
-    """The states, followed by the algebraic unknowns of the mass-matrix form, solved for at the start."""
+    """The states, followed by the algebraic unknowns of the mass-matrix form at the start."""
     if system.solved is None:
         return y
     plan = system.solved.plan
@@ -109,21 +109,21 @@ def _with_algebraic(system: System, t0: Numbers, y: Array, inputs: Inputs) -> Ar
 
 
 def checked_names(system: System, given: frozenset[int]) -> list[str]:
-    """The variable behind each element of what `initial_state` checks."""
+    """The name of the variable of each element that `initial_state` checks."""
     return pair_names(system, given_unknowns(system, given)) + constrained_names(system)
 
 
 def constrained_names(system: System) -> list[str]:
-    """The variable behind each element of the constrained pairs."""
+    """The name of the variable of each element of the constrained pairs."""
     return pair_names(system, system.constraints.pairs)
 
 
 def pair_names(system: System, pairs: Sequence[Pair]) -> list[str]:
-    """The variable behind each element of pairs."""
+    """The name of the variable of each element of pairs."""
     table, size = system.ordered.table, system.plan.size
     return [table.variable_name(*pair) for pair in pairs for _ in range(size(pair[0]))]
 
 
 def _disagreement(system: System, inputs: Inputs) -> Array:
-    """Whether start values given for variables that are the same differ."""
+    """Whether start values given for aliases of one variable differ."""
     return system.starts.spreads(inputs, system.constraints.pairs) > TOLERANCE * system.constraints.sizes

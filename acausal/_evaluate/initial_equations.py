@@ -1,4 +1,4 @@
-"""The initial equations that the components of a model state, as functions of its leaves and their derivatives."""
+"""The initial equations of a model, as functions of its leaves and their derivatives."""
 
 import dataclasses
 import functools as ft
@@ -32,14 +32,14 @@ class _Entry(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """One for each element of the residuals."""
+        """One name for each element of the residuals."""
         members = [indexed(self.path, self.stack, i) for i in range(math.prod(self.stack))]
         return [join(path, self.template.name) for path in members for _ in range(math.prod(self.template.shape))]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class InitialEquations:
-    """All initial equations of a model, those of an array of components together."""
+    """All initial equations of a model; those of an array of components are evaluated together."""
 
     flat: FlatModel
 
@@ -59,12 +59,12 @@ class InitialEquations:
 
     @ft.cached_property
     def variables(self) -> frozenset[int]:
-        """The variables whose values they read."""
+        """The variables whose values the equations read."""
         return self._read(0).intersection(self.flat.variable_leaves)
 
     @ft.cached_property
     def rates(self) -> frozenset[int]:
-        """The variables whose derivatives they read."""
+        """The variables whose derivatives the equations read."""
         return self._read(1)
 
     def _read(self, order: int) -> frozenset[int]:
@@ -72,7 +72,7 @@ class InitialEquations:
         return frozenset(leaf for item, leaf in reads if item.order == order)
 
     def own(self) -> Iterator[int]:
-        """The variables of the components that state them, those in ports aside, which are shared with others."""
+        """The variables of the components with initial equations, except those in ports, which others share."""
         for starters in self.flat.starters:
             for first in starters.first_leaf:
                 yield from (
@@ -84,7 +84,7 @@ class InitialEquations:
     def residuals(
         self, params: Mapping[int, Numbers], values: Mapping[int, Numbers], rates: Mapping[int, Numbers]
     ) -> Array:
-        """What is to vanish, from parameters and from the values and derivatives of variables, by number."""
+        """The residuals, from parameters and from the values and derivatives of variables, by number."""
         parts = [jnp.zeros(0)]
         for entry in self._entries:
             read = [
@@ -107,5 +107,5 @@ def _mapped(entry: _Entry, read: Sequence[Numbers]) -> Array:
 
 
 def initial_equations_of(flat: FlatModel) -> InitialEquations | None:
-    """The initial equations of a model; None where no component states any."""
+    """The initial equations of a model; None if there are none."""
     return InitialEquations(flat) if flat.starters else None

@@ -1,4 +1,4 @@
-"""The times at which the equations of a model change their law, as far as time and parameters tell."""
+"""The instants at which the equations of a model change their law, computed from time and parameters."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -15,15 +15,15 @@ from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.template import Input
 from .packing import ModelParameters
 
-_UNKNOWN = -9  # stands for a node whose value is not known ahead
+_UNKNOWN = -9  # a node without a value known in advance
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Rows:
-    """Equations of one family whose inputs are known to the same extent.
+    """Equations of one family with equally known inputs.
 
-    `reads` has the parameters that they read, by kind and slot, and `members` which of them each row does;
-    other known inputs are zero.
+    `reads` are the parameters that they read, by kind and slot, and `members` those of each row; other known inputs are
+    zero.
     """
 
     found: Instants
@@ -48,7 +48,7 @@ class _Rows:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class EquationInstants:
-    """The instants of all equations, one for each of `total` of them, and the zeros of further functions of time."""
+    """The next instants of all equations, one for each of `total`, and the margins without a prediction."""
 
     rows: tuple[_Rows, ...]
 
@@ -58,11 +58,11 @@ class EquationInstants:
 
     @property
     def n_curved(self) -> int:
-        """How many zeros have to be searched for."""
+        """The number of zeros without a prediction."""
         return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
 
     def following(self, t: Numbers, params: ModelParameters, direction: Array) -> Array:
-        """The next instant of each equation that has one; infinite where there is none."""
+        """The next instant of each equation; infinite if there is none."""
         parts = [
             rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), params)
             for rows in self.rows
@@ -71,7 +71,7 @@ class EquationInstants:
         return jnp.concatenate([jnp.zeros(0), *parts])
 
     def curved(self, t: Numbers, params: ModelParameters) -> Array:
-        """Margins whose zeros have to be searched for."""
+        """Margins whose zeros cannot be predicted."""
         parts = [
             jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), params)) for rows in self.rows
         ]
@@ -79,7 +79,7 @@ class EquationInstants:
 
     @property
     def keys(self) -> set[tuple[int, int]]:
-        """The parameters that are read, by kind and slot."""
+        """The parameters that the instants depend on, by kind and slot."""
         return {key for rows in self.rows for key in rows.reads if key is not None}
 
 
@@ -110,7 +110,7 @@ def _rows_of(family: Family, kinds: dict[int, int]) -> Iterator[_Rows]:
 
 
 def _word(item: Input, node: int) -> str:
-    """What is known of an input ahead; "zero" is a variable that vanishes."""
+    """Advance knowledge about an input; "zero" is a variable that vanishes."""
     if item.source in ("param", "discrete"):
         return "known"
     if item.source == "time" or (node == TIME and item.order == 0):

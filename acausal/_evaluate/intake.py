@@ -1,4 +1,4 @@
-"""How the numbers of a model enter what is compiled for it."""
+"""Conversion of the numbers of a model to inputs of its compiled functions."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -17,12 +17,12 @@ from .packing import ModelParameters, discrete_start, slot_values
 from .requirements import ModelRequirements
 from .starts import Inputs, Starts
 
-LARGE = 300  # with more leaves than this, parameters are packed before they are handed to a compiled run
+LARGE = 300  # number of leaves above which parameters are packed before a compiled run
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Intake:
-    """Sorts the leaves of a model into parameters and start values, and says which of them are bad.
+    """Sorts the leaves of a model into parameters and start values, and checks them.
 
     `used` are the parameters that the compiled functions read, by component kind and slot.
     """
@@ -33,31 +33,32 @@ class Intake:
     used: tuple[tuple[int, int], ...]
 
     def inputs(self, model: Component) -> Inputs:
-        """What the compiled functions take, from a model."""
+        """The inputs of the compiled functions, from a model."""
         return self.inputs_of(complete_leaves(model)[0])
 
     def inputs_of(self, leaves: Sequence[Numbers | None]) -> Inputs:
-        """The same from the leaves of a model, None where a start value is not given."""
+        """The inputs from the leaves of a model; None for a missing start value."""
         return Inputs(self.packed(self.parameters(leaves)), self.starts.pack(leaves), self.given(leaves))
 
     def parameters(self, leaves: Sequence[Numbers | None]) -> ModelParameters:
-        """The parameters among the leaves of a model, one by one; discrete variables as they are at the start."""
+        """The parameters among the leaves of a model, unpacked, with discrete variables at the start."""
         held = [None] * (len(self.flat.leaves) - len(leaves))
         numbered = enumerate(zip(self.flat.leaves, [*leaves, *held], strict=True))
         found = {i: discrete_start(leaf, value) for i, (leaf, value) in numbered if not leaf.declaration.is_variable}
         return ModelParameters(leaves={i: _strong(value) for i, value in found.items()})
 
     def packed(self, params: ModelParameters) -> ModelParameters:
-        """The parameters with their slots filled, as the equations read them."""
+        """The parameters packed in slots, as the equations read them."""
         if params.slots:
             return params
         return ModelParameters({key: slot_values(self.flat, params.leaves, *key) for key in self.used}, params.leaves)
 
     def handed(self, params: ModelParameters, read: Iterable[int]) -> ModelParameters:
-        """What a compiled run is called with.
+        """The parameters as arguments of a compiled run.
 
-        For a small model these are its leaves, so that derivatives are along only those that vary. For a large one they
-        are slots, since thousands of arguments would take XLA long, and the leaves that functions `read` one by one.
+        For a small model, these are its leaves, so that derivatives are only along those that vary. For a large one,
+        they are slots, since thousands of arguments would slow XLA down, and the leaves that functions `read` one by
+        one.
         """
         if len(self.flat.leaves) <= LARGE:
             return params
@@ -65,24 +66,24 @@ class Intake:
         return ModelParameters(self.packed(params).slots, leaves)
 
     def complete(self, inputs: Inputs) -> Inputs:
-        """What a compiled run is called with, as the equations read it."""
+        """The arguments of a compiled run, converted for the equations."""
         return dataclasses.replace(
             inputs, params=self.packed(inputs.params), starts=self.starts.whole(inputs), apart={}
         )
 
     def given(self, leaves: Sequence[Numbers | None]) -> frozenset[int]:
-        """The variable leaves that have a start value in the model."""
+        """The variable leaves with a start value in the model."""
         return frozenset(i for i in self.flat.variable_leaves if leaves[i] is not None)
 
     def enforced(self, params: ModelParameters) -> ModelParameters:
-        """Parameters that meet all requirements.
+        """The parameters after a check of all requirements.
 
-        Raises `ParameterError` where they do not; where they are not known, they become NaN.
+        Raises `ParameterError` if a known parameter violates one. Parameters that are not known become NaN.
         """
         return self.requirements.enforced(self.packed(params))
 
     def check(self, leaves: Sequence[Numbers | None]) -> None:
-        """Raise `ParameterError` where parameters or given start values of a model are known and bad."""
+        """Raise `ParameterError` for known inadmissible parameters or start values of a model."""
         self.enforced(self.parameters(leaves))
         for index in sorted(self.given(leaves)):
             leaf, start = self.flat.leaves[index], known(jnp.asarray(leaves[index], float))
@@ -90,7 +91,7 @@ class Intake:
                 raise ParameterError(_bad_start(leaf, start))
 
     def bad_values(self, inputs: Inputs) -> list[Array]:
-        """For each of the requirements, and of the start values that are given, whether it is not met."""
+        """For each requirement, and each given start value, whether it is violated."""
         checks = self.requirements.broken(inputs.params)
         for index in sorted(inputs.given):
             start = self.starts.of_leaf(inputs, index)
@@ -98,11 +99,11 @@ class Intake:
         return checks
 
     def needed(self, given: frozenset[int]) -> list[str]:
-        """What each of `bad_values` is short of, as sentences."""
+        """The condition of each of `bad_values` as a sentence."""
         return self.requirements.sentences + [_needed(self.flat.leaves[index]) for index in sorted(given)]
 
     def bad_value(self, index: int, inputs: Inputs) -> str:
-        """What one of `bad_values` is short of, with the numbers."""
+        """A sentence for one of `bad_values`, with the numbers."""
         count = len(self.requirements.sentences)
         if index < count:
             return self.requirements.told(index, inputs.params)
@@ -111,7 +112,7 @@ class Intake:
 
 
 def _strong(value: Numbers) -> Numbers:
-    """A python float, which jax would compile for separately, as an array."""
+    """A Python float, which jax would compile for separately, as an array."""
     return np.asarray(value) if isinstance(value, float) else value
 
 

@@ -1,4 +1,4 @@
-"""Invariants: constraints that the equations of motion keep, but for the error of integration."""
+"""Invariants: constraints that the equations of motion preserve up to the integration error."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +13,7 @@ from .system import System
 
 
 def missed_invariants(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
-    """The invariants as functions of a point, zero where they hold."""
+    """The residuals of the invariants at a point."""
     ordered = system.ordered
     rows = sorted(ordered.invariants)
     groups = system.plan.residual_groups(residual_program_of(ordered, [row], system.kind_index) for row in rows)
@@ -24,7 +24,7 @@ def missed_invariants(system: System, t: Numbers, y: Array, inputs: Inputs) -> A
 
 
 def discrete_in_invariants(system: System) -> np.ndarray:
-    """The places, in a point, of the discrete variables of components whose invariants read them."""
+    """The positions, in a point, of the discrete variables that invariants read."""
     carried = system.carried
     keys = {key for group in system.invariants.groups for key in group.program.params}
     leaves = sorted(leaf for key in keys if carried.is_discrete(key) for leaf in carried.leaves_of(key))

@@ -17,16 +17,16 @@ from .system import System
 
 
 def observe(system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int]) -> list[Numbers]:
-    """The values of variable leaves, given by their number, at time `t` and state `y`.
+    """The values of variable leaves, identified by number, at time `t` and state `y`.
 
-    The time may be that of an event, after which the memory in `y` is no good guess: iterations that fail begin anew.
+    The time may be that of an event, after which the memory in `y` is a bad guess: iterations that fail start afresh.
     """
     store = system.evaluate(t, y, inputs, pairs_of(system, leaves), anew=True)
     return [leaf_value(system, store, leaf, t) for leaf in leaves]
 
 
 def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
-    """What has to be computed for the values of variable leaves."""
+    """The pairs that determine the values of variable leaves."""
     found = {pair for leaf in leaves for pair, _ in _pairs(system, leaf) if pair is not None}
     return sorted(found)
 
@@ -34,9 +34,9 @@ def pairs_of(system: System, leaves: Iterable[int]) -> list[Pair]:
 def observe_with_rates(
     system: System, t: Numbers, y: Array, inputs: Inputs, leaves: Sequence[int], moving: Sequence[int]
 ) -> tuple[dict[int, Numbers], dict[int, Numbers]]:
-    """The values of variable leaves by number, and the derivatives of `moving` ones along the motion.
+    """The values of variable leaves by number, and the total time derivatives of `moving` ones.
 
-    Most derivatives are themselves among what a system computes. Others take its vector field for a direction.
+    The system itself computes most derivatives. Others are directional derivatives along its vector field.
     """
     rates = {leaf: found for leaf in moving if (found := _rates(system, leaf)) is not None}
     others = [leaf for leaf in moving if leaf not in rates]
@@ -53,8 +53,8 @@ def observe_with_rates(
 
 
 def _rates(system: System, leaf: int) -> list[tuple[Pair | None, int]] | None:
-    """The pairs that are the derivatives of a leaf, with signs, as `_pairs` has those of its values; None where some of
-    them are not computed.
+    """The pairs that are the derivatives of a leaf, with signs, like `_pairs` for its values; None if the system does
+    not compute all of them.
     """
     found = [(None if pair is None else (pair[0], pair[1] + 1), sign) for pair, sign in _pairs(system, leaf)]
     return found if all(pair is None or pair in system.plan.places for pair, _ in found) else None
@@ -66,12 +66,12 @@ def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
 
 
 def leaf_value(system: System, store: Store, leaf: int, t: Numbers) -> Numbers:
-    """The value of a variable leaf, from what was computed at a point."""
+    """The value of a variable leaf, from the values computed at a point."""
     return _stacked(system, store, leaf, _pairs(system, leaf), t)
 
 
 def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | None, int]], time: Numbers) -> Numbers:
-    """The values of the pairs of a leaf; what stands for the time is `time`."""
+    """The values of the pairs of a leaf; a pair of the time has the value `time`."""
     flat_leaf = system.flat.leaves[leaf]
     known = [pair for pair, _ in pairs if pair is not None]
     values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
@@ -82,7 +82,7 @@ def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | N
     stacked = jnp.zeros((len(pairs), *flat_leaf.sizes))
     if known:
         signs = np.array([sign for _, sign in pairs]).reshape(shape)
-        # Read rather than written in places: XLA on CPU does not compile a loop as one function that scatters.
+        # A gather, not a scatter: XLA on the CPU does not compile a loop with scatters as one function.
         found = store.gather(system.plan.read([known[0] if pair is None else pair for pair, _ in pairs]))
         stacked = jnp.where(is_known.reshape(shape), signs * found, stacked)
     timed = np.array([pair is None and sign == 1 for pair, sign in pairs])
@@ -91,9 +91,9 @@ def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | N
 
 
 def constrained_places(system: System, leaf: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where the elements of a leaf lie among the constrained pairs, and the signs with which they do.
+    """The positions of the elements of a leaf among the constrained pairs, and their signs.
 
-    Raises `ModelError` where the leaf is an algebraic variable, which cannot be set.
+    Raises `ModelError` for an algebraic variable, which cannot be set.
     """
     pairs, plan = system.constraints.pairs, system.plan
     first = dict(zip(pairs, np.cumsum([0, *(plan.size(v) for v, _ in pairs)]).tolist(), strict=False))
@@ -102,7 +102,7 @@ def constrained_places(system: System, leaf: int) -> tuple[np.ndarray, np.ndarra
         if pair is None or pair not in first:
             raise ModelError(
                 f"An event sets {system.flat.leaves[leaf].name(i)}, which is neither a state nor tied to states by "
-                "constraints: its value follows from an equation. Change what that equation depends on."
+                "constraints: its value follows from an equation. Change a variable that this equation depends on."
             )
         size = plan.size(pair[0])
         places.append(first[pair] + np.arange(size))

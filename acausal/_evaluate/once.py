@@ -1,4 +1,4 @@
-"""Each operation once: equations that are written down apart compute much alike, such as properties of one liquid."""
+"""Common subexpression elimination: separate equations compute equal terms, such as properties of one liquid."""
 
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, TypeVar
@@ -13,16 +13,16 @@ T = TypeVar("T")
 
 
 def once(function: Callable[[], T]) -> T:
-    """What a function returns, a pytree of arrays, where operations on the same numbers are done once."""
+    """The result of a function, a pytree of arrays, where equal operations on the same numbers are evaluated once."""
     closed, shapes = jax.make_jaxpr(function, return_shape=True)()
     return jax.tree.unflatten(jax.tree.structure(shapes), jaxpr_as_fun(without_repetition(closed))())
 
 
 def without_repetition(closed: ClosedJaxpr) -> ClosedJaxpr:
-    """A program in which no operation comes twice with the same inputs, and none whose results nothing needs."""
+    """A program without repeated operations on the same inputs, and without unused ones."""
     jaxpr = closed.jaxpr
     read = {_name(atom) for eqn in jaxpr.eqns for atom in eqn.invars} | {_name(atom) for atom in jaxpr.outvars}
-    same: dict[Any, Any] = {}  # the variable that has the same value
+    same: dict[Any, Any] = {}  # an earlier variable with the same value
     kept: list[JaxprEqn] = []
     places: dict[Hashable, int] = {}
     for eqn in jaxpr.eqns:
@@ -50,7 +50,7 @@ def _needed(eqns: Sequence[JaxprEqn], outputs: Sequence[Atom]) -> list[JaxprEqn]
 
 
 def _computes(eqn: JaxprEqn, inputs: Sequence[Atom]) -> Hashable:
-    """What an operation does, and with which numbers; something of its own where that cannot be told."""
+    """A key of an operation and its inputs; unique if its result may differ each time."""
     key = eqn.primitive, tuple(map(_name, inputs)), tuple(sorted(eqn.params.items()))
     try:
         hash(key)
@@ -60,5 +60,5 @@ def _computes(eqn: JaxprEqn, inputs: Sequence[Atom]) -> Hashable:
 
 
 def _name(atom: Atom) -> Hashable:
-    """A variable; of a literal the type and all bits, since zeros of both signs are equal."""
+    """A key of a variable, or of a literal by type and bits, since zeros of both signs are equal."""
     return (atom.aval, np.asarray(atom.val).tobytes()) if isinstance(atom, Literal) else atom

@@ -1,4 +1,4 @@
-"""Parameters of a model as compiled functions read them."""
+"""Packing of the parameters of a model for compiled functions."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -13,13 +13,13 @@ from .._numbers import Numbers
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import is_traced
 
-SEPARATE = 8  # up to so many members of a kind, each has a number of its own; more share an array
+SEPARATE = 8  # number of members of a kind up to which each has its own number; more share an array
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class SlotValues:
-    """One parameter of all components of a kind, `members` apart where they are few, else as one array of them."""
+    """One parameter of all components of a kind: separate `members` if they are few, otherwise one array."""
 
     members: Any
 
@@ -47,15 +47,15 @@ class SlotValues:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class ModelParameters:
-    """Parameters of a model, discrete variables among them: `slots` by component kind and slot, for the equations;
-    and `leaves` by number, for functions of the whole model.
+    """Parameters and discrete variables of a model: `slots` by component kind and slot, for the equations, and `leaves`
+    by number, for functions of the whole model.
     """
 
     slots: dict[tuple[int, int], SlotValues] = dataclasses.field(default_factory=dict)
     leaves: dict[int, Numbers] = dataclasses.field(default_factory=dict)
 
     def changed(self, values: Mapping[int, Numbers]) -> "ModelParameters":
-        """With other values of some leaves; the slots are to be filled anew."""
+        """A copy with other values of some leaves; the slots must be filled again."""
         return ModelParameters(leaves=self.leaves | dict(values))
 
 
@@ -73,7 +73,7 @@ def slot_values(flat: FlatModel, leaves: Mapping[int, Numbers], kind: int, slot:
     sizes = instances.kind.sizes[slot]
     values = [leaves[instances.leaf(entry, slot)] for entry in range(len(instances.paths))]
     if instances.total > SEPARATE:
-        # Thousands of separate numbers are collected fastest on the host.
+        # The host collects thousands of separate numbers fastest.
         xp = jnp if any(is_traced(value) for value in values) else np
         return SlotValues(xp.concatenate([xp.reshape(xp.asarray(value), (-1, *sizes)) for value in values]))
     members: list[Numbers] = []

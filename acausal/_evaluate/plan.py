@@ -1,4 +1,4 @@
-"""The sorted system as a sequence of groups: all blocks of a level that share a program are computed together."""
+"""The sorted system as a sequence of groups: the blocks of a level with a common program are computed together."""
 
 import functools as ft
 import math
@@ -20,20 +20,20 @@ from .once import once
 from .packing import ModelParameters
 from .program import Program, Use
 
-MANY_RUNS = 64  # values in more pieces than this are gathered by index
+MANY_RUNS = 64  # number of contiguous pieces above which values are gathered by index
 
 
 class Place(NamedTuple):
-    """Where a value lies: `start` within a flat segment."""
+    """The position of a value: `start` within a flat segment."""
 
     segment: int
     start: int
 
 
 class Plan:
-    """Places of all states and unknowns, and the groups in an order in which each finds its inputs computed.
+    """Positions of all states and unknowns, and the groups in order of computation.
 
-    `shapes` gives the shape of each variable, `ranges` those of states that have some. States come first, in the flat
+    `shapes` gives the shape of each variable, `ranges` the declared ranges of states. States come first, in the flat
     vector y.
     """
 
@@ -49,12 +49,12 @@ class Plan:
         self.starts = np.concatenate([[0], np.cumsum([self.size(v) for v, _ in states])]).astype(int)
         for pair, start in zip(states, self.starts.tolist(), strict=False):
             self.places[pair] = Place(0, start)
-        self._bounded: dict[Ranges, np.ndarray] = {}  # which elements of the states lie in these ranges
+        self._bounded: dict[Ranges, np.ndarray] = {}  # the elements of states with these ranges
         for pair, own in ranges.items() if ranges else ():
             mask = self._bounded.setdefault(own, np.zeros(int(self.starts[-1]), bool))
             mask[self.places[pair].start + np.arange(self.size(pair[0]))] = True
         self.groups: list[Group] = []
-        self._sizes = [int(self.starts[-1])]  # of the segments
+        self._sizes = [int(self.starts[-1])]  # of each segment
         collected: dict[tuple[int, int], list[Use]] = {}
         programs: dict[Program, int] = {}
         for level, use in uses:
@@ -64,7 +64,7 @@ class Plan:
             self._add(members)
 
     def residual_groups(self, uses: Iterable[Use]) -> list[Group]:
-        """Programs without unknowns, alike ones together."""
+        """Programs without unknowns, similar ones together."""
         collected: dict[Program, list[Use]] = {}
         for use in uses:
             collected.setdefault(use.program, []).append(use)
@@ -96,7 +96,7 @@ class Plan:
             self._sizes.append(size * len(uses))
 
     def read(self, pairs: Sequence[Pair]) -> Read:
-        """How to collect the values of pairs that have one shape."""
+        """The gather of the values of pairs of one shape."""
         places = [self.places[pair] for pair in pairs]
         segments = tuple(sorted({place.segment for place in places}))
         offset, total = {}, 0
@@ -108,7 +108,7 @@ class Plan:
         return Read(segments, starts[:, None] + np.arange(math.prod(shape)), shape)
 
     def needed(self, segments: Iterable[int]) -> list[Group]:
-        """The groups that produce these segments, with all that they depend on."""
+        """The groups that produce these segments, and all their predecessors."""
         wanted, picked = set(segments), []
         for group in reversed(self.groups):
             own = range(group.first_segment, group.first_segment + len(group.program.shapes))
@@ -118,9 +118,9 @@ class Plan:
         return picked[::-1]
 
     def read_for(self, segments: Iterable[int]) -> set[int]:
-        """These segments and those that are surely read to compute them."""
+        """These segments and those that their computation is sure to read."""
         groups = self.needed(segments)
-        # Of alike blocks that are computed together, some may be read and others not.
+        # Of similar blocks in a group, some may be read and others not.
         several = {
             group.first_segment + i
             for group in self.groups
@@ -140,8 +140,8 @@ class Plan:
     ) -> Store:
         """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
-        `guess(pairs)` gives starting values for the tearing variables of non-linear blocks: for each of them one or
-        more, of which the next is tried where the one before leads to no solution.
+        `guess(pairs)` gives initial guesses of the tearing variables of nonlinear blocks: for each of them one or
+        more, tried in sequence until one leads to a solution.
         """
         groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
         guesses = [guesses_of(group, guess) for group in groups]
@@ -149,7 +149,7 @@ class Plan:
         return Store(time, _segments(self, chosen, y, time, params, guesses))
 
     def within_ranges(self, y: Array) -> Array:
-        """The states, NaN where they are outside their ranges."""
+        """The states, NaN outside their ranges."""
         for ranges, is_own in self._bounded.items():
             y = jnp.where(is_own, within(y, ranges), y)
         return y
@@ -183,9 +183,9 @@ class Plan:
 def _segments(
     plan: Plan, chosen: tuple[int, ...], y: Array, time: Numbers, params: ModelParameters, guesses: list[list[Array]]
 ) -> dict[int, Value]:
-    """What some groups compute, each named by its first segment; traced once, however often a run asks for it.
+    """The outputs of some groups, named by their first segments. Traced once for all calls in a run.
 
-    At each place the operations stand among the others there, so that XLA need not put together what calls separate.
+    The operations are inlined, so that XLA need not merge separate calls.
     """
     groups = {group.first_segment: group for group in plan.groups}
 

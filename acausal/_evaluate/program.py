@@ -1,4 +1,4 @@
-"""A block as a small program that does not know to which components it belongs, so that alike blocks share it."""
+"""A block as a small program without references to components, so that similar blocks share it."""
 
 import dataclasses
 from typing import Literal, NamedTuple
@@ -13,7 +13,7 @@ from .._reduce.template import Template
 
 
 class Arg(NamedTuple):
-    """Where an input of an equation comes from: a parameter, a known value, an unknown of the block, or a constant."""
+    """The source of an input of an equation: a parameter, a known value, an unknown of the block, or a constant."""
 
     source: Literal["param", "value", "unknown", "time", "zero", "one"]
     number: int = 0
@@ -21,7 +21,7 @@ class Arg(NamedTuple):
 
 
 class Step(NamedTuple):
-    """One equation; `solved` is the block's unknown that it gives, None for a residual."""
+    """One equation; `solved` is the block's unknown that it determines, None for a residual."""
 
     template: Template
     args: tuple[Arg, ...]
@@ -35,7 +35,7 @@ class Program:
     steps: tuple[Step, ...]
     residuals: tuple[Step, ...]
     shapes: tuple[tuple[int, ...], ...]  # of the unknowns
-    sizes: tuple[float, ...]  # nominal ones, of the tearing variables of a non-linear block
+    sizes: tuple[float, ...]  # nominal sizes of the tearing variables of a nonlinear block
     ranges: tuple[Ranges, ...]  # of the unknowns
     method: SolutionMethod
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
@@ -57,7 +57,9 @@ class Program:
 
 
 class Use(NamedTuple):
-    """One block that a program computes: pairs it reads, (kind, slot, member) of its parameters, pairs it gives."""
+    """One block computed by a program: the pairs that it reads, (kind, slot, member) of its parameters, its output
+    pairs.
+    """
 
     program: Program
     values: tuple[Pair, ...]
@@ -66,12 +68,12 @@ class Use(NamedTuple):
 
 
 def residual_program_of(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
-    """Equations as a program that solves nothing: their residuals from known values."""
+    """Equations as a program without unknowns: their residuals from known values."""
     return _Writer(ordered, Torn([], [], rows, "explicit", 0), kind_index).write()
 
 
 def program_of(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
-    """Write a torn block as a program and say what this block feeds it."""
+    """A torn block as a program, and the inputs of this block."""
     return _Writer(ordered, torn, kind_index).write()
 
 

@@ -1,4 +1,4 @@
-"""Whether the parameters of a model meet what its components require of them."""
+"""Checks of the parameters of a model against the requirements of its components."""
 
 import dataclasses
 import functools as ft
@@ -26,7 +26,7 @@ from .packing import ModelParameters, SlotValues, discrete_start, slot_values
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ModelRequirements:
-    """All requirements of a model, those of like components together."""
+    """All requirements of a model, grouped by component class."""
 
     flat: FlatModel
 
@@ -37,11 +37,11 @@ class ModelRequirements:
 
     @ft.cached_property
     def keys(self) -> frozenset[tuple[int, int]]:
-        """The parameters that are read, by kind and slot."""
+        """The parameters that requirements read, by kind and slot."""
         return frozenset((number, slot) for number, needed in self._groups for slot in needed.slots)
 
     def broken(self, params: ModelParameters) -> list[Array]:
-        """For each requirement, whether it is not met: those of a few like components one by one, of many together."""
+        """For each requirement, whether it is violated. Few like components are evaluated separately, many together."""
         parts: list[Array] = []
         for number, needed in self._groups:
             total, slots = self.flat.holders[number].total, [params.slots[number, slot] for slot in needed.slots]
@@ -53,9 +53,9 @@ class ModelRequirements:
         return parts
 
     def enforced(self, params: ModelParameters) -> ModelParameters:
-        """The leaves of packed parameters, NaN where some requirement is not met and they are not known.
+        """The leaves of packed parameters, NaN if a requirement is violated and they are not known.
 
-        Raises `ParameterError` where they are known.
+        Raises `ParameterError` if they are known.
         """
         mask = _broken(self, params.slots)
         numbers = known(mask)
@@ -68,7 +68,7 @@ class ModelRequirements:
 
     @ft.cached_property
     def sentences(self) -> list[str]:
-        """What each requirement says, with the path of its component."""
+        """The sentence of each requirement, with the path of its component."""
         holders = [(self.flat.holders[number], needed) for number, needed in self._groups]
         return [
             join(holder.name(member), text)
@@ -78,7 +78,7 @@ class ModelRequirements:
         ]
 
     def told(self, index: int, params: ModelParameters) -> str:
-        """What a requirement that is not met says, with the values of the parameters that it is about."""
+        """The sentence of a violated requirement, with the values of its parameters."""
         sentence = self.sentences[index]
         for number, needed in self._groups:
             holder = self.flat.holders[number]

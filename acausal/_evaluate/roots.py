@@ -1,4 +1,4 @@
-"""Roots of small systems of non-linear equations."""
+"""Roots of small systems of nonlinear equations."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from .elimination import SMALL, eliminated
 
 ITERATIONS = 200
 HUGE = 1e100
-CLOSE = 1e-9  # a last step of Newton's method this small leaves an error near rounding
+CLOSE = 1e-9  # last step of Newton's method that leaves an error near rounding
 # Powell's dogleg: a trust region stalls where rounding hides the progress of a step, so its tolerance stays well above.
 DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
 
@@ -26,11 +26,11 @@ Test = Callable[[Array, PyTree], Truth]
 def scaled_root(
     residual: Callable[[Array, PyTree], Array], starts: Array, args: PyTree, is_inside: Test | None = None
 ) -> Array:
-    """A root of a function of unknowns of size 1; NaN where none is found.
+    """A root of a function of unknowns of size 1; NaN if none is found.
 
-    The search goes from the first of the `starts`, [tries, unknowns], from which a root is found: by Newton's method;
-    where that fails, or finds a root that is not inside what `is_inside(x, args)` admits, by Powell's, whose steps stay
-    inside. Only the root is differentiated, by the implicit function theorem: where a method ends that fails, the
+    The search starts from each of the `starts`, [tries, unknowns], until it finds a root: by Newton's method;
+    if that fails, or finds a root outside `is_inside(x, args)`, by Powell's method, whose steps stay
+    inside. Only the root is differentiated, by the implicit function theorem: at the end of a failed search, the
     function may have no derivative.
     """
 
@@ -55,7 +55,7 @@ def scaled_root(
 
 
 class _Iterate(NamedTuple):
-    """A point of Newton's method, its step, the factors of its slopes, and the share of the step to try next."""
+    """An iterate of Newton's method: the point, its step, the factors of its Jacobian, and the next step length."""
 
     x: Array
     step: Array
@@ -66,12 +66,12 @@ class _Iterate(NamedTuple):
 
 
 def newton(function: Callable[[Array, PyTree], Array], start: Array, args: PyTree) -> tuple[Array, Array]:
-    """A root by Newton's method from a start, and whether it is one.
+    """A root by Newton's method, and whether it has converged.
 
-    A step is shortened until the next simplified step, by the same slopes, is shorter than it: the natural monotonicity
-    test (Deuflhard, `Newton Methods for Nonlinear Problems`, 2004, section 3.3). Neither the units of the equations nor
-    how steep they are matter to it. A residual may fall from a huge value to a small one and lead away from the root,
-    as that of a closed valve does.
+    A step is shortened until the next simplified step, with the same Jacobian, is shorter than it: the natural
+    monotonicity test (Deuflhard, `Newton Methods for Nonlinear Problems`, 2004, section 3.3). It does not depend on the
+    units and slopes of the equations. The residual itself may fall along a path away from the root, such as that of a
+    closed valve.
     """
 
     def residual(x: Array) -> tuple[Array, Array]:
@@ -105,11 +105,11 @@ def newton(function: Callable[[Array, PyTree], Array], start: Array, args: PyTre
 def _dogleg(
     residual: Callable[[Array, PyTree], Array], start: Array, args: PyTree, is_inside: Test | None
 ) -> tuple[Array, Array]:
-    """A root by Powell's method, with each residual relative to its change by a step of size 1 from the start."""
+    """A root by Powell's method. Each residual is scaled by its change over a step of size 1 from the start."""
 
     def fenced(x: Array, args: PyTree) -> Array:
         scale, args = args
-        # A trial step into overflow must count as a bad one, which infinity or NaN do not in a comparison.
+        # A trial step into overflow must be rejected; comparisons with infinity or NaN do not reject it.
         value = residual(x, args) / scale
         is_good = jnp.isfinite(value)
         return jnp.where(is_good if is_inside is None else is_good & is_inside(x, args), value, HUGE)
@@ -120,7 +120,7 @@ def _dogleg(
 
 
 def row_scale(slopes: Array) -> Array:
-    """How much a step of size 1 in the unknowns changes each residual; 1 where that is not known."""
+    """The change of each residual by a step of size 1 in the unknowns; 1 if unknown."""
     total = jnp.sum(jnp.abs(slopes), axis=1)
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
 
@@ -130,7 +130,7 @@ def _or_nan(root: Array, is_good: Array) -> Array:
 
 
 def _solved(slope: Callable[[Array], Array], value: Array) -> Array:
-    """The x of a linear function at which it has a value."""
+    """The x at which a linear function has a value."""
     matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
     scale = row_scale(matrix)
     matrix, value = matrix / scale[:, None], value / scale

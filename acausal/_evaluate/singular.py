@@ -1,4 +1,4 @@
-"""Blocks of linear equations that determine their unknowns by rounding errors only."""
+"""Detection of linear blocks that are singular up to rounding."""
 
 import jax
 import jax.numpy as jnp
@@ -16,16 +16,16 @@ from .packing import ModelParameters, SlotValues
 from .starts import Inputs
 from .system import System
 
-CHANGE = 1e-6  # relative change of the numbers from which a determinant is computed
-GROWTH = 1e7  # a determinant that this change multiplies by more is zero but for rounding
+CHANGE = 1e-6  # relative perturbation of the inputs of a determinant
+GROWTH = 1e7  # growth of a determinant by the perturbation above which it counts as zero
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
 def singular_blocks(system: System, store: Store, inputs: Inputs) -> list[Array]:
-    """For each linear block, in the order of `linear_blocks`, whether it is singular but for rounding.
+    """For each linear block, in the order of `linear_blocks`, whether it is singular up to rounding.
 
-    Where coefficients cancel, as 0.3 - 0.1 * 3.0 does, what is left is an error of rounding and no NaN tells. But the
-    determinant then is far smaller than it becomes when the numbers that it is computed from are changed a little.
+    If coefficients cancel, as in 0.3 - 0.1 * 3.0, a rounding error remains instead of zero, and no NaN appears. But the
+    determinant is then much smaller than after a small perturbation of its inputs.
     """
     groups = _linear_groups(system)
     slots = {key: inputs.params.slots[key] for group in groups for key in group.program.params}
@@ -54,9 +54,7 @@ def _linear_groups(system: System) -> list[Group]:
 
 
 def _plain_and_changed(numbers: PyTree) -> PyTree:
-    """Stacked: the numbers as they are, and changed by shares that differ, so that the changes of numbers that cancel
-    do not.
-    """
+    """The numbers, stacked with perturbed ones. The perturbations differ, so that they do not cancel."""
     leaves, structure = jax.tree.flatten(numbers)
     starts = np.cumsum([1, *map(np.size, leaves)]).tolist()
 
@@ -68,7 +66,7 @@ def _plain_and_changed(numbers: PyTree) -> PyTree:
 
 
 def _log_determinant(matrices: Array) -> Array:
-    """Of square matrices, since the determinant of a large one may be too large or small for a number."""
+    """The logarithm of determinants, since that of a large matrix may overflow or underflow."""
     if matrices.shape[-1] == 1:
         return jnp.log(jnp.abs(matrices[..., 0, 0]))
     return jnp.linalg.slogdet(matrices)[1]

@@ -1,4 +1,4 @@
-"""Start values: one number for all the aliases of a variable."""
+"""Start values: one number for all aliases of a variable."""
 
 import dataclasses
 import functools as ft
@@ -23,11 +23,11 @@ from .plan import Plan
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Inputs:
-    """Numbers of a model as its compiled system takes them: parameters, and `starts` of all variables.
+    """The inputs of a compiled system: parameters, and `starts` of all variables.
 
-    `given` are the numbers of the leaves whose start values the model gives. `discrete` holds the discrete variables,
-    where events have changed them. `apart` holds start values that a run is handed on their own, by the number of
-    their leaf; those among `starts` then do not count.
+    `given` are the leaves, by number, whose start values the model gives. `discrete` holds discrete variables that
+    events have changed. `apart` holds start values that are separate arguments of a run, by number of their leaf; they
+    replace those among `starts`.
     """
 
     params: ModelParameters
@@ -38,7 +38,7 @@ class Inputs:
 
 
 class _Sources(NamedTuple):
-    """Where the start values of elements come from: places in the vector of all, signs, and which of them count."""
+    """The sources of the start values of elements: positions in the vector of all, signs, and which of them count."""
 
     places: np.ndarray  # [elements, most aliases]
     signs: np.ndarray
@@ -48,17 +48,17 @@ class _Sources(NamedTuple):
 
 @dataclasses.dataclass(eq=False)
 class Starts:
-    """How the start values in a model's leaves, as one vector, make up those of its variables.
+    """The start values of variables, from those of a model's leaves in one vector.
 
-    What is given for one alias holds for all; where none is given, what the class of one says that is not zero, that of
-    a component before that of a port.
+    A value given for one alias applies to all. If none is given, a nonzero default of an alias applies, that of a
+    component before that of a port.
     """
 
     flat: FlatModel
     merged: Merged
 
     def pack(self, leaves: Sequence[Numbers | None]) -> Numbers:
-        """All start values, from the leaves in pytree order, None where not given; plain numbers stay on the host."""
+        """All start values, from the leaves in pytree order; None for a missing one. Plain numbers stay on the host."""
         variable = [(leaves[i], self.flat.leaves[i]) for i in self.flat.variable_leaves]
         values = [leaf.declaration.start if value is None else value for value, leaf in variable]
         if all(isinstance(value, float) for value in values):
@@ -68,7 +68,7 @@ class Starts:
         return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 
     def whole(self, inputs: Inputs) -> Array:
-        """All start values, those that are apart in their places."""
+        """All start values, including those that are apart."""
         starts = jnp.asarray(inputs.starts)
         parts, done = [], 0
         for leaf, value in sorted(inputs.apart.items()):
@@ -78,11 +78,11 @@ class Starts:
         return jnp.concatenate([*parts, starts[done:]]) if parts else starts
 
     def values(self, inputs: Inputs, nodes: Sequence[int]) -> Array:
-        """The start values of representative nodes, one after the other: each the mean of those of its aliases."""
+        """The start values of representative nodes, concatenated: each the mean of those of its aliases."""
         return self._mean(inputs, self._sources(inputs.given, tuple(nodes)))
 
     def spreads(self, inputs: Inputs, nodes: Sequence[int]) -> Array:
-        """How far the start values of the aliases of a node are at most from their mean; zero where none is given."""
+        """The largest deviation of the start values of the aliases of a node from their mean; zero if none is given."""
         sources = self._sources(inputs.given, tuple(nodes))
         if sources.places.shape[1] == 1:
             return jnp.zeros(len(sources.places))
@@ -101,12 +101,12 @@ class Starts:
         return jnp.asarray(inputs.starts)[self._slice(leaf)]
 
     def leaves_behind(self, given: frozenset[int], nodes: Sequence[int]) -> frozenset[int]:
-        """The numbers of the leaves whose start values make up those of representative nodes."""
+        """The numbers of the leaves that determine the start values of representative nodes."""
         aliases = [self._counted(given, node) for node in nodes]
         return frozenset(self.flat.leaf_of_node[np.concatenate([np.zeros(0, int), *aliases])].tolist())
 
     def is_given(self, given: frozenset[int], node: int) -> bool:
-        """Whether a start value is given for one of the aliases of a node."""
+        """Whether a start value is given for an alias of a node."""
         return bool(self._given(given, self._aliases(node)).any())
 
     @ft.cached_property
@@ -161,14 +161,14 @@ class Starts:
         return self._leaf(node).sizes
 
     def _slice(self, leaf: int) -> slice:
-        """The places of a leaf in the vector of all."""
+        """The positions of a leaf in the vector of all start values."""
         place = self.flat.variable_leaves.index(leaf)
         first = int(np.sum(self._elements[:place]))
         return slice(first, first + int(self._elements[place]))
 
     @ft.cached_property
     def _elements(self) -> np.ndarray:
-        """How many numbers each variable leaf has."""
+        """The number of elements of each variable leaf."""
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
         return np.array([leaf.count * math.prod(leaf.sizes) for leaf in leaves], dtype=int)
 
@@ -179,7 +179,7 @@ class Starts:
 
     @ft.cached_property
     def _starts_of(self) -> np.ndarray:
-        """Where the values of each node begin in the vector."""
+        """The first position of the values of each node in the vector."""
         leaves = [self.flat.leaves[i] for i in self.flat.variable_leaves]
         sizes = np.repeat([math.prod(leaf.sizes) for leaf in leaves], [leaf.count for leaf in leaves])
         return np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int)
@@ -194,19 +194,19 @@ class PairStarts:
     plan: Plan
 
     def values(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
-        """The start values of pairs, one after the other."""
+        """The start values of pairs, concatenated."""
         return self._without_rates(self.starts.values(inputs, self._nodes(pairs)), pairs)
 
     def spreads(self, inputs: Inputs, pairs: Sequence[Pair]) -> Float[Array, " elements"]:
-        """How far apart the start values are that are given for the aliases of pairs."""
+        """The spread of the start values that are given for the aliases of pairs."""
         return self._without_rates(self.starts.spreads(inputs, self._nodes(pairs)), pairs)
 
     def leaves_behind(self, given: frozenset[int], pairs: Sequence[Pair]) -> frozenset[int]:
-        """The numbers of the leaves whose start values make up those of pairs."""
+        """The numbers of the leaves that determine the start values of pairs."""
         return self.starts.leaves_behind(given, self._nodes([(v, order) for v, order in pairs if order == 0]))
 
     def guess(self, inputs: Inputs) -> Guess:
-        """From where non-linear solves start."""
+        """Initial guesses for nonlinear solves."""
 
         def guess(pairs: Sequence[Pair]) -> Array:
             return self.values(inputs, pairs).reshape(len(pairs), 1, *self.plan.shapes[pairs[0][0]])

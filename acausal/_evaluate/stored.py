@@ -1,4 +1,4 @@
-"""Systems that are read from a pickle: made again, and held against what they were when they were stored."""
+"""Systems in pickles: rebuilt, and compared with the stored declarations."""
 
 from typing import Any
 
@@ -9,15 +9,14 @@ Declared = tuple[tuple[Any, ...], ...]
 
 
 def declared_by(flat: FlatModel) -> Declared:
-    """What the numbers of a model mean, in their order."""
+    """The declarations of the numbers of a model, in order."""
     return tuple((leaf.path, leaf.declaration.role, leaf.declaration.unit, leaf.sizes) for leaf in flat.leaves)
 
 
 def read(made: tuple[Any, tuple[Any, ...]], declared: Declared) -> Any:
-    """The system that was made by a function and from what it is given, when its classes declared this.
+    """The system rebuilt by a function from its arguments, if its classes still declare the same.
 
-    Raises `ModelError` where they do not any more: what is stored with a system is an array of numbers, which would be
-    taken for others.
+    Raises `ModelError` if they do not: the numbers stored with a system would be misinterpreted.
     """
     make, given = made
     system = make(*given)

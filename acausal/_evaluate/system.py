@@ -1,4 +1,4 @@
-"""The outcome of all structural passes: a system of ordinary differential equations with everything else explicit."""
+"""The result of the structural passes: a system of ordinary differential equations, other unknowns being explicit."""
 
 import dataclasses
 import functools as ft
@@ -38,12 +38,12 @@ from .stored import declared_by, read
 class System:
     """A model's equations, reduced and sorted; made by `choose_states` or, behind the scenes, by `simulate`.
 
-    The state vector `y` holds `states` one after the other, each a (variable, derivative order) pair. In mass-matrix
-    form it goes on with `algebraic` unknowns, the tearing variables of all simultaneous blocks, whose equations are
+    The state vector `y` holds the `states` in sequence, each a (variable, derivative order) pair. In mass-matrix
+    form, `algebraic` unknowns follow, the tearing variables of all simultaneous blocks, whose equations are
     left to the integrator: M dy/dt = f(t, y), with zeros in `mass` for them. `solved` is then the ordinary form.
 
-    It evaluates the equations. Its `intake` is how numbers come in, its `starts` where searches for unknowns start, and
-    `carried` what lies behind the states in the vector of a run.
+    The system evaluates the equations. `intake` converts numbers, `starts` gives initial guesses, and
+    `carried` describes the augmented state of a run.
     """
 
     flat: FlatModel
@@ -55,7 +55,7 @@ class System:
     plan: Plan
     kind_index: dict[int, int]
     algebraic: list[Pair]
-    made: tuple[Callable[..., "System"], tuple[object, ...]]  # what it was made by, and from
+    made: tuple[Callable[..., "System"], tuple[object, ...]]  # the function that built it, and its arguments
     solved: "System | None" = None
 
     @property
@@ -68,7 +68,7 @@ class System:
         return f"<System of {self.name}: {size}>"
 
     def __reduce__(self) -> tuple[Callable[..., "System"], tuple[object, ...]]:
-        # Traced equations cannot be stored; what is stored is what they are made from.
+        # Traced equations cannot be stored; their source is stored instead.
         return read, (self.made, declared_by(self.flat))
 
     def __deepcopy__(self, memo: object) -> "System":
@@ -90,7 +90,7 @@ class System:
 
     @property
     def element_names(self) -> list[str]:
-        """The name of the state behind each element of the state vector."""
+        """The name of the state of each element of the state vector."""
         sizes = [self.plan.size(variable) for variable, _ in self.states]
         return [name for name, size in zip(self.state_names, sizes, strict=True) for _ in range(size)]
 
@@ -106,17 +106,17 @@ class System:
 
     @property
     def n_algebraic(self) -> int:
-        """How many elements the algebraic unknowns have."""
+        """The number of elements of the algebraic unknowns."""
         return sum(self.plan.size(v) for v, _ in self.algebraic)
 
     @property
     def mass(self) -> np.ndarray | None:
-        """The diagonal of the mass matrix, None where it is the identity."""
+        """The diagonal of the mass matrix; None for the identity."""
         n = len(self.nominals)
         return None if self.solved is None else np.where(np.arange(n) < n - self.n_algebraic, 1.0, 0.0)
 
     def pair_of_node(self, node: int) -> tuple[Pair | None, int]:
-        """The pair whose value a node has, up to the sign returned; None with sign 0 for zero, with sign 1 for time."""
+        """The pair with the value of a node, times the returned sign; None with sign 0 for zero, 1 for time."""
         representative, sign = int(self.merged.representative[node]), int(self.merged.sign[node])
         if representative == ZERO:
             return None, 0
@@ -127,12 +127,12 @@ class System:
     # Numbers
 
     def pack(self, model: Component) -> Inputs:
-        """Parameters by component class, and start values: what the compiled functions take."""
+        """Parameters by component class, and start values: the inputs of the compiled functions."""
         return self.intake.inputs(model)
 
     @ft.cached_property
     def intake(self) -> Intake:
-        """How the numbers of a model come in."""
+        """The conversion of the numbers of a model."""
         requirements = ModelRequirements(self.flat)
         groups = self.plan.groups + self.residuals + self.constraints.groups
         used = {key for group in groups for key in group.program.params}
@@ -141,46 +141,46 @@ class System:
 
     @ft.cached_property
     def starts(self) -> PairStarts:
-        """Where a search for unknowns starts."""
+        """The initial guesses of unknowns."""
         return PairStarts(self.intake.starts, self.ordered.table, self.plan)
 
     @ft.cached_property
     def carried(self) -> Carried:
-        """What lies behind the states in the vector of a run."""
+        """The layout of the augmented state of a run."""
         searched = [torn for torn in self.torn if torn.method == "nonlinear"] if self.solved is None else []
         memory = tuple(self.ordered.unknowns[u] for torn in searched for u in torn.tears)
         return Carried(self.flat, self.plan, len(self.nominals), memory)
 
-    # What components state beside their equations
+    # Constraints, events and initial equations
 
     @ft.cached_property
     def constraints(self) -> Constraints:
-        """What relates the variables below their highest derivatives to each other, at every time."""
+        """The equations between variables below their highest derivatives, valid at every time."""
         return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=False)
 
     @ft.cached_property
     def constrained(self) -> frozenset[Pair]:
-        """The variables below their highest derivatives, the states among them."""
+        """The variables below their highest derivatives, including the states."""
         return frozenset(self.ordered.constrained)
 
     @ft.cached_property
     def invariants(self) -> Constraints:
-        """The constraints on which the states of a run must be kept."""
+        """The constraints onto which the states of a run are projected."""
         return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=True)
 
     @ft.cached_property
     def events(self) -> EventSet | None:
-        """The events that components state."""
+        """The events of the components."""
         return events_of(self.flat, time_leaves(self.flat, self.merged))
 
     @ft.cached_property
     def initial_equations(self) -> InitialEquations | None:
-        """The initial equations that components state."""
+        """The initial equations of the components."""
         return initial_equations_of(self.flat)
 
     @ft.cached_property
     def instants(self) -> EquationInstants:
-        """The times at which equations change their law."""
+        """The instants at which equations change their law."""
         return equation_instants(self.flat, self.merged)
 
     # Evaluation
@@ -192,9 +192,9 @@ class System:
     def vector_field_and_store(
         self, t: Numbers, y: Array, inputs: Inputs, wanted: Sequence[Pair], *, watch: bool = False
     ) -> tuple[Float[Array, " n"], Store]:
-        """The vector field, and what was computed for it and for further pairs.
+        """The vector field, and the values computed for it and for further pairs.
 
-        It is not a number where variables that it depends on leave their ranges; with `watch`, where any variable does.
+        It is NaN if a variable that it depends on leaves its range; with `watch`, if any variable does.
         """
         watched = self._watched if watch else []
         store = self.evaluate(t, y, inputs, [*self._rates, *wanted, *watched], self._residual_segments)
@@ -218,8 +218,8 @@ class System:
     ) -> Store:
         """Compute the wanted pairs, and further segments.
 
-        After the states, `y` may hold what is `carried`; iterations then start from the memory in it. Where they fail,
-        and equations have changed their law, as after an event, they begin `anew`, from the start values.
+        After the states, `y` may hold the `carried` values; iterations then start from the memory in it. If they fail
+        and equations have changed their law, as after an event, they start `anew`, from the start values.
         """
         guess = self._guess(y, inputs, anew)
         params = self.carried.with_discrete(inputs, y).params
@@ -234,7 +234,7 @@ class System:
         return lambda pairs: jnp.concatenate([last(pairs), jnp.where(anew, first(pairs), last(pairs))], axis=1)
 
     def evaluate_all(self, t: Numbers, y: Array, inputs: Inputs) -> Store:
-        """All unknowns at a point, outputs that feed no state included."""
+        """All unknowns at a point, including outputs that no state depends on."""
         return self.evaluate(t, y, inputs, list(self.plan.places))
 
     def collected(self, t: Numbers, y: Array, inputs: Inputs, pairs: Sequence[Pair], *, anew: Truth = False) -> Array:
@@ -242,7 +242,7 @@ class System:
         return self.plan.collect(self.evaluate(t, y, inputs, pairs, anew=anew), pairs)
 
     def with_memory(self, t: Numbers, y: Array, inputs: Inputs, *, anew: Truth = False) -> Array:
-        """`y`, which may end in the memory of an earlier point, with that of this one."""
+        """`y`, possibly with the memory of an earlier point, with the memory of this one."""
         carried = self.carried
         if not carried.memory:
             return y
@@ -272,7 +272,7 @@ class System:
 
     @ft.cached_property
     def _watched(self) -> list[Pair]:
-        """The unknowns with ranges on which no rate depends, or of which that is not known."""
+        """The unknowns with ranges that no rate is sure to depend on."""
         places = self.plan.places
         read = self.plan.read_for(self._residual_segments | {places[pair].segment for pair in self._rates})
         return [

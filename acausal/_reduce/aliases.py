@@ -1,5 +1,5 @@
-"""Variables that are equal up to a sign become one: connected across variables, flows of two-port connections, and
-equations `a = b` or `a = -b` found inside components.
+"""Elimination of aliases: variables that are equal up to a sign become one. Sources are connected across variables,
+flows of connections of two ports, and equations `a = b` or `a = -b` of components.
 """
 
 import dataclasses
@@ -20,14 +20,14 @@ TIME = -3  # the representative of a node that is the simulation time
 
 @dataclasses.dataclass
 class Family:
-    """All uses of one equation template: a row for each, with the node behind every input (-1: a parameter).
+    """All uses of one equation template: a row for each, with the node of every input (-1: a parameter).
 
-    Sums of flows belong to no instances, nor do combinations of equations, which have `names` instead.
+    Sums of flows and combinations of equations belong to no instances. Combinations have `names` instead.
     """
 
     template: Template
     instances: Instances | None
-    members: Int[np.ndarray, " rows"]  # which of the instances each row belongs to; the connection set for flow sums
+    members: Int[np.ndarray, " rows"]  # instance of each row; the connection set for flow sums
     nodes: Int[np.ndarray, "rows inputs"]
     signs: Int[np.ndarray, "rows inputs"]
     names: list[str] | None = None
@@ -43,7 +43,7 @@ class Family:
         return f"{path}.{self.template.name}" if path else self.template.name
 
     def leaves(self, row: int, flat: FlatModel) -> list[FlatLeaf]:
-        """Those of a component that states the equation, or of the ports whose flows it sums."""
+        """The leaves of the component that states the equation, or of the ports whose flows it sums."""
         if self.names is not None:
             return []
         if self.instances is None:
@@ -58,7 +58,7 @@ class Family:
 
 @dataclasses.dataclass
 class Merged:
-    """Equations that remain and, for every node, its representative and the sign with which it equals it."""
+    """The remaining equations and, for every node, its representative and sign."""
 
     families: list[Family]
     representative: Int[np.ndarray, " nodes"]
@@ -84,7 +84,7 @@ class _Sets:
         return node, sign
 
     def join(self, a: int, b: int, sign: int) -> bool:
-        """State a = sign * b; False where this was known before."""
+        """State a = sign * b; False if this was known already."""
         (root_a, sign_a), (root_b, sign_b) = self.find(a), self.find(b)
         relative = sign_a * sign * sign_b
         if root_a == root_b:
@@ -107,7 +107,9 @@ class _Sets:
 def merge(flat: FlatModel) -> Merged:
     """Eliminate the trivial equations.
 
-    Raises `StructureError` where an equation only repeats what others say already.
+    Raises `StructureError` for a redundant equation.
+
+    Raises `StructureError` for a redundant equation.
     """
     sets = _Sets(flat.n_nodes)
     for a, b in flat.across.tolist():
@@ -120,7 +122,7 @@ def merge(flat: FlatModel) -> Merged:
         repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
         if repeated:
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
-            complain(StructureError(f"The equation {names} only repeats {_said_already(family, repeated[0], flat)}"))
+            complain(StructureError(f"The equation {names} only repeats {_repeated(family, repeated[0], flat)}"))
     representative, sign = _resolved(flat, sets)
     for family in families:
         inner = family.nodes >= 0
@@ -130,16 +132,16 @@ def merge(flat: FlatModel) -> Merged:
     return Merged(families, representative, sign)
 
 
-def _said_already(family: Family, row: int, flat: FlatModel) -> str:
-    """What an equation repeats, and what to do."""
+def _repeated(family: Family, row: int, flat: FlatModel) -> str:
+    """The content that a redundant equation repeats, and the remedy."""
     alone = {nodes[0] for nodes, _ in flat.flow_sets if len(nodes) == 1}
     if unconnected := [flat.node_name(node) for node in family.nodes[row].tolist() if node in alone]:
         ports = ", ".join(name.rpartition(".")[0] for name in unconnected)
-        return f"that nothing flows at {ports}, which is connected to nothing. Remedy: connect it."
+        return f"that the flow is zero at {ports}, which has no connection. Remedy: connect it."
     return (
-        "what other equations say. Either the circuit that it belongs to has no reference: connect "
+        "other equations. Either its circuit has no reference: connect "
         f"{reference_of(family.leaves(row, flat))} to it. Or two ideal elements that fix a value or join two ports "
-        "stand in parallel: remove one, or give it a resistance or compliance."
+        "are in parallel: remove one, or give it a resistance or compliance."
     )
 
 
@@ -180,7 +182,7 @@ def _component_families(flat: FlatModel) -> Iterator[Family]:
 
 
 def _flow_families(flat: FlatModel, sets: _Sets) -> Iterator[Family]:
-    """Connections of one or two flows become aliases; the larger ones stay as equations."""
+    """Connections of one or two flows become aliases; larger ones stay equations."""
     groups: dict[tuple, list[int]] = {}
     for index, (nodes, signs) in enumerate(flat.flow_sets):
         if len(nodes) == 1:
@@ -197,7 +199,7 @@ def _flow_families(flat: FlatModel, sets: _Sets) -> Iterator[Family]:
 
 
 def _resolved(flat: FlatModel, sets: _Sets) -> tuple[np.ndarray, np.ndarray]:
-    """Representatives chosen so that a report reads well: a component's own variable rather than a port's."""
+    """Representatives for readable reports: a component's own variable rather than a port's."""
     found = [sets.find(node) for node in range(flat.n_nodes)]
     root = np.array([item[0] for item in found], dtype=int)
     sign = np.array([item[1] for item in found], dtype=int)

@@ -1,5 +1,5 @@
-"""The angles that a function turns through, of which it takes sines and cosines, and its stairs: whole numbers that it
-takes, and samples between which it looks something up.
+"""The phases of a function: the arguments of its sines and cosines, and its steps, namely rounded values and positions
+in lookup tables.
 """
 
 import math
@@ -19,10 +19,10 @@ _STAIRS = {"floor": 0.0, "ceil": 0.0, "round": 0.5}
 
 
 class Traced(NamedTuple):
-    """The value of a function, and what turns in it.
+    """The value of a function and its phases.
 
-    `angles` in rad are those that it takes sines and cosines of, then the heights of its stairs, of which a step counts
-    as a full turn. `steps` is the sum of the steps on which the stairs are: it tells whether any has changed.
+    `angles` in rad are the arguments of sines and cosines, then those of the steps, where one step counts as a full
+    turn. `steps` is the sum of the step numbers; it changes with any of them.
     """
 
     value: Array
@@ -31,7 +31,7 @@ class Traced(NamedTuple):
 
 
 def with_angles(function: Callable[..., PyTree]) -> Callable[..., Traced]:
-    """The function, and what turns in it, besides what a loop inside it computes."""
+    """The function with its phases, except those computed within loops."""
 
     def both(*x: Array) -> Traced:
         closed, shape = jax.make_jaxpr(function, return_shape=True)(*x)
@@ -45,7 +45,7 @@ def with_angles(function: Callable[..., PyTree]) -> Callable[..., Traced]:
 
 
 def _walk(closed: ClosedJaxpr, inputs: Sequence[Array], angles: list[Array], stairs: list[Array]) -> list[Array]:
-    """The outputs; notes angles and heights of stairs on the way."""
+    """The outputs. Appends angles and steps on the way."""
 
     def outputs(eqn: JaxprEqn, args: list[Array]) -> list[Array]:
         inner = called(eqn)
@@ -75,7 +75,7 @@ def _note(eqn: JaxprEqn, args: Sequence[Array], angles: list[Array], stairs: lis
 
 
 def _turns(closed: ClosedJaxpr) -> bool:
-    """Whether a jaxpr takes sines or cosines, or has stairs."""
+    """Whether a jaxpr takes sines or cosines, or has steps."""
     names = (*_WAVES, *_STAIRS, "rem")
     return any(
         eqn.primitive.name in names or _looks_up(eqn) or any(map(_turns, _bodies(eqn))) for eqn in closed.jaxpr.eqns
@@ -83,7 +83,7 @@ def _turns(closed: ClosedJaxpr) -> bool:
 
 
 def _looks_up(eqn: JaxprEqn) -> bool:
-    """Whether it is a search in a sorted list, as `jnp.interp` and `jnp.digitize` make it: a loop that narrows down two
+    """Whether an equation is a search in a sorted list by `jnp.interp` or `jnp.digitize`: a loop that narrows two
     indices.
     """
     if eqn.primitive.name != "scan" or len(eqn.invars) != 4:
@@ -94,14 +94,14 @@ def _looks_up(eqn: JaxprEqn) -> bool:
 
 
 def _place(table: Array, x: Array, rank: int) -> Array:
-    """Where x is among the samples of a table; a whole number at each of them. What is found has `rank` axes."""
-    if table.ndim > 1:  # those of an array of components, with one x for each of them, or for all
+    """Position of x among the samples of a table, an integer at each of them. The result has `rank` axes."""
+    if table.ndim > 1:  # in an array of components, with one x for each of them, or for all
         axis = 0 if jnp.ndim(x) == rank else None
         return jax.vmap(lambda table, x: _place(table, x, rank - 1), (0, axis))(table, x)
     return jnp.interp(x, table, jnp.arange(len(table), dtype=float))
 
 
 def _bodies(eqn: JaxprEqn) -> list[ClosedJaxpr]:
-    """What an equation computes from its last arguments, if it is no loop."""
+    """The jaxprs of an equation other than a loop, applied to its last arguments."""
     branches = eqn.params["branches"] if eqn.primitive.name == "cond" else ()
     return [body for body in (called(eqn), differentiable_call(eqn), *branches) if body is not None]

@@ -1,4 +1,4 @@
-"""Indices beyond the arrays that they are used on, for which jax, tracing, takes the nearest member."""
+"""Check of array bounds: tracing jax clips an index beyond an array to its nearest member."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,9 +13,9 @@ from .jaxpr import interpreted
 
 
 def check_bounds(closed: ClosedJaxpr, where: str) -> None:
-    """Raise `UnknownPartError` where what is traced from a method reads a member that an array does not have.
+    """Raise `UnknownPartError` if a traced method reads beyond an array.
 
-    An index that is a number is looked at; none that is computed.
+    The check covers constant indices, not computed ones.
     """
 
     def outputs(eqn: JaxprEqn, arguments: list[Any]) -> list[Any]:
@@ -38,19 +38,19 @@ def check_bounds(closed: ClosedJaxpr, where: str) -> None:
 
 
 def _index(value: Any) -> Any:
-    """A known number that may be an index; None for all else."""
+    """A known number that may be an index; None for other values."""
     is_one = not is_traced(value) and getattr(jnp.result_type(value), "kind", "") in ("b", "i", "u")
     return np.asarray(value) if is_one else None
 
 
 def _inner(params: dict[str, Any]) -> list[ClosedJaxpr]:
-    """The programs within an equation."""
+    """The jaxprs within an equation."""
     values = [item for value in params.values() for item in (value if isinstance(value, tuple) else (value,))]
     return [value for value in values if isinstance(value, ClosedJaxpr)]
 
 
 def _sliced(eqn: JaxprEqn, arguments: list[Any]) -> list[tuple[int, Any]]:
-    """The axes of which one member is read, and which one."""
+    """The axes from which one member is read, and its index."""
     sizes = eqn.params["slice_sizes"]
     return [(axis, index) for axis, index in enumerate(arguments[1:]) if sizes[axis] == 1 and index is not None]
 
@@ -59,20 +59,20 @@ def _gathered(eqn: JaxprEqn, arguments: list[Any]) -> list[tuple[int, Any]]:
     """The same for several members of each axis."""
     axes, sizes = eqn.params["dimension_numbers"].start_index_map, eqn.params["slice_sizes"]
     if arguments[1] is None or "PROMISE_IN_BOUNDS" not in str(eqn.params["mode"]):
-        return []  # or it is said what lies beyond
+        return []  # the values beyond are defined
     return [(axis, arguments[1][..., i]) for i, axis in enumerate(axes) if sizes[axis] == 1]
 
 
 def _check(index: Any, size: int, where: str) -> None:
     beyond = np.asarray(index)[(index < 0) | (index >= size)]
     if len(beyond):
-        first = int(beyond[0])  # to which the size was added where it was negative
+        first = int(beyond[0])  # jax has added the size to a negative one
         text = f"{where} reads member [{first - size if first < 0 else first}] of an array of {size}: "
         raise UnknownPartError(f"{text}its members are [0] to [{size - 1}], or [-{size}] to [-1].")
 
 
 def _computed(name: str, params: dict[str, Any], arguments: list[Any]) -> Any:
-    """What jax makes of an index before it uses it; None for all else."""
+    """The result of the conversion of an index by jax; None for other operations."""
     if name not in _OPERATIONS or any(x is None for x in arguments):
         return None
     return np.asarray(_OPERATIONS[name](params, *arguments))

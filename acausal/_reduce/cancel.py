@@ -1,4 +1,6 @@
-"""Equations whose fixed coefficients cancel, such as voltages around a loop, rewritten so that structure shows it."""
+"""Cancellation of fixed coefficients, such as voltages around a loop: equations are rewritten so that the structure
+shows it.
+"""
 
 import dataclasses
 import math
@@ -21,14 +23,14 @@ ROUNDS = 50
 
 
 def reduced_exactly(flat: FlatModel, merged: Merged) -> tuple[Merged, Reduced]:
-    """Index reduction of equations that may depend on each other although their structure does not show it.
+    """Index reduction of equations that can be dependent although their structure does not show it.
 
-    Pantelides' algorithm sees which variables enter an equation, but not that v1 = a - b and v2 = a - b say the same
-    about a and b. Where the coefficients of the highest derivatives are singular for almost all parameters, equations
-    with fixed coefficients are replaced by combinations of themselves in which what cancels is gone, here v1 = v2,
+    Pantelides' algorithm sees the variables of an equation, but not that v1 = a - b and v2 = a - b are the same
+    condition on a and b. If the coefficients of the highest derivatives are singular for almost all parameters,
+    equations with fixed coefficients are replaced by linear combinations without the cancelled variables, here v1 = v2,
     until they are regular (combinatorial relaxation; Murota, `Matrices and Matroids for Systems Analysis`, 2000).
 
-    Raises `StructureError` where no such combination helps.
+    Raises `StructureError` if no such combination exists.
     """
     for _ in range(ROUNDS):
         reduced = reduce_index(tabulate(flat, merged))
@@ -36,19 +38,19 @@ def reduced_exactly(flat: FlatModel, merged: Merged) -> tuple[Merged, Reduced]:
         if not changes:
             return merged, reduced
         merged = dataclasses.replace(merged, families=_rewritten(reduced.incidence, changes))
-    raise StructureError(f"Equations with fixed coefficients still cancel after they were rewritten {ROUNDS} times.")
+    raise StructureError(f"Equations with fixed coefficients still cancel after {ROUNDS} rounds of rewriting.")
 
 
 @dataclasses.dataclass
 class _Block:
-    """Equations that determine their highest derivatives together, with the coefficients of these."""
+    """Equations with the highest derivatives that they determine together, and the coefficients of these."""
 
     rows: list[int]
     columns: list[dict[int, int]]  # for each row, the table entry of each variable
 
 
 def _singular_blocks(reduced: Reduced) -> Iterator[_Block]:
-    """Of each block that is singular, the equations that depend on each other."""
+    """The dependent equations of each singular block."""
     known: set[tuple] = set()
     for block in _blocks(reduced):
         key = _key(reduced.incidence, block)
@@ -80,7 +82,7 @@ def _blocks(reduced: Reduced) -> Iterator[_Block]:
 
 
 def _key(table: Incidence, block: _Block) -> tuple:
-    """The same for blocks of the same coefficients."""
+    """A key that is equal for blocks with equal coefficients."""
     place: dict[int, int] = {}
     return tuple(
         tuple(
@@ -92,7 +94,7 @@ def _key(table: Incidence, block: _Block) -> tuple:
 
 
 def _dependent(table: Incidence, block: _Block) -> list[int]:
-    """The equations of a block, by place in it, that depend on each other for almost all parameters."""
+    """The equations of a block, by position, that are linearly dependent for almost all parameters."""
     draw = np.random.default_rng(0).integers(1, PRIME, sum(map(len, block.columns))).tolist()
     numbers = iter(draw)
     rows: list[Row] = [
@@ -106,9 +108,9 @@ def _dependent(table: Incidence, block: _Block) -> list[int]:
 
 
 def _combined(reduced: Reduced, block: _Block) -> Iterator[tuple[int, dict[int, Fraction]]]:
-    """Equations to be replaced, each by the combination, as factors of equations, that takes its place.
+    """Equations to replace, each with its combination, as factors of equations.
 
-    A combination frees equations with fixed coefficients of all variables but those that the others depend on.
+    A combination eliminates all variables except those that the other equations contain.
     """
     table = reduced.incidence
     fixed = set(fixed_rows(table).tolist())
@@ -123,17 +125,17 @@ def _combined(reduced: Reduced, block: _Block) -> Iterator[tuple[int, dict[int, 
     if not found:
         names = listed([table.row_name(row) for row in block.rows])
         raise StructureError(
-            f"These equations depend on each other, whatever the values of the parameters, and leave the rest "
+            f"These equations are linearly dependent for all values of the parameters and leave the rest "
             f"undetermined:\n  {names}\n  Remedy: remove one of these elements, or give it a resistance or compliance."
         )
     uses = Counter(row for parts in found for row in parts)
     for parts in found:
-        # The combination replaces an equation that is in no other one, so that what was stated still follows.
+        # The combination replaces an equation of no other one, so the stated equations still follow.
         yield next(row for row in parts if uses[row] == 1), parts
 
 
 def _rewritten(table: Incidence, changes: dict[int, dict[int, Fraction]]) -> list[Family]:
-    """The families of equations without those that are replaced, and with what replaces them."""
+    """The families of equations after the replacements."""
     kept = np.ones(table.n_rows, bool)
     kept[list(changes)] = False
     families = [

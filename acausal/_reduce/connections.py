@@ -1,4 +1,4 @@
-"""Connections: which across variables are merged, and which flows sum to zero."""
+"""Connections: merged across variables, and sums of flows."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -22,9 +22,9 @@ def children(node: Node, path: str) -> Iterator[tuple[str, Any]]:
 
 
 class Joints:
-    """Runs `connections()` on a view of the model whose leaves are node numbers.
+    """Runs `connections()` on a view of the model with node numbers as leaves.
 
-    A port takes part in a connection from outside, as part of a component, or from inside, where a composite connects
+    A port takes part in a connection from outside, as part of a component, or from inside, if a composite connects
     its own port to its parts; the flow counts with opposite signs. So a flow node has two ends, 2 node + side.
     """
 
@@ -78,7 +78,7 @@ class Joints:
             if np.shape(left) != np.shape(right):
                 raise ModelError(
                     f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} "
-                    "ports. Select as many members of one array as of the other, or a single one."
+                    "ports. Select equally many members of both arrays, or a single one."
                 )
             pairs = np.stack([np.ravel(left), np.ravel(right)], axis=1)
             if declaration is not None and declaration.role == "flow":
@@ -111,9 +111,10 @@ class Joints:
 
 
 def _spread(a: np.ndarray, b: np.ndarray, around: int, own: int) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the nodes of two ports, those of a single port repeated for each member of an array.
+    """Node numbers of two ports, those of a single port repeated for each member of an array.
 
-    `around` axes are those of arrays around the component that connects them, the last `own` those of a variable.
+    `around` is the number of axes of arrays around the connecting component; the last `own` axes are those of a
+    variable.
     """
     few, many = (a, b) if np.ndim(a) <= np.ndim(b) else (b, a)
     if np.ndim(few) == np.ndim(many) or np.ndim(few) != around + own:
@@ -138,7 +139,7 @@ def _flow_sets(ends: np.ndarray, edges: np.ndarray) -> list[tuple[tuple[int, ...
 
 
 def _family(cls: type[Port]) -> set[type]:
-    """Partial bases that make ports of different classes connectable, such as `Signal` for `Input` and `Output`."""
+    """Common partial bases of connectable ports of different classes, such as `Signal` for `Input` and `Output`."""
     return {base for base in cls.__mro__ if issubclass(base, Port) and base not in (Port, cls)}
 
 

@@ -1,6 +1,4 @@
-"""The degree in time of what an equation of a jaxpr computes, from the degrees of what it computes with: 0 constant,
-1 affine, 2 anything else.
-"""
+"""Degree in time of the outputs of a jaxpr equation, from the degrees of its inputs: 0 constant, 1 affine, 2 other."""
 
 from collections.abc import Callable, Sequence
 
@@ -9,7 +7,7 @@ from .jaxpr import called, differentiable_call, interpreted, is_floating
 
 
 def degree_of(eqn: JaxprEqn, degrees: list[int]) -> int:
-    """The degree of the outputs, between the instants at which a law changes."""
+    """The degree of the outputs between the instants at which a law changes."""
     return _DEGREES.get(eqn.primitive.name, _any_other)(eqn, degrees)
 
 
@@ -46,7 +44,7 @@ def _of_quotient(eqn: JaxprEqn, degrees: list[int]) -> int:
 
 
 def _of_choice(eqn: JaxprEqn, degrees: list[int]) -> int:
-    """One of several values, by an index or a truth value that is constant between instants."""
+    """One of several values, selected by an index or a truth value that is constant between instants."""
     return max(degrees[1:]) if degrees[0] == 0 else 2
 
 

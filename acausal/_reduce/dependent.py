@@ -1,24 +1,24 @@
-"""Linear dependence between sparse rows of numbers, decided without rounding."""
+"""Exact linear dependence between sparse rows of numbers."""
 
 import heapq
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-Row = dict[int, Any]  # the entries of a row that are not zero, by column
+Row = dict[int, Any]  # the nonzero entries of a row by column
 
 PRIME = 2**61 - 1
 
 
 class Arithmetic(NamedTuple):
-    """Exact arithmetic: the ratio of two numbers, and the one way to write a number."""
+    """Exact arithmetic: the ratio of two numbers, and the canonical form of a number."""
 
     ratio: Callable[[Any, Any], Any]
     tidy: Callable[[Any], Any]
 
 
 FRACTIONS = Arithmetic(lambda a, b: a / b, lambda a: a)
-# Integers modulo a prime stay short. Where random ones stand for coefficients that are not known, they decide for
+# Integers modulo a prime stay short. Random ones in place of unknown coefficients decide correctly for
 # almost all values of these (Schwartz, J. ACM 27, 1980).
 MODULAR = Arithmetic(lambda a, b: a * pow(b, -1, PRIME) % PRIME, lambda a: a % PRIME)
 
@@ -29,13 +29,13 @@ def modular(number: float) -> int:
 
 
 def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
-    """A basis of the combinations of rows that vanish, each with the factor of each row that takes part.
+    """A basis of the vanishing combinations of rows, each with the factor of each row.
 
-    Every combination has a row that is in no other one: the row that the elimination took last.
+    Every combination has a row that is in no other one: the last row of the elimination.
     """
     if not _eliminated([dict(row) for row in rows], exact):
         return []
-    # Row i gets a 1 in a column of its own, width + i, which shows afterwards how often it was added to others.
+    # Row i gets a 1 in column width + i, which counts how often it was added to others.
     width = 1 + max((column for row in rows for column in row), default=0)
     tracked = [{**row, width + i: 1} for i, row in enumerate(rows)]
     vanished = _eliminated(tracked, exact, width)
@@ -45,7 +45,7 @@ def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
 def _eliminated(rows: list[Row], exact: Arithmetic, width: int | None = None) -> list[int]:
     """Gaussian elimination in place, short rows and rare columns first; returns the rows left without a pivot.
 
-    Columns from `width` on go along and are no pivots.
+    Columns from `width` on are transformed, but provide no pivots.
     """
     users: dict[int, set[int]] = {}
     for i, row in enumerate(rows):

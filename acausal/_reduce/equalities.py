@@ -1,4 +1,4 @@
-"""Conditions that ask whether real numbers are equal."""
+"""Conditions that compare real numbers for equality."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,16 +12,18 @@ _STAIRS = ("floor", "ceil", "round", "sign")
 
 
 class _Seen(NamedTuple):
-    """Whether a value is a real number that moves in a run, or a truth value made of equalities of such."""
+    """Whether a value is a real number that changes in a run, or a truth value computed from equalities of such
+    numbers.
+    """
 
     moves: bool = False
     is_equality: bool = False
 
 
 def are_equalities(closed: ClosedJaxpr, moving: Sequence[bool]) -> list[bool]:
-    """For each output of a program, whether it asks if real numbers are equal that depend on inputs which are `moving`.
+    """For each output of a program, whether it tests real numbers that depend on `moving` inputs for equality.
 
-    What only takes some values, as the step of a stair does, may be compared.
+    Values from a discrete set, such as rounded numbers, may be compared.
     """
     inputs = [_Seen(moves) for moves in moving]
     return [seen.is_equality for seen in _walk(closed, inputs)]

@@ -1,4 +1,4 @@
-"""A model as numbered variables, instances of component classes, and connection sets: what `flatten` makes of it."""
+"""The flat model, the result of `flatten`: numbered variables, instances of component classes, and connection sets."""
 
 import dataclasses
 import functools as ft
@@ -28,8 +28,8 @@ class FlatLeaf:
     stack: tuple[int, ...]
     sizes: tuple[int, ...]
     first: int
-    port: type[Port] | None  # the class of the port that it is a variable of
-    nominal: float | None = None  # size that the model gives
+    port: type[Port] | None  # the class of its port
+    nominal: float | None = None  # nominal size given by the model
 
     @property
     def count(self) -> int:
@@ -40,12 +40,12 @@ class FlatLeaf:
         return self.port is not None
 
     def name(self, index: int) -> str:
-        """The path of one stacked member: `inertias[].w` and 3 give `inertias[3].w`."""
+        """The path of one stacked member: `inertias[3].w` for `inertias[].w` and 3."""
         return indexed(self.path, self.stack, index)
 
 
 def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
-    """A path with the numbers of a stacked member in its brackets."""
+    """A path with the indices of a stacked member in its brackets."""
     pieces = path.split("[]")
     numbers = np.unravel_index(index, stack) if stack else ()
     return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
@@ -53,18 +53,18 @@ def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Kind:
-    """A component class with its static structure: what its equations are traced from, once."""
+    """A component class with its static structure. Its equations are traced once."""
 
     structure: PyTreeDef  # of one component
     sizes: tuple[tuple[int, ...], ...]  # shape of each of its leaves
     cls: type[Component] = dataclasses.field(compare=False)
     declarations: tuple[Declaration, ...] = dataclasses.field(compare=False)
     names: tuple[str, ...] = dataclasses.field(compare=False)  # of the leaves, within the component
-    depth: int  # of arrays around it, where it holds arrays itself; else 0
+    depth: int  # of arrays around a component that holds arrays itself; otherwise 0
 
     @property
     def n_own(self) -> int:
-        """How many slots are leaves of the component; those behind are the truths that `ifelse` holds."""
+        """The number of slots for leaves of the component; the truths that `ifelse` holds follow."""
         return self.structure.num_leaves
 
     @property
@@ -82,16 +82,16 @@ class Kind:
 
 @dataclasses.dataclass(eq=False)
 class Instances:
-    """All components of one kind: for each, its path and the nodes and leaves behind the kind's slots."""
+    """All components of one kind: paths, and the nodes and leaves of the kind's slots."""
 
     kind: Kind
-    paths: list[str]  # one for each member
+    paths: list[str]  # one for each stack
     stacks: list[tuple[int, ...]]
     first_leaf: list[int]
     first_truth: list[int] = dataclasses.field(default_factory=list)  # the leaves of the truths that `ifelse` holds
 
     def leaf(self, entry: int, slot: int) -> int:
-        """The number of the leaf behind a slot of an entry of `paths`."""
+        """The number of the leaf of a slot of an entry of `paths`."""
         n = self.kind.n_own
         return self.first_leaf[entry] + slot if slot < n else self.first_truth[entry] + slot - n
 
@@ -104,22 +104,22 @@ class Instances:
         return int(self.counts.sum())
 
     def place(self, index: int) -> tuple[int, int]:
-        """The entry of `paths` that an instance belongs to, and its number within that stack."""
+        """The entry of `paths` of an instance, and its index within that stack."""
         ends = np.cumsum(self.counts)
         entry = int(np.searchsorted(ends, index, side="right"))
         return entry, index - int(ends[entry] - self.counts[entry])
 
     def name(self, index: int) -> str:
-        """The path of the `index`-th instance, stacked members counted one by one."""
+        """The path of the `index`-th instance, where stacked members count one by one."""
         entry, inside = self.place(index)
         return indexed(self.paths[entry], self.stacks[entry], inside)
 
 
 @dataclasses.dataclass(eq=False)
 class FlatModel:
-    """Numbered leaves and nodes of a model, its component instances, and the outcome of its connections.
+    """Numbered leaves and nodes of a model, its component instances, and its connections.
 
-    Behind the leaves of the model come those of the truths that `ifelse` holds: discrete variables without a place in
+    After the leaves of the model come those of the truths that `ifelse` holds: discrete variables without a place in
     the model.
 
     `across` lists pairs of nodes that are merged. A row of `flow_sets` lists (node, sign) whose signed sum is zero.
@@ -129,16 +129,16 @@ class FlatModel:
     leaves: list[FlatLeaf]
     n_nodes: int
     instances: list[Instances]
-    composites: list[Instances]  # those without equations that parameters have to meet requirements in
-    starters: list[Instances]  # those that state initial equations
+    composites: list[Instances]  # instances without equations, with requirements on parameters
+    starters: list[Instances]  # instances with initial equations
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
     name: str  # the class of the model
-    split: bool = False  # whether the elements of array variables are nodes of their own
+    split: bool = False  # whether each element of an array variable is a node
 
     @ft.cached_property
     def holders(self) -> list[Instances]:
-        """All whose parameters are read: the instances first."""
+        """All instances whose parameters are read; those with equations come first."""
         return self.instances + self.composites
 
     @ft.cached_property
@@ -150,7 +150,7 @@ class FlatModel:
 
     @property
     def own_leaves(self) -> list[FlatLeaf]:
-        """Those of the model itself."""
+        """The leaves of the model itself."""
         return self.leaves[: self.structure.num_leaves]
 
     @property
@@ -174,7 +174,7 @@ class FlatModel:
 
     @ft.cached_property
     def leaf_names(self) -> dict[str, tuple[int, int]]:
-        """The names of all variables and parameters: which leaf each belongs to, and which of its stacked members."""
+        """The names of all variables and parameters, with the leaf and the stacked member."""
         return {leaf.name(i): (number, i) for number, leaf in enumerate(self.own_leaves) for i in range(leaf.count)}
 
     def node_name(self, node: int) -> str:
@@ -182,7 +182,7 @@ class FlatModel:
         return leaf.name(node - leaf.first)
 
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
-        """The first node behind each slot of each instance; -1 where the slot is a parameter."""
+        """The first node of each slot of each instance; -1 for a parameter."""
         rows = []
         slots, n_truths = np.arange(instances.kind.n_own), len(instances.kind.sizes) - instances.kind.n_own
         for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):

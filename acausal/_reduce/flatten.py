@@ -1,4 +1,4 @@
-"""From a model to numbered variables, instances of component classes, and connection sets."""
+"""Flattening: from a model to numbered variables, instances of component classes, and connection sets."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -91,7 +91,7 @@ class _Walker:
     def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
         if not isinstance(node, Node):
             raise ModelError(
-                f"{path or 'The model'} holds a number, but is declared as a part: give it a Component, Port or Record."
+                f"{path or 'The model'} is a number, but is declared as a part: give it a Component, Port or Record."
             )
         first_leaf = len(self.leaves)
         below = (*stack, node.n) if isinstance(node, Array) else stack

@@ -1,4 +1,4 @@
-"""What stands where a component's own code may use nothing."""
+"""A placeholder for values that a component's code must not use."""
 
 from typing import NoReturn
 
@@ -6,7 +6,7 @@ from .._errors import ModelError
 
 
 class Forbidden:
-    """Computing with it or comparing it is a `ModelError` with this text; its elements are as forbidden."""
+    """Any computation or comparison raises a `ModelError` with this text. Elements are forbidden, too."""
 
     def __init__(self, text: str) -> None:
         self._text = text

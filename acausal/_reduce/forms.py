@@ -1,8 +1,8 @@
-"""How the output of a jaxpr depends on each of its inputs: not at all, linearly with which coefficient, or otherwise.
+"""Dependence of the output of a jaxpr on each input: none, linear with a coefficient, or nonlinear.
 
 The jaxpr is interpreted with `Form`s instead of numbers. A form is a sum of terms, coefficient x input, plus a part
-that depends on other inputs non-linearly. Of a coefficient it is known which signs it can take and on which inputs it
-depends: an input may be solved for by division only where its coefficient cannot be zero.
+that depends nonlinearly on other inputs. For a coefficient, the possible signs and the inputs that it depends on are
+known: an input may be solved for by division only if its coefficient cannot be zero.
 """
 
 import dataclasses
@@ -33,9 +33,9 @@ def _sign_product(a: Signs, b: Signs) -> Signs:
 
 @dataclasses.dataclass(frozen=True)
 class Coefficient:
-    """The factor before an input. `number` is its value where that is fixed; `on` are the inputs it depends on.
+    """The factor of an input. `number` is its value if it is fixed; `on` are the inputs that it depends on.
 
-    `elementwise`: element j of the output depends on element j of the input only.
+    `elementwise`: element j of the output depends only on element j of the input.
     """
 
     signs: Signs
@@ -60,9 +60,9 @@ class Coefficient:
 
 @dataclasses.dataclass(frozen=True)
 class Form:
-    """A value: `terms` by input, `nonlinear` inputs, the `signs` it can have, its `number` if it is one.
+    """A value: `terms` by input, `nonlinear` inputs, the possible `signs`, and its `number` if it is constant.
 
-    `has_rest`: there is something besides the terms.
+    `has_rest`: the value has a part besides the terms.
     """
 
     signs: Signs = ANY
@@ -109,7 +109,7 @@ def _product(a: Form, b: Form) -> Form:
         return constant(0.0)
     shared = a.inputs & b.inputs
     nonlinear = a.nonlinear | b.nonlinear | shared
-    # The coefficient of x in (c x + ...) b is c b. Where both factors have inputs, the terms of each contain those of
+    # The coefficient of x in (c x + ...) b is c b. If both factors have inputs, the terms of each contain those of
     # the other and do not add up to the product: it counts as having a rest.
     terms = {i: c.times(b) for i, c in a.terms.items() if i not in nonlinear}
     terms |= {i: c.times(a) for i, c in b.terms.items() if i not in nonlinear}
@@ -179,7 +179,7 @@ def _dot(a: Form, b: Form) -> Form:
 
 
 def _chosen(which: Form, cases: Sequence[Form]) -> Form:
-    """One of several values: linear in what all of them are linear in and the choice does not depend on."""
+    """One of several values: linear in the inputs that all of them are linear in and the choice does not depend on."""
     nonlinear = which.inputs.union(*(case.nonlinear for case in cases))
     absent = Coefficient(frozenset((0,)), 0.0, frozenset(), True)
     terms = {}
@@ -196,7 +196,7 @@ def _chosen(which: Form, cases: Sequence[Form]) -> Form:
 
 
 def _joined(forms: Sequence[Form]) -> Form:
-    """Pieces put side by side: each element comes from one of them."""
+    """A concatenation: each element comes from one of the pieces."""
     total = ft.reduce(_sum, forms)
     return _spread(dataclasses.replace(total, signs=_any_of(forms), number=None, has_rest=True), elementwise=False)
 

@@ -1,17 +1,17 @@
-"""Graphs of equations and variables: matching, connected sets, and what to say when there is no matching."""
+"""Graphs of equations and variables: matching, connected sets, and the parts without a matching."""
 
 import itertools
 
 import numpy as np
-import scipy  # whose parts are imported when they are first used: they take longer than the library itself
+import scipy  # imports its parts on first use: they take longer than the library itself
 
 from . import small_graph
 
-SMALL = 2000  # graphs with up to so many rows and columns are searched without scipy, with the same outcome
+SMALL = 2000  # rows and columns up to which a search without scipy, with the same result, is faster
 
 
 def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) -> np.ndarray:
-    """A matching of largest size: the column of each row, -1 for a row left over."""
+    """A maximum matching: the column of each row, -1 for an unmatched row."""
     if n_rows == 0 or n_columns == 0 or len(rows) == 0:
         return np.full(n_rows, -1)
     if n_rows + n_columns <= SMALL:
@@ -21,14 +21,14 @@ def match(rows: np.ndarray, columns: np.ndarray, n_rows: int, n_columns: int) ->
 
 
 def inverted(mate: np.ndarray, n_columns: int) -> np.ndarray:
-    """The row of each column in a matching, -1 for a column left over."""
+    """The row of each column in a matching, -1 for an unmatched column."""
     partner = np.full(n_columns, -1)
     partner[mate[mate >= 0]] = np.flatnonzero(mate >= 0)
     return partner
 
 
 def strong_components(users: np.ndarray, providers: np.ndarray, n_rows: int) -> tuple[int, np.ndarray]:
-    """How many strongly connected sets the rows form, of which some use what others provide, and that of each row."""
+    """The number of strongly connected sets of rows, which use and provide variables, and the set of each row."""
     if n_rows <= SMALL:
         return _counted(small_graph.strongly_connected(_edges(users, providers, n_rows)))
     graph = _incidence(users, providers, n_rows, n_rows)
@@ -36,7 +36,7 @@ def strong_components(users: np.ndarray, providers: np.ndarray, n_rows: int) -> 
 
 
 def connected(edges: np.ndarray, n_nodes: int) -> tuple[int, np.ndarray]:
-    """How many connected sets the nodes form, of which pairs are joined by edges, and that of each node."""
+    """The number of connected sets of nodes, and the set of each node."""
     if n_nodes <= SMALL:
         return _counted(small_graph.connected(_edges(edges[:, 0], edges[:, 1], n_nodes)))
     graph = _incidence(edges[:, 0], edges[:, 1], n_nodes, n_nodes)
@@ -44,7 +44,7 @@ def connected(edges: np.ndarray, n_nodes: int) -> tuple[int, np.ndarray]:
 
 
 def sharing(rows: list[int], users: np.ndarray, variables: np.ndarray) -> tuple[list[list[int]], np.ndarray]:
-    """The sets of `rows` that are connected through variables, and the set of each entry: a row and one it uses."""
+    """The sets of `rows` that share variables, and the set of each entry: a row and a variable that it uses."""
     place = {row: i for i, row in enumerate(rows)}
     user = np.array([place[row] for row in users.tolist()], dtype=int)
     names, column = np.unique(variables, return_inverse=True)
@@ -78,7 +78,7 @@ def neighbours(rows: np.ndarray, columns: np.ndarray, n_rows: int) -> list[list[
 def reach(start: list[int], edges: list[list[int]], partner: np.ndarray) -> tuple[set[int], set[int]]:
     """Alternating paths from unmatched `start`: over an edge to the other side, back along the matching.
 
-    `partner[k]` is the mate of the other side's k, -1 for none. Returns what is reached on both sides. From unmatched
+    `partner[k]` is the mate of the other side's k, -1 for none. Returns the reached nodes of both sides. From unmatched
     equations this is the over-determined part of Dulmage and Mendelsohn, from unmatched variables the
     under-determined one.
     """

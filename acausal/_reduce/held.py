@@ -1,4 +1,4 @@
-"""The conditions of `ifelse` in traced equations, and the equations with their truths as further inputs."""
+"""The conditions of `ifelse` in traced equations, and the equations with their truths as additional inputs."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ _LOOPS = ("cond", "while", "scan")
 
 
 class Held(NamedTuple):
-    """`equations` reads the truths, 0 or 1, behind its other inputs; `conditions` gives them, from the inputs and the
+    """`equations` reads the truths, 0 or 1, after its other inputs. `conditions` computes them from the inputs and the
     truths of other conditions.
     """
 
@@ -28,7 +28,7 @@ class Held(NamedTuple):
 
 
 def with_truths(closed: ClosedJaxpr, where: str) -> Held:
-    """What is traced from `equations`, taken apart. Raises `ModelError` for a `ifelse` within a loop."""
+    """The traced `equations`, split. Raises `ModelError` for an `ifelse` within a loop."""
     shapes = tuple(_shapes(closed, where))
     n, n_truths = len(closed.jaxpr.invars), len(shapes)
     if not n_truths:
@@ -48,7 +48,7 @@ def with_truths(closed: ClosedJaxpr, where: str) -> Held:
 
     both = jax.make_jaxpr(apart)(*structs([var.aval.shape for var in closed.jaxpr.invars]), *structs(shapes))
     m = len(closed.jaxpr.outvars)
-    # All inputs are kept, so that their places stay the same.
+    # All inputs stay, so that their positions do.
     return Held(_outputs(both, slice(0, m)), _outputs(both, slice(m, m + n_truths)), shapes)
 
 
@@ -76,8 +76,8 @@ def _shapes(closed: ClosedJaxpr, where: str) -> list[tuple[int, ...]]:
         elif eqn.primitive.name in _LOOPS or eqn.primitive.name.startswith("custom_"):
             if HELD in str(eqn):
                 raise ModelError(
-                    f"{where} uses ifelse within {eqn.primitive.name}: its truth is held for each place where it "
-                    "stands. Remedy: state it outside, or use jnp.where there."
+                    f"{where} uses ifelse within {eqn.primitive.name}, but each ifelse holds only one "
+                    "truth value. Remedy: state it outside, or use jnp.where there."
                 )
         elif (inner := called(eqn)) is not None:
             found += _shapes(inner, where)

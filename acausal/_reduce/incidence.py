@@ -1,4 +1,4 @@
-"""The remaining equations as one table: which variable enters which equation, with which derivative and coefficient."""
+"""Incidence table of the remaining equations: variables, derivative orders and coefficients."""
 
 import dataclasses
 import functools as ft
@@ -15,11 +15,11 @@ Pair = tuple[int, int]  # a variable and the order of its derivative
 
 @dataclasses.dataclass(eq=False)
 class Incidence:
-    """Equations (rows) of all families in one numbering, variables in another, and an entry for each occurrence.
+    """Equations (rows) of all families and variables in one numbering each, with an entry for each occurrence.
 
-    `number` is the coefficient of the entry where it is one fixed number, else NaN; `strength` is 3 for a number,
-    2 for a coefficient that cannot vanish, 1 for any other linear occurrence, 0 for a non-linear one. `steady`: the
-    coefficient depends on parameters only, and so stays what it is during a run.
+    `number` is the coefficient of the entry if it is one fixed number, otherwise NaN; `strength` is 3 for a number,
+    2 for a coefficient that cannot vanish, 1 for any other linear occurrence, 0 for a nonlinear one. `steady`: the
+    coefficient depends on parameters only, so it is constant during a run.
     """
 
     flat: FlatModel
@@ -68,14 +68,14 @@ class Incidence:
 
     @ft.cached_property
     def number_of_node(self) -> list[int]:
-        """The variable that a representative node stands for, -1 for other nodes."""
+        """The variable of a representative node, -1 for other nodes."""
         numbers = np.full(self.flat.n_nodes, -1)
         numbers[self.variables] = np.arange(self.n_variables)
         return numbers.tolist()
 
     @ft.cached_property
     def matchable(self) -> np.ndarray:
-        """Entries whose equation has the shape of the variable, so that it can determine it."""
+        """Entries whose equation has the shape of the variable and so can determine it."""
         flat = self.flat
         shape_of_leaf = [leaf.sizes for leaf in flat.leaves]
         codes: dict[tuple[int, ...], int] = {}
@@ -98,7 +98,7 @@ class Incidence:
 
 
 def tabulate(flat: FlatModel, merged: Merged) -> Incidence:
-    """Build the table; occurrences that cancel, as x - x, are taken out of the equations."""
+    """Build the table. Occurrences that cancel, as in x - x, are removed."""
     families = merged.families
     rows, nodes, orders, numbers, strengths, steadies, places = [], [], [], [], [], [], []
     offset = 0

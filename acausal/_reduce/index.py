@@ -1,4 +1,4 @@
-"""Structural solvability and index reduction: which equations must be differentiated, and how often."""
+"""Structural solvability and index reduction: the number of differentiations of each equation."""
 
 import dataclasses
 from fractions import Fraction
@@ -25,9 +25,9 @@ def reduce_index(table: Incidence) -> Reduced:
     """Pantelides' algorithm (SIAM J. Sci. Stat. Comput. 9, 1988), on offsets instead of copied equations.
 
     An equation differentiated c times has its entry of order k at order k + c. A set of equations with too few highest
-    derivatives is differentiated once, all of it, until every equation has a highest derivative of its own.
+    derivatives is differentiated as a whole until every equation has a highest derivative of its own.
 
-    Raises `StructureError`, naming equations and variables, where the system is structurally singular.
+    Raises `StructureError`, naming equations and variables, if the system is structurally singular.
     """
     _check_solvable(table)
     _check_redundant(table)
@@ -43,7 +43,7 @@ def reduce_index(table: Incidence) -> Reduced:
 
 
 def _highest(table: Incidence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Matchable (row, variable) pairs with the highest order at which the variable enters the row."""
+    """Matchable (row, variable) pairs with the highest order of the variable in the row."""
     use = table.matchable
     key = table.row[use] * table.n_variables + table.variable[use]
     unique, inverse = np.unique(key, return_inverse=True)
@@ -72,7 +72,7 @@ def _differentiate(
 def _augment(
     row: int, edges: list[list[tuple[int, int]]], counts: np.ndarray, orders: np.ndarray, partner: np.ndarray
 ) -> tuple[bool, set[int], set[int]]:
-    """Look breadth-first for an alternating path to a free highest derivative, and flip it."""
+    """Search breadth-first for an alternating path to a free highest derivative, and flip it."""
     came_from: dict[int, int] = {}
     seen_rows, queue = {row}, [row]
     for current in queue:
@@ -101,7 +101,7 @@ def _flip(variable: int, came_from: dict[int, int], partner: np.ndarray, start: 
 
 
 def _check_solvable(table: Incidence) -> None:
-    """Every equation needs a variable of its own, and every variable an equation."""
+    """Check that every equation has a variable of its own, and every variable an equation."""
     use = table.matchable
     rows, variables = table.row[use], table.variable[use]
     mate = match(rows, variables, table.n_rows, table.n_variables)
@@ -117,7 +117,7 @@ def _explanation(
     table: Incidence, rows: np.ndarray, variables: np.ndarray, mate: np.ndarray, partner: np.ndarray,
     spare_rows: list[int], spare_variables: list[int],
 ) -> str:  # fmt: skip
-    """The over- and under-determined parts of Dulmage and Mendelsohn, each by its independent pieces."""
+    """The over- and under-determined parts of Dulmage and Mendelsohn, each split into independent pieces."""
     counts = f"{_count(table.n_rows, 'equation')} for {_count(table.n_variables, 'variable')}"
     lines = [f"The model has {counts} and cannot be solved."]
     for over, touched in _pieces(spare_rows, neighbours(rows, variables, table.n_rows), partner):
@@ -141,7 +141,7 @@ def _explanation(
 
 
 def _pieces(start: list[int], edges: list[list[int]], partner: np.ndarray) -> list[tuple[set[int], set[int]]]:
-    """What alternating paths reach from each unmatched item, those that meet taken together."""
+    """The sets that alternating paths reach from each unmatched item, overlapping sets merged."""
     pieces: list[tuple[set[int], set[int]]] = []
     for item in start:
         here, there = reach([item], edges, partner)
@@ -152,7 +152,7 @@ def _pieces(start: list[int], edges: list[list[int]], partner: np.ndarray) -> li
 
 
 def _hint(table: Incidence, under: set[int]) -> str:
-    """Where all undetermined variables are across variables of ports, what is missing is a reference."""
+    """The missing reference, if all undetermined variables are across variables of ports."""
     flat = table.flat
     leaves = [flat.leaves[flat.leaf_of_node[table.variables[v]]] for v in under]
     if all(leaf.in_port and leaf.declaration.role == "var" for leaf in leaves):
@@ -165,7 +165,7 @@ def _count(number: int, noun: str) -> str:
 
 
 def fixed_rows(table: Incidence, *, with_rest: bool = False) -> np.ndarray:
-    """The equations that are sums of variables with fixed numbers as factors and, `with_rest`, of anything known."""
+    """Equations that are sums of variables with constant factors and, `with_rest`, of any known terms."""
     fixed = np.ones(table.n_rows, bool)
     fixed[table.row[(table.strength < 3) | (table.order > 0)]] = False
     for index, family in enumerate(table.families):
@@ -175,10 +175,10 @@ def fixed_rows(table: Incidence, *, with_rest: bool = False) -> np.ndarray:
 
 
 def _check_redundant(table: Incidence) -> None:
-    """Equations with fixed numbers as coefficients, sums of flows above all, must not depend on each other.
+    """Check that equations with constant coefficients, mainly sums of flows, are linearly independent.
 
-    Structure cannot see that the flows around a circuit without ground sum to zero by themselves; elimination with
-    exact fractions can.
+    Structure does not show that the flows around a circuit without ground sum to zero; elimination with exact fractions
+    does.
     """
     fixed = fixed_rows(table, with_rest=True).tolist()
     terms: dict[int, Row] = {row: {} for row in fixed}

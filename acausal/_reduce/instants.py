@@ -1,7 +1,7 @@
-"""The times at which a function of time changes its law: where a comparison in it tips over, or a stair has a step.
+"""The instants at which a function of time changes its law: zeros of a comparison, or steps of a rounding function.
 
-A jaxpr is interpreted on what can be computed from time and known numbers. Where such values are compared, their
-difference is a margin, zero at an instant; being affine in time between instants, it tells the next one in advance.
+A jaxpr is interpreted on the values that can be computed from time and known numbers. A comparison of such values has a
+margin, their difference, which is zero at an instant. A margin that is affine in time predicts the next one.
 """
 
 import dataclasses
@@ -22,7 +22,7 @@ Knowledge = Literal["time", "known", "unknown"]  # of an input, as in partial ev
 
 
 class _Value(NamedTuple):
-    """A computed value and its degree in time between instants: 0 constant, 1 affine, 2 anything else."""
+    """A computed value and its degree in time between instants: 0 constant, 1 affine, 2 other."""
 
     value: Array
     degree: int
@@ -30,7 +30,7 @@ class _Value(NamedTuple):
 
 @dataclasses.dataclass
 class _Found:
-    """Margins that are zero at instants: `affine` in time, `curved`; `stairs` change their step at integers."""
+    """Margins that are zero at instants: `affine` in time or `curved`; `stairs` change at integers."""
 
     affine: list[Numbers] = dataclasses.field(default_factory=list)
     stairs: list[Numbers] = dataclasses.field(default_factory=list)
@@ -43,7 +43,7 @@ class _Found:
             self.curved.append(margin)
 
     def compare_all(self, values: Array, others: Array, degree: int) -> None:
-        """Each of some values with each of others."""
+        """Compare each of some values with each of others."""
         self.compare(jnp.ravel(values)[:, None] - jnp.ravel(others), degree)
 
     def step(self, value: Numbers, degree: int) -> None:
@@ -71,7 +71,7 @@ class Instants:
         return list(jaxpr_as_fun(self.closed)(t, *known))
 
     def curved(self, t: Numbers, known: Sequence[Numbers]) -> Array:
-        """The margins whose zeros cannot be told in advance, as one flat vector."""
+        """The margins whose zeros cannot be predicted, as one flat vector."""
         return _flat(self.margins(t, known)[self.n_scheduled :])
 
     def following(self, t: Numbers, known: Sequence[Numbers], direction: Array) -> Array:
@@ -103,7 +103,8 @@ def _flat(values: Sequence[Array]) -> Array:
 
 
 def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[tuple[int, ...]]) -> Instants | None:
-    """Where the outputs of a jaxpr change their law, as far as time and known inputs tell; None where they never do.
+    """The instants at which the outputs of a jaxpr change their law, as functions of time and known inputs; None if
+    there are none.
 
     `Instants.closed` takes a scalar time, then the known inputs, which have the given `shapes`.
     """
@@ -128,7 +129,7 @@ def _input(item: Knowledge, aval: Any, t: Numbers, known: Iterator[Array]) -> _V
 
 
 def _walk(closed: ClosedJaxpr, items: Sequence[_Value | None], found: _Found) -> list[_Value | None]:
-    """The outputs, None where they cannot be computed; notes what is compared on the way."""
+    """The outputs, None if they cannot be computed. Records comparisons on the way."""
     return interpreted(
         closed, items, lambda eqn, args: _outputs(eqn, args, found), lambda value: _Value(jnp.asarray(value), 0)
     )
@@ -153,7 +154,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
         return [_Value(result, d if degrees[0] == 0 else 2) for result, d in zip(results, inside, strict=True)]
     if name in ("while", "scan"):
         _note_loop(values, degrees, found)
-        # The integers that a loop returns, such as the place that a search has found, stay the same between instants.
+        # The integers that a loop returns, such as the index of a search, are constant between instants.
         return [_Value(x, 2 if is_floating(var) else 0) for x, var in zip(results, eqn.outvars, strict=True)]
     _note(eqn, values, degrees, found)
     degree = degree_of(eqn, degrees)
@@ -161,7 +162,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Value | None], found: _Found) -> list[_V
 
 
 def _note_loop(values: list[Array], degrees: list[int], found: _Found) -> None:
-    """A loop may compare what moves with all numbers that it is given, as a search in a sorted list does."""
+    """Record that a loop may compare a varying value with all its numbers, as a search in a sorted list does."""
     real = [(x, degree) for x, degree in zip(values, degrees, strict=True) if jnp.issubdtype(x.dtype, jnp.floating)]
     for x, degree in real:
         for other, fixed in real:
@@ -170,7 +171,7 @@ def _note_loop(values: list[Array], degrees: list[int], found: _Found) -> None:
 
 
 def _note(eqn: JaxprEqn, values: list[Array], degrees: list[int], found: _Found) -> None:
-    """Note the margins of an equation that compares values, and the stairs of one that rounds."""
+    """Record the margins of an equation that compares values, and the stairs of one that rounds."""
     name = eqn.primitive.name
     if name in ("lt", "le", "gt", "ge", "max", "min") and is_floating(eqn.invars[0]):
         found.compare(values[0] - values[1], max(degrees))

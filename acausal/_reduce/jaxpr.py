@@ -1,4 +1,4 @@
-"""Small operations on jaxprs: slicing out what an output needs, interpreting, recursing into calls."""
+"""Small operations on jaxprs: slicing, interpretation, recursion into calls."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -28,19 +28,19 @@ T = TypeVar("T")
 
 
 class Slice(NamedTuple):
-    """A part of a jaxpr that computes some of its outputs, and which of the inputs it reads."""
+    """A part of a jaxpr that computes some of its outputs, and the inputs that it reads."""
 
     jaxpr: ClosedJaxpr
     used: tuple[int, ...]
 
 
 def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
-    """What computes output number `output`, without the equations and inputs that it does not read."""
+    """The part that computes output number `output`, without unused equations and inputs."""
     return slice_outputs(closed, slice(output, output + 1))
 
 
 def slice_outputs(closed: ClosedJaxpr, outputs: slice) -> Slice:
-    """What computes some of the outputs."""
+    """The part that computes some of the outputs."""
     jaxpr = closed.jaxpr
     targets = jaxpr.outvars[outputs]
     needed = {target for target in targets if not isinstance(target, Literal)}
@@ -62,10 +62,10 @@ def interpreted(
     constant: Callable[[Any], T],
     literal: Callable[[Literal], T] | None = None,
 ) -> list[T]:
-    """The outputs of a jaxpr that computes with something else than numbers.
+    """The outputs of a jaxpr, computed with other objects than numbers.
 
-    `outputs` tells what an equation gives for its arguments, `constant` what stands for a number that is known, and
-    `literal` the same for one that is written in an equation, where that differs.
+    `outputs` maps an equation and its arguments to its results, `constant` maps a known number, and `literal` a number
+    written in an equation, if that differs.
     """
     jaxpr = closed.jaxpr
     known: dict[Var, T] = dict(zip(jaxpr.invars, inputs, strict=True))
@@ -82,12 +82,12 @@ def interpreted(
 
 
 def check_effects(closed: ClosedJaxpr, where: str) -> None:
-    """Raise `ModelError` for what is traced from a method and does more than compute."""
+    """Raise `ModelError` if the trace of a method has side effects."""
     if closed.effects:
         names = sorted({eqn.primitive.name for eqn in closed.jaxpr.eqns if eqn.effects})
         raise ModelError(
-            f"{where} does more than compute, as jax.debug.print does ({', '.join(names)}). What it states is taken "
-            "apart and put in order, and only what gives a result is computed. Remedy: leave it out, and look at "
+            f"{where} has a side effect, such as jax.debug.print ({', '.join(names)}). Its equations are reordered, "
+            "and the engine evaluates only their results. Remedy: remove it, and look at "
             "variables in the solution, as in solution['spring.tau'], or print them in a function given as peaks."
         )
 
@@ -106,14 +106,14 @@ def as_function(closed: ClosedJaxpr) -> Callable[..., Array]:
 
 
 def called(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """The jaxpr that an equation merely calls (`jit`) or is short for; None for anything else."""
+    """The jaxpr of a plain call (`jit`) or a composite primitive; None for other equations."""
     if eqn.primitive.name in ("jit", "pjit", "closed_call", "core_call"):
         return eqn.params.get("jaxpr") or eqn.params.get("call_jaxpr")
     return spelled_out(eqn)
 
 
 def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """The body of a function with derivative rules of its own, such as `custom_jvp`; for analysis only."""
+    """The body of a function with custom derivative rules, such as `custom_jvp`; for analysis only."""
     if (operation := high_level(eqn)) is not None:
         return high_level_body(operation)
     for name in ("call_jaxpr", "fun_jaxpr"):
@@ -123,7 +123,7 @@ def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
 
 
 def bind(eqn: JaxprEqn, values: Sequence[Numbers]) -> list[Array]:
-    """Evaluate one equation; one that holds jaxprs of its own goes through a jaxpr of that single equation."""
+    """Evaluate one equation. One with inner jaxprs is evaluated as a jaxpr of that single equation."""
     if any(isinstance(value, Jaxpr | ClosedJaxpr) or callable(value) for value in eqn.params.values()):
         return _bind_call(eqn, values)
     results = eqn.primitive.bind(*values, **eqn.params)
@@ -137,7 +137,7 @@ def _bind_call(eqn: JaxprEqn, values: Sequence[Numbers]) -> list[Array]:
 
 
 def arrays_in(closed: ClosedJaxpr) -> Iterator[Any]:
-    """The arrays that a jaxpr and those within it hold."""
+    """The arrays in a jaxpr and in its inner jaxprs."""
     yield from closed.consts
     yield from _literals(closed.jaxpr)
 

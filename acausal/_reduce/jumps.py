@@ -1,4 +1,4 @@
-"""Equations that jump where a variable passes a limit, by a plain `jnp.where`: no event finds the time of the jump."""
+"""Detection of jumps: equations with a plain `jnp.where`, whose jump is not located by an event."""
 
 import warnings
 from collections.abc import Sequence
@@ -15,24 +15,24 @@ _LOGIC = ("and", "or", "not", "xor", "select_n", "broadcast_in_dim", "reshape", 
 
 
 class JumpWarning(UserWarning):
-    """An equation jumps where no event is stated."""
+    """An equation jumps without an event."""
 
 
 class _Value(NamedTuple):
-    """Whether a value depends on a variable, and whether it is the truth of a relation that does."""
+    """Whether a value depends on a variable, and whether it is the truth of a relation between such values."""
 
     moves: bool
     is_truth: bool
 
 
 def warn_of_jumps(flat: FlatModel) -> None:
-    """Warn of the component classes whose equations jump without an event: values are right, derivatives are not."""
+    """Warn of component classes whose equations jump without an event: derivatives of results are then wrong."""
     for instances in flat.instances:
         names = [template.name for template in templates(instances.kind) if jumps(template)]
         if names:
             warnings.warn(
-                f"{instances.kind.cls.__name__}.equations: {', '.join(names)} may jump where a relation of a plain "
-                "jnp.where changes. The time of the jump has no derivative then, and steps go over it. Remedy: "
+                f"{instances.kind.cls.__name__}.equations: {', '.join(names)} may jump when a relation of a plain "
+                "jnp.where changes. Without an event, steps cross the jump, and its time has no derivative. Remedy: "
                 "ifelse(...) in place of jnp.where(...).",
                 JumpWarning,
                 stacklevel=2,
@@ -40,7 +40,7 @@ def warn_of_jumps(flat: FlatModel) -> None:
 
 
 def jumps(template: Template) -> bool:
-    """Whether an equation chooses between two numbers by a relation that reads a variable."""
+    """Whether an equation selects between two numbers by a relation that reads a variable."""
     found: list[JaxprEqn] = []
     inputs = [_Value(item.source == "var", False) for item in template.inputs]
     _walk(template.jaxpr, inputs, found)
@@ -64,7 +64,7 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[_Value], found: list[JaxprEqn]) 
 
 
 def _differ(eqn: JaxprEqn, cases: Sequence[_Value]) -> bool:
-    """Whether the cases are fixed numbers, and not the same ones."""
+    """Whether the cases are different constants."""
     if any(case.moves for case in cases):
         return False
     atoms = [atom.val if isinstance(atom, Literal) else id(atom) for atom in eqn.invars[1:]]

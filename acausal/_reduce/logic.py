@@ -1,4 +1,4 @@
-"""Conditions as expressions in relations, and all of them together as one small circuit on arrays."""
+"""Conditions as logical expressions of relations, and their evaluation by one circuit on arrays."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -12,7 +12,7 @@ from .._indices import unsigned
 
 # ("holds", k) and ("fails", k) for relation k; ("and", a, b) and ("or", a, b) for expressions.
 Expression: TypeAlias = tuple[Any, ...]
-NEVER: Expression = ("never",)  # by itself only
+NEVER: Expression = ("never",)  # never part of another expression
 _OPPOSITE = {"holds": "fails", "fails": "holds", "and": "or", "or": "and"}
 
 
@@ -38,9 +38,7 @@ def choice(which: Expression, if_false: Expression, if_true: Expression) -> Expr
 
 
 def literals_of(a: Expression) -> dict[str, frozenset[int]]:
-    """The numbers of the relations that an expression reads as true ("holds"), and of those that it reads as false
-    ("fails").
-    """
+    """The relations that an expression reads as true ("holds"), and those that it reads as false ("fails")."""
     if len(a) == 2:
         return {"holds": frozenset(), "fails": frozenset(), a[0]: frozenset({a[1]})}
     parts = [literals_of(part) for part in a[1:]]
@@ -57,40 +55,37 @@ def mapped(function: Callable[..., Expression], *arrays: np.ndarray) -> np.ndarr
 
 
 def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequence[int]) -> np.ndarray:
-    """An array of expressions, those along some axes taken together."""
+    """A reduction of an array of expressions along some axes."""
     for axis in sorted(axes, reverse=True):
         parts = np.moveaxis(array, axis, 0)
-        array = parts[0, ...]  # with the dots it stays an array where one axis is all there is
+        array = parts[0, ...]  # the dots keep an array in the case of a single axis
         for i in range(1, len(parts)):
             array = mapped(function, array, parts[i, ...])
     return array
 
 
 def sign_of(truths: Array) -> Array:
-    """Margins of relations of which only the truths are known."""
+    """Margins of relations whose truths alone are known."""
     return jnp.where(truths, 1.0, -1.0)
 
 
 def begun(now: Array, before: Array, either: Array | np.ndarray) -> Array:
-    """Which conditions cause an event when they change so: those that become true, and of `either` those that become
-    false.
-    """
+    """Conditions whose change is an event: those that become true, and those of `either` that become false."""
     return jnp.where(either, now != before, now & ~before)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Circuit:
-    """Expressions in relations: `levels` say, of each gate, whether it is an "and" and which earlier values it reads,
-    and `outputs` where the expressions are. First of all come -1 for what never holds, the relations, and their
-    opposites.
+    """Logical expressions of relations. `levels` state, for each gate, whether it is an "and" and its inputs; `outputs`
+    are the positions of the expressions. The first values are -1 (never true), the relations, and their negations.
     """
 
     levels: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
     outputs: np.ndarray
 
     def __call__(self, holds: Array, fails: Array) -> Array:
-        """Bounds of the margins of the expressions from those of the relations and of their opposites: of `and` it is
-        the smaller one, of `or` the larger one.
+        """Margins of the expressions from those of the relations and of their negations: the smaller one for `and`, the
+        larger one for `or`.
         """
         if not self.levels and np.array_equal(self.outputs, 1 + np.arange(len(holds))):
             return holds
@@ -101,13 +96,13 @@ class Circuit:
         return values[self.outputs]
 
     def hold(self, truths: Array) -> Array:
-        """Which expressions hold for these truths of the relations."""
+        """The truths of the expressions for these truths of the relations."""
         sign = sign_of(truths)
         return self(sign, -sign) > 0
 
 
 def circuit(expressions: Sequence[Expression], n_relations: int) -> Circuit:
-    """All expressions as one circuit, in which equal parts are one."""
+    """All expressions as one circuit without duplicate gates."""
     depths: dict[Expression, int] = {}
     for expression in expressions:
         _measure(expression, depths)

@@ -1,4 +1,4 @@
-"""Conditions as relations and their logic; the crossing function of a relation is positive where it holds."""
+"""Conditions as relations and their logic. The crossing function of a relation is positive if it is true."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -12,12 +12,12 @@ from .._jax_private import ClosedJaxpr, JaxprEqn
 from .jaxpr import bind, called, interpreted, is_floating
 from .logic import Expression, both, choice, differ, either, folded, mapped, negation
 
-TINY = float(np.finfo(float).tiny)  # in place of zero, whose sign tells whether a relation holds between equal numbers
-_Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and expressions for its elements, where there are any
+TINY = float(np.finfo(float).tiny)  # in place of zero; its sign is the truth of a relation between equal numbers
+_Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and the expressions of its elements, if any
 
 
 def _margin_of(difference: Callable[[Array, Array], Array], of_equals: float) -> Callable[[Array, Array], Array]:
-    """The difference, which keeps its derivative where it is zero."""
+    """The difference, with its derivative even if it is zero."""
     return lambda a, b: difference(a, b) + jnp.where(a == b, of_equals, 0.0)
 
 
@@ -43,19 +43,19 @@ _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose"
 
 
 class Relations(NamedTuple):
-    """Relations, as arrays of `margins` and of `sizes`: how large the terms are that a margin is the difference of."""
+    """Relations, as arrays of `margins` and of `sizes`, the magnitudes of the terms of each difference."""
 
     margins: list[Array]
     sizes: list[Array]
 
 
 def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[Relations, list[np.ndarray]]:
-    """The relations that the outputs of a jaxpr are made of, and for each output an array of expressions in the
-    elements of the margins, which are numbered one after the other.
+    """The relations in the outputs of a jaxpr, and for each output an array of expressions in the elements of the
+    margins, which are numbered consecutively.
 
-    The margin of a relation is the difference of its sides, where these are equal a tiny number of the right sign. What
-    is neither a relation between real numbers nor made of them, such as a comparison of modes, has the margin 1 or -1.
-    A real output is its own margin.
+    The margin of a relation is the difference of its sides; for equal sides, it is a tiny number with the sign of the
+    truth value. Any other truth value, such as a comparison of modes, has the margin 1 or -1. A real output is its own
+    margin.
     """
     found = Relations([], [])
     outputs = _walk(closed, [(value, None) for value in inputs], found)

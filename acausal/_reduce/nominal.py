@@ -1,4 +1,4 @@
-"""Typical sizes of variables: given, declared, or by unit."""
+"""Nominal sizes of variables: given, declared, or the default of the unit."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from .aliases import ZERO, Merged
 from .flat_model import FlatLeaf, FlatModel
 from .graph import connected
 
-# Machinery between the size of a hand and of a person: an engineer's guess, to a factor of ten. Error tolerances are
+# Defaults for machines of 0.1 m to 2 m, to within a factor of ten. Error tolerances are
 # relative to the larger of a variable and this size.
 BY_UNIT = {
     "rad": 1.0,
@@ -29,7 +29,7 @@ BY_UNIT = {
 
 
 def nominal_size(leaf: FlatLeaf) -> float:
-    """The nominal size that the model gives, else the declared one, else that of the unit, else 1."""
+    """The nominal size given by the model, otherwise the declared one, otherwise that of the unit, otherwise 1."""
     if leaf.nominal is not None:
         return leaf.nominal
     declaration = leaf.declaration
@@ -37,12 +37,12 @@ def nominal_size(leaf: FlatLeaf) -> float:
 
 
 def nominal_sizes(flat: FlatModel, merged: Merged, variables: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The nominal size of each variable, known by its representative node, and of its derivative.
+    """The nominal size of each variable, identified by its representative node, and of its derivative.
 
-    What the model says of one of its aliases comes before what a class declares of one, and that before the size of the
-    unit; among several, the smallest given one, or what the class of the representative itself declares. What the model
-    says holds, too, for all that equations state to be equal, as two speeds are that are the derivative of one angle.
-    Other derivatives are as large over a typical time of a millisecond.
+    A size that the model gives for an alias has priority over one that a class declares, and that over the size of the
+    unit. If several are given, the smallest counts; if several are declared, that of the representative. A given size
+    also applies to all variables that equations state to be equal, such as two speeds that are the derivative of one
+    angle. Other derivatives have the nominal size per millisecond.
     """
     leaves = [flat.leaves[i] for i in flat.variable_leaves]
     counts = [leaf.count for leaf in leaves]
@@ -67,8 +67,8 @@ def nominal_sizes(flat: FlatModel, merged: Merged, variables: np.ndarray) -> tup
 
 
 def _alike(flat: FlatModel, merged: Merged) -> np.ndarray:
-    """For all nodes and then their derivatives, the number of the set that each is in. In one set are those that single
-    equations, and their derivatives, state to be equal up to the sign, but for what is zero.
+    """The set number of each node and then of each derivative. A set contains the nodes that single equations and their
+    derivatives state to be equal up to the sign, except zero ones.
     """
     n, edges = flat.n_nodes, [np.zeros((0, 2), int)]
     for family in merged.families:

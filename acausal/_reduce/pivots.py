@@ -1,4 +1,4 @@
-"""Gaussian elimination on the coefficients of constraints, which tells apart what may be divided by."""
+"""Gaussian elimination on the coefficients of constraints, with pivots that are safe to divide by."""
 
 from typing import NamedTuple
 
@@ -8,9 +8,9 @@ from .graph import sharing
 
 
 class Entries(NamedTuple):
-    """Coefficients of constraints: one number for each (row, variable), and how much it is liked as a pivot.
+    """Coefficients of constraints: one number for each (row, variable), and its preference as a pivot.
 
-    A `safe` one cannot vanish during a run, a `steady` one does not change. Numbers that are not `known` are stand-ins.
+    A `safe` one cannot vanish during a run, a `steady` one is constant. Numbers that are not `known` are stand-ins.
     """
 
     rows: np.ndarray
@@ -29,7 +29,7 @@ class Entries(NamedTuple):
 
 
 def connected_rows(entries: Entries, rows: list[int]) -> list[tuple[list[int], Entries]]:
-    """Rows that are connected through variables, each set with its entries, which are all of these rows."""
+    """Sets of rows that share variables, each with all its entries."""
     sets, label = sharing(rows, entries.rows, entries.variables)
     order = np.argsort(label, kind="stable")
     bounds = np.searchsorted(label[order], np.arange(len(sets) + 1))
@@ -37,7 +37,7 @@ def connected_rows(entries: Entries, rows: list[int]) -> list[tuple[list[int], E
 
 
 class Elimination:
-    """Gaussian elimination under way: `rows` and `columns` are those not used yet."""
+    """State of a Gaussian elimination: `rows` and `columns` are the unused ones."""
 
     def __init__(self, n_rows: int, n_columns: int) -> None:
         self.matrix, self.liking = np.zeros((n_rows, n_columns)), np.ones((n_rows, n_columns))
@@ -52,7 +52,7 @@ class Elimination:
         self.steady[place] &= steady
 
     def pivot(self, columns: list[int], threshold: float, any_pivot: bool) -> list[int]:
-        """Eliminate with pivots from `columns` while larger than `threshold`; of equals, the last goes first."""
+        """Eliminate with pivots from `columns` larger than `threshold`; among equal ones, the last goes first."""
         picked: list[int] = []
         while columns and self.rows:
             rows = sorted(self.rows)
@@ -78,12 +78,12 @@ class Elimination:
             factor = self.matrix[other, column] / self.matrix[row, column]
             if factor:
                 self.matrix[other] -= factor * self.matrix[row]
-                # New coefficients are computed from four old ones: they are liked no better than the worst of these.
+                # New coefficients are computed from four old ones and get the lowest preference of these.
                 least = min(self.liking[other, column], self.liking[row, column])
                 mixed = np.minimum(np.minimum(self.liking[other], self.liking[row]), least)
                 self.liking[other] = np.where(touched, mixed, self.liking[other])
                 steady = self.steady[other] & self.steady[row] & self.steady[other, column] & self.steady[row, column]
                 self.steady[other] = np.where(touched, steady, self.steady[other])
-                # A difference of coefficients that cannot vanish may vanish. A new one is safe only if it is steady: it
-                # keeps the value that it has now.
+                # A difference of safe coefficients may vanish. A new one is safe only if it is steady: it
+                # keeps its present value.
                 self.safe[other] = np.where(touched, steady, self.safe[other])

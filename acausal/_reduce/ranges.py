@@ -1,4 +1,4 @@
-"""The ranges that variables are declared to lie in."""
+"""Declared ranges of variables."""
 
 import functools as ft
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from .incidence import Incidence, Pair
 
 
 class Range(NamedTuple):
-    """The range of a variable: that of an alias, which is the variable times `factor`."""
+    """The range of an alias, which equals the variable times `factor`."""
 
     sign: Sign
     factor: int
@@ -24,7 +24,7 @@ Ranges = tuple[Range, ...]
 
 @ft.lru_cache(maxsize=64)
 def ranges_of(table: Incidence) -> dict[int, dict[Range, int]]:
-    """For each variable that has ranges, these, each with a node that declares it."""
+    """For each variable with declared ranges, the ranges with a node that declares each."""
     flat, merged, found = table.flat, table.merged, {}
     for leaf in flat.variable_leaves:
         sign = flat.leaves[leaf].declaration.sign
@@ -53,12 +53,12 @@ def is_within(value: Numbers, ranges: Ranges) -> Array:
 
 
 def within(value: Numbers, ranges: Ranges) -> Array:
-    """A variable where it lies in its ranges; outside of them it has no value: NaN."""
+    """The variable inside its ranges, NaN outside."""
     return jnp.where(is_within(value, ranges), value, jnp.nan)
 
 
 def requirements(table: Incidence, pairs: list[Pair]) -> list[str]:
-    """What is declared of the ranges of variables, as sentences for a message."""
+    """Declared ranges of variables as sentences for a message."""
     nodes = {node: sign for v, k in pairs if k == 0 for (sign, _), node in ranges_of(table).get(v, {}).items()}
     units = {node: table.flat.leaves[table.flat.leaf_of_node[node]].declaration.unit for node in nodes}
     return [f"{table.flat.node_name(node)} must be {sign.name} (unit {units[node]})" for node, sign in nodes.items()]

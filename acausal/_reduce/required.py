@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def own_records(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
-    """A node and its parts that are no components, each with its path."""
+    """A node and its parts other than components, each with its path."""
     yield path, node
     for name, declaration in dynamic_fields(type(node)):
         for part_path, part in parts_of(getattr(node, name), join(path, name)) if declaration is None else ():
@@ -35,20 +35,20 @@ def own_records(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
 
 
 def is_held_to(node: Node) -> bool:
-    """Whether there is anything that parameters of a node have to meet."""
+    """Whether a node has requirements on its parameters."""
     cls: Any = type(node)
     return bool(parameters_of(cls)) or cls.states_requirements()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Required:
-    """The requirements of a component kind: a call with the values of `slots` tells which of `texts` hold."""
+    """The requirements of a component kind: a call with the values of `slots` returns the truth of each of `texts`."""
 
     texts: tuple[str, ...]
     slots: tuple[int, ...]
     jaxpr: ClosedJaxpr
-    told: tuple[tuple[int, ...], ...]  # the slots whose values each text is about
-    never: tuple[str, ...]  # those that cannot hold, whatever the numbers
+    told: tuple[tuple[int, ...], ...]  # the slots of the parameters in each text
+    never: tuple[str, ...]  # texts that are false for all values
 
     def __call__(self, *values: Numbers) -> list[Array]:
         return jaxpr_as_fun(self.jaxpr)(*values)
@@ -56,9 +56,9 @@ class Required:
 
 @ft.cache
 def required(kind: "Kind") -> Required:
-    """What the parameters of a component kind have to meet.
+    """The requirements on the parameters of a component kind.
 
-    Raises `ModelError` where requirements read variables, or cannot be computed for numbers that are not known.
+    Raises `ModelError` for requirements that read variables or cannot be traced.
     """
     params = [slot for slot, declaration in enumerate(kind.declarations) if declaration.role == "param"]
     texts: list[str] = []
@@ -103,6 +103,6 @@ class _Any:
 
 def _no_parameter(owner: str, name: str) -> Forbidden:
     return Forbidden(
-        f"{owner}.requirements uses {name}, which is no parameter: only of parameters can be required what holds "
-        "at every time. Use refuse(...) in events for variables."
+        f"{owner}.requirements uses {name}, which is not a parameter: requirements concern parameters only. "
+        "Use refuse(...) in events for variables."
     )

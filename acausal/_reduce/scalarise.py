@@ -1,4 +1,6 @@
-"""Equations between arrays as equations between their elements, for models that determine an array piece by piece."""
+"""Scalarisation: equations between arrays as equations between their elements, for models that determine an array in
+parts.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -25,7 +27,7 @@ _INDEXED_MOVES = frozenset(("gather", "dynamic_slice"))
 def element_values(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> np.ndarray:
     """The elements of the output of a jaxpr, each computed by scalar operations from the elements it depends on.
 
-    Arrays are numpy arrays of objects, an object being a traced scalar. An operation that is not known element by
+    Arrays are NumPy arrays of objects, where an object is a traced scalar. An operation that is not known element by
     element is applied to the whole array, so that its elements depend on all others.
     """
     return _interpret(closed, inputs)[0]
@@ -39,7 +41,7 @@ def elements_of(array: Array) -> np.ndarray:
 
 
 def objects(values: Sequence[object], shape: tuple[int, ...]) -> np.ndarray:
-    """An array of objects, which numpy must not try to look into."""
+    """An array of objects, without conversion by NumPy."""
     array = np.empty(len(values), dtype=object)
     for i, value in enumerate(values):
         array[i] = value
@@ -82,7 +84,7 @@ def _elementwise(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
 
 
 def _moved(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
-    """An operation that only moves elements: applied to their numbers, it tells which goes where."""
+    """An operation that only moves elements, applied to their indices."""
     numbers = np.arange(args[0].size).reshape(args[0].shape)
     with jax.ensure_compile_time_eval():
         moved = np.asarray(bind(eqn, [jnp.asarray(numbers), *map(jnp.asarray, args[1:])])[0])

@@ -1,4 +1,4 @@
-"""Matchings and connected sets of small graphs, as `scipy.sparse.csgraph` finds them, which takes long to import.
+"""Matchings and connected sets of small graphs, without the slow import of `scipy.sparse.csgraph`.
 
 A graph is given by the columns of each row, ascending.
 """
@@ -8,7 +8,7 @@ Edges = list[list[int]]
 
 
 def matching(edges: Edges, n_columns: int) -> list[int]:
-    """The column of each row, -1 for a row left over (Hopcroft and Karp, SIAM Journal on Computing 2, 1973)."""
+    """The column of each row, -1 for an unmatched row (Hopcroft and Karp, SIAM Journal on Computing 2, 1973)."""
     column, row = [-1] * len(edges), [-1] * n_columns
     while True:
         distance, shortest = _distances(edges, column, row)
@@ -20,7 +20,9 @@ def matching(edges: Edges, n_columns: int) -> list[int]:
 
 
 def _distances(edges: Edges, column: list[int], row: list[int]) -> tuple[list[int], int]:
-    """How far each row is from one that is left over, on alternating paths, and how long the shortest of these are."""
+    """The distance of each row from an unmatched one on alternating paths, and the length of the shortest augmenting
+    path.
+    """
     distance = [0 if mate < 0 else FAR for mate in column]
     queue, shortest = [i for i, mate in enumerate(column) if mate < 0], FAR
     for i in queue:
@@ -35,7 +37,7 @@ def _distances(edges: Edges, column: list[int], row: list[int]) -> tuple[list[in
 
 
 def _augment(edges: Edges, column: list[int], row: list[int], start: int, distance: list[int], shortest: int) -> None:
-    """Match a row by the first of the shortest paths, where one is left."""
+    """Match a row along the first remaining shortest path."""
     stack, parent = [start], {start: start}
     while stack:
         i = stack.pop()
@@ -54,7 +56,7 @@ def _augment(edges: Edges, column: list[int], row: list[int], start: int, distan
 
 
 def connected(edges: Edges) -> list[int]:
-    """The number of the connected set of each node, in the order in which they are met."""
+    """The number of the connected set of each node, in order of discovery."""
     both: Edges = [list(others) for others in edges]
     for i, others in enumerate(edges):
         for j in others:

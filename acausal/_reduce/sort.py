@@ -1,4 +1,4 @@
-"""Sorting: equations and unknowns of the reduced system into blocks, each solvable once those before it are."""
+"""Sorting into block-triangular form: blocks of equations and unknowns, each solvable after those before it."""
 
 import dataclasses
 import functools as ft
@@ -15,7 +15,7 @@ from .states import Chosen
 
 @dataclasses.dataclass
 class Block:
-    """Equations (rows of the table) and the unknowns they determine together; `level` counts the blocks before it."""
+    """Equations (rows of the table) and the unknowns that they determine; `level` counts the blocks before it."""
 
     rows: list[int]
     unknowns: list[int]
@@ -27,7 +27,7 @@ class Sorted:
     """The equations of the reduced system, differentiated ones included, in block-triangular form.
 
     `states` and `unknowns` are (variable, derivative order) pairs; `column` is the unknown of each table entry, -1
-    where the entry is a state.
+    if the entry is a state.
     """
 
     table: Incidence
@@ -35,9 +35,9 @@ class Sorted:
     unknowns: list[Pair]
     column: np.ndarray
     blocks: list[Block]
-    constraints: list[int]  # equations that were differentiated further: they restrict the states' start values
-    invariants: frozenset[int]  # those of them that determine no unknown, but restrict the states
-    constrained: list[Pair]  # those below the highest derivatives, among which they hold
+    constraints: list[int]  # differentiated equations: they restrict the start values of states
+    invariants: frozenset[int]  # those that determine no unknown and restrict only states
+    constrained: list[Pair]  # pairs below the highest derivatives, to which they apply
 
     @ft.cached_property
     def entries_of_row(self) -> list[np.ndarray]:
@@ -52,7 +52,7 @@ class Sorted:
 def sort(chosen: Chosen) -> Sorted:
     """Order the equations, differentiated ones included, into the strongly connected blocks of their digraph.
 
-    Raises `StructureError` where the chosen states leave the rest undetermined.
+    Raises `StructureError` if the chosen states leave other unknowns undetermined.
     """
     table, constraints, invariants = _expanded(chosen)
     renumbered = np.searchsorted(table.variables, chosen.reduced.incidence.variables).tolist()
@@ -77,9 +77,9 @@ def _unknowns(chosen: Chosen) -> list[Pair]:
 
 
 def _expanded(chosen: Chosen) -> tuple[Incidence, list[int], list[int]]:
-    """The table of all equations, each as it was stated and after each of its differentiations.
+    """The table of all equations, in their stated form and after each differentiation.
 
-    Also the rows that were differentiated further, and those among them that are invariants.
+    Also the rows that were differentiated further, and the invariants among them.
     """
     reduced = chosen.reduced
     families: list[Family] = []
@@ -135,7 +135,7 @@ def _blocks(table: Incidence, column: np.ndarray, n_unknowns: int, invariants: l
 
 
 def _levels(user: np.ndarray, provider: np.ndarray, count: int) -> np.ndarray:
-    """How many blocks lie before each one on the longest way."""
+    """The number of blocks before each one on the longest path."""
     outside = user != provider
     pairs = np.unique(np.stack([provider[outside], user[outside]], axis=1), axis=0)
     waiting = np.bincount(pairs[:, 1], minlength=count)

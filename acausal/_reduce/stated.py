@@ -1,4 +1,4 @@
-"""The equations that a component class states, traced once and shared by every component of that class."""
+"""The equations of a component class, traced once and shared by all components of the class."""
 
 import dataclasses
 import functools as ft
@@ -27,9 +27,9 @@ _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero"
 
 
 def templates(kind: Kind, *, split: bool = False) -> tuple[Template, ...]:
-    """The equations of a component kind, in the order in which its class states them; with `split`, by element.
+    """The equations of a component kind, in the order of its class; with `split`, by element.
 
-    Raises `ModelError` where `equations` does not return a dictionary of `eq(...)`, or prints.
+    Raises `ModelError` if `equations` does not return a dictionary of `eq(...)`, or has side effects.
     """
     return _split(kind) if split else _stated(kind, "equations")
 
@@ -45,7 +45,7 @@ def initial_templates(kind: Kind) -> tuple[Template, ...]:
 
 
 class _Traced(NamedTuple):
-    """A method as it is traced: its inputs, the equations in it, and whether the units of each are to be checked."""
+    """A traced method: its inputs, its equations, and whether to check the units of each."""
 
     inputs: list[Input]
     held: Held
@@ -60,7 +60,7 @@ def shapes_held(kind: Kind) -> tuple[tuple[int, ...], ...]:
 def conditions_held(kind: Kind) -> ClosedJaxpr:
     """The conditions of `ifelse` in the equations of a kind, from all its slots.
 
-    Raises `ModelError` where one reads a derivative.
+    Raises `ModelError` if a condition reads a derivative.
     """
     inputs, held, _ = _traced(kind.own, "equations")
     read = slice_outputs(held.conditions, slice(0, len(held.shapes))).used
@@ -69,7 +69,7 @@ def conditions_held(kind: Kind) -> ClosedJaxpr:
             name = kind.names[inputs[i].slot]
             raise ModelError(
                 f"{kind.cls.__name__}.equations: a condition of ifelse reads d.{name}. Declare a variable that equals "
-                "it, and compare that."
+                "it, and compare that one."
             )
 
     def conditions(*slots: Array) -> list[Array]:

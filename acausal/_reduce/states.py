@@ -10,17 +10,17 @@ from .incidence import Incidence, Pair
 from .index import Reduced
 from .pivots import Elimination, Entries, connected_rows
 
-SAFE = 0.05  # relative size of a good pivot: one of this size in a preferred variable goes before larger ones in others
-# Stand-ins for coefficients whose numbers are not known, by strength: what may vanish must not serve as a pivot.
+SAFE = 0.05  # relative size of a good pivot; among those, the preference of the variable decides
+# Stand-ins for unknown coefficients, by strength: a coefficient that may vanish must not be a pivot.
 _GENERIC = np.array([1e-3, 1e-2, 0.7, 1.0])
 
 
 @dataclasses.dataclass
 class Chosen:
-    """`dummies[v]` is how many of the highest derivatives of variable v are algebraic; the orders below are states.
+    """Choice of states: `dummies[v]` of the highest derivatives of variable v are algebraic; lower orders are states.
 
-    A pair (variable, order) is a state where its derivative exists and is not a dummy. `moving` marks the equations for
-    which no choice is good in every position: all their variables are states, on which they are invariants.
+    A pair (variable, order) is a state if its derivative exists and is not a dummy. `moving` marks the equations
+    without a choice that is good in every position: all their variables are states, and they are invariants.
     """
 
     reduced: Reduced
@@ -37,16 +37,16 @@ class Chosen:
 def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
     """Dummy derivatives (Mattsson and Söderlind, SIAM J. Sci. Comput. 14, 1993), or all candidates as states.
 
-    In stage j the equations differentiated at least j times make as many derivatives algebraic, taken from those of
+    In stage j, the equations differentiated at least j times make equally many derivatives algebraic, out of those of
     stage j - 1. The choice is a Gaussian elimination on the coefficients of the highest derivatives: `values`, one
-    number for each entry of the incidence at the initial point, or stand-ins by what is known of the coefficient, so
+    number for each entry of the incidence at the initial point, or stand-ins for unknown coefficients, so
     that it depends on the classes alone. Avoided variables become dummies first, preferred ones last.
 
-    A pivot must not vanish during the run. Where connected constraints offer no such pivots, all their variables become
-    states, and the run is projected onto the constraints (Eich, SIAM J. Numer. Anal. 30, 1993); unless variables that
+    A pivot must not vanish during the run. If connected constraints offer no such pivots, all their variables become
+    states, and the run is projected onto the constraints (Eich, SIAM J. Numer. Anal. 30, 1993), unless variables that
     are declared `never` force a choice.
 
-    Raises `StructureError` where no states can be chosen, or only some that are declared `never`.
+    Raises `StructureError` if no states can be chosen except some that are declared `never`.
     """
     table = reduced.incidence
     chosen = Chosen(reduced, np.zeros(table.n_variables, int), np.zeros(table.n_rows, bool))
@@ -61,12 +61,12 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
 
 
 def _entries(reduced: Reduced, values: np.ndarray | None) -> Entries:
-    """The coefficients of the highest derivatives in the equations that are differentiated."""
+    """The coefficients of the highest derivatives in the differentiated equations."""
     table = reduced.incidence
     known = (table.strength == 3) | (values is not None)
     stand_ins = np.where(table.strength == 3, table.number, _GENERIC[table.strength])
     numbers = stand_ins if values is None else values * table.sizes[table.variable]
-    # With a number for a coefficient, such as 1, no parameter is divided by.
+    # A constant coefficient, such as 1, avoids a division by a parameter.
     liking = np.where((table.strength == 3) | (values is None), 1.0, SAFE)
     top = table.matchable & (table.order + reduced.differentiations[table.row] == reduced.orders[table.variable])
     use = top & (reduced.differentiations[table.row] > 0) & (reduced.orders[table.variable] > 0)
@@ -76,11 +76,11 @@ def _entries(reduced: Reduced, values: np.ndarray | None) -> Entries:
     )  # fmt: skip
 
 
-_Choice = tuple[list[np.ndarray], np.ndarray]  # places of the variables picked in each stage, and of rows left over
+_Choice = tuple[list[np.ndarray], np.ndarray]  # picked variables of each stage and remaining rows, by position
 
 
 def _select_group(chosen: Chosen, members: list[int], entries: Entries, known: dict[tuple, _Choice]) -> None:
-    """The dummies of one connected set of constraints, stage by stage; like sets, in `known`, get like ones."""
+    """The dummies of one connected set of constraints, stage by stage. Equal sets, in `known`, get equal choices."""
     reduced, rows, variables = chosen.reduced, np.array(members), np.unique(entries.variables)
     selects = [_select(reduced, variable) for variable in variables.tolist()]
     places = np.searchsorted(rows, entries.rows), np.searchsorted(variables, entries.variables)
@@ -110,7 +110,7 @@ def _keeps_unwanted(reduced: Reduced, entries: Entries, picks: list[list[int]]) 
 def _stages(
     reduced: Reduced, members: list[int], entries: Entries, *, only_safe: bool
 ) -> tuple[list[list[int]], list[int]]:
-    """The variables picked in each stage, and the rows for which there is no safe pivot."""
+    """The variables picked in each stage, and the rows without a safe pivot."""
     picked, left = _pick(reduced, members, entries, only_safe)
     picks, solved = [picked], set(members) - set(left)
     for stage in range(2, int(reduced.differentiations[members].max()) + 1):
@@ -131,19 +131,19 @@ def _check_never(chosen: Chosen) -> None:
     bad = [table.variable_name(*pair) for pair in chosen.states() if _select(chosen.reduced, pair[0]) <= never.rank]
     if bad:
         raise StructureError(
-            f"{', '.join(bad)} must be a state although declared `never`: no constraint makes it depend on other "
+            f"{', '.join(bad)} must be a state although it is declared `never`: no constraint makes it depend on other "
             "states. Remove `never`."
         )
 
 
 def _told_apart(entries: Entries) -> Entries:
-    """Entries whose stand-ins for unknown numbers differ, so that they do not cancel by accident."""
+    """Entries with different stand-ins for unknown numbers, so that they do not cancel by accident."""
     spread = 1.0 + 0.3 * np.modf(0.6180339887 * (1.0 + np.arange(len(entries.rows))))[0]
     return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))
 
 
 def nominal_of(table: Incidence, pair: Pair) -> float:
-    """The nominal size of a variable, or of a derivative of it: each as large over a typical time of a millisecond."""
+    """The nominal size of a variable, or of its derivative: that of the variable per millisecond for each order."""
     variable, order = pair
     if order == 0:
         return float(table.sizes[variable])
@@ -151,9 +151,9 @@ def nominal_of(table: Incidence, pair: Pair) -> float:
 
 
 def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: bool) -> tuple[list[int], list[int]]:
-    """As many variables as there are rows, so that the square matrix between them is regular; and the rows left over.
+    """As many variables as rows, with a regular matrix between them, and the remaining rows.
 
-    Rows are left over where only a pivot that is not safe would do.
+    Rows remain if all their pivots are unsafe.
     """
     hopeless: list[int] = []
     if only_safe:
@@ -168,10 +168,11 @@ def _pick(reduced: Reduced, members: list[int], entries: Entries, only_safe: boo
 
 
 def _peel(reduced: Reduced, members: list[int], entries: Entries) -> dict[int, int]:
-    """Constraints that can be solved at once, each with the variable that it is solved for.
+    """Constraints that can be solved immediately, each with its variable.
 
-    No other constraint holds this variable, none in the constraint is liked less as a state, and its coefficient is
-    safe to divide by. To take them out needs no elimination, so that a long chain costs no more than its length.
+    No other constraint contains this variable, no variable in the constraint has a lower preference as a state, and its
+    coefficient is safe to divide by. This needs no elimination, so the cost of a long chain is proportional to its
+    length.
     """
     of_row: dict[int, dict[int, float]] = {row: {} for row in members}
     users: dict[int, set[int]] = {}
@@ -219,7 +220,7 @@ def _eliminate(reduced: Reduced, members: list[int], entries: Entries, only_safe
         names = ", ".join(reduced.incidence.row_name(members[i]) for i in sorted(work.rows))
         raise StructureError(
             f"No states can be chosen: at the start values, the constraints {names} do not determine a derivative. "
-            "They contradict or repeat others, or the mechanism starts in a singular position; change the start values."
+            "They contradict or repeat others, or the mechanism starts in a singular position. Change the start values."
         )
     return [columns[c] for c in picked], [members[i] for i in sorted(work.rows)]
 

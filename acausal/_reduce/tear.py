@@ -6,16 +6,15 @@ from typing import Literal
 from .sort import Block, Sorted
 
 SolutionMethod = Literal["explicit", "linear", "nonlinear"]
-EXHAUSTIVE = 60  # blocks up to this size try every unknown as tearing variable, larger ones the most frequent
+EXHAUSTIVE = 60  # block size up to which every unknown is a candidate, beyond it only the most frequent ones
 
 
 @dataclasses.dataclass
 class Torn:
-    """A block ready to be solved.
+    """A block in solvable order.
 
-    `steps` are (row, unknown) pairs, each solved for its unknown in turn from known ones and the tearing variables
-    `tears`; `residuals` are the rows that then determine the tearing variables, by a `method` that is "explicit" where
-    there are none.
+    `steps` are (row, unknown) pairs, each solved for its unknown from known ones and the tearing variables `tears`.
+    `residuals` are the rows that then determine the tearing variables, by `method`; "explicit" if there are none.
     """
 
     steps: list[tuple[int, int]]
@@ -34,11 +33,11 @@ class Torn:
 
 
 def tear(ordered: Sorted, block: Block) -> Torn:
-    """Choose tearing variables greedily: each time the one that lets most equations be solved.
+    """Choose tearing variables greedily: each time the one that makes the most equations solvable.
 
-    Only a coefficient that cannot vanish is divided by; an equation without one is left to the residuals. Among equals
-    the unknown that enters most equations non-linearly is chosen, because Newton's method does well where the function
-    is evaluated in its natural direction: a diode's current from its voltage. Then the one that needs the fewest
+    Only coefficients that cannot vanish are divided by; equations without one become residuals. Among equals, the
+    unknown that enters the most equations nonlinearly is chosen, because Newton's method works well if a function is
+    evaluated in its natural direction, such as a diode's current from its voltage; then the one that needs the fewest
     divisions by parameters.
     """
     if len(block.rows) == 1:
@@ -69,7 +68,7 @@ def _single(ordered: Sorted, block: Block) -> Torn:
 
 
 def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, int]:
-    """The block's unknowns in an equation: 1 where it may be solved for one, 2 without a division, else 0."""
+    """The block's unknowns in an equation: 1 if it can be solved for one, 2 if without a division, otherwise 0."""
     table = ordered.table
     return {
         int(ordered.column[e]): max(int(table.strength[e]) - 1, 0) if table.matchable[e] else 0
@@ -79,7 +78,7 @@ def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, int]:
 
 
 def _nonlinear(ordered: Sorted, rows: list[int]) -> dict[int, int]:
-    """In how many of the equations each unknown enters non-linearly."""
+    """The number of equations that each unknown enters nonlinearly."""
     count: dict[int, int] = {}
     for row in rows:
         for entry in ordered.entries_of_row[row]:
@@ -92,7 +91,7 @@ def _nonlinear(ordered: Sorted, rows: list[int]) -> dict[int, int]:
 @dataclasses.dataclass
 class _State:
     entries: dict[int, dict[int, int]]
-    open: dict[int, set[int]]  # the unknowns of each row that are not known yet
+    open: dict[int, set[int]]  # the remaining unknowns of each row
     steps: list[tuple[int, int]]
     tears: list[int]
     done: set[int]

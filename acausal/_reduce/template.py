@@ -1,4 +1,4 @@
-"""One equation, as it is shared by every component of a class: its jaxpr, and its derivative with respect to time."""
+"""An equation shared by all components of a class: its jaxpr, and its time derivative."""
 
 import dataclasses
 import functools as ft
@@ -21,7 +21,7 @@ Source = Literal["param", "discrete", "time", "var"]
 class Input(NamedTuple):
     """An input of an equation: a slot of its component kind and, for a variable, the order of its time derivative.
 
-    Where arrays are taken apart, `element` is the number of the element.
+    In scalarised equations, `element` is the index of the element.
     """
 
     slot: int
@@ -39,7 +39,7 @@ class Input(NamedTuple):
 class Template:
     """An equation as a residual: `jaxpr` maps `inputs` to it. `level` counts its differentiations in time.
 
-    `check_units`: whether its units are to be checked, which concerns the equation as it is stated.
+    `check_units`: whether to check its units, which applies to the stated form only.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Template:
 
     @ft.cached_property
     def form(self) -> Form:
-        # Neither time nor what events change is constant in a run.
+        # Neither time nor discrete variables are constant in a run.
         forms = [
             parameter(signs) if item.source == "param" else variable(i)
             for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
@@ -69,7 +69,7 @@ class Template:
         return tuple(i for i in sorted(self.form.inputs) if self.inputs[i].source == "var")
 
     def coefficient(self, position: int) -> Coefficient | None:
-        """The factor before an input that enters linearly; None where it enters otherwise."""
+        """The factor of an input that enters linearly; None for other inputs."""
         return self.form.terms.get(position)
 
     @ft.cached_property
@@ -103,7 +103,7 @@ class Template:
 
     @property
     def _only_nonlinear(self) -> int | None:
-        """The position of the one scalar that enters non-linearly, where no coefficient depends on a variable."""
+        """The position of the only scalar that enters nonlinearly, if no coefficient depends on a variable."""
         if len(self.form.nonlinear) != 1 or any(coefficient.on for coefficient in self.form.terms.values()):
             return None
         (position,) = self.form.nonlinear
@@ -116,8 +116,8 @@ class Template:
 def _rate(residual: Callable[..., Array], point: tuple[Array, ...], tangents: list[Array], alone: int | None) -> Array:
     """The derivative of a residual in the direction of `tangents`.
 
-    The slope by an input that is `alone` in entering non-linearly is taken by itself: it is likely to stand elsewhere
-    too, as that of a cam's lift does in its torque, and need not be computed twice.
+    The slope with respect to a single nonlinear input, `alone`, is computed separately: it often occurs elsewhere too,
+    such as the slope of a cam's lift in its torque, and is then computed once.
     """
     if alone is None:
         return jax.jvp(residual, point, tuple(tangents))[1]
@@ -145,7 +145,7 @@ def sliced(
 
 @ft.cache
 def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template:
-    """A sum with fixed factors is zero, as that of the flows at a connection of several ports by Kirchhoff's law."""
+    """A sum with constant factors is zero, such as the flows at a connection of several ports (Kirchhoff's law)."""
 
     def residual(*values: Array) -> Numbers:
         terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]

@@ -1,4 +1,4 @@
-"""What methods of components may not do while they are traced, told with the method and the remedy."""
+"""Errors in traced methods of components, reported with the method and the remedy."""
 
 import contextlib
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ def tracing(where: str) -> Iterator[None]:
         raise
     except jax.errors.TracerBoolConversionError as error:
         raise ModelError(
-            f"{where} asks a relation between variables for its truth value, which no number tells before a run. "
+            f"{where} needs the truth value of a relation between variables, which is unknown before a run. "
             "Remedy: join relations by &, | and ~ instead of `and`, `or` and `not`, and choose between values by "
             "jnp.where instead of `if`."
         ) from error
@@ -29,15 +29,15 @@ def tracing(where: str) -> Iterator[None]:
         jax.errors.TracerIntegerConversionError,
     ) as error:
         raise ModelError(
-            f"{where} asks a variable for its number, which is not known before a run. Remedy: functions of jax.numpy "
-            "instead of those of numpy and math, without float(...) and int(...)."
+            f"{where} needs the number of a variable, which is unknown before a run. Remedy: functions of jax.numpy "
+            "instead of numpy and math, without float(...) and int(...)."
         ) from error
     except (TypeError, ValueError, IndexError) as error:
         raise ModelError(f"{where}: {error}") from error
 
 
 def check_derivatives(closed: ClosedJaxpr, where: str) -> None:
-    """Raise `ModelError` for a function that has derivatives in reverse mode only."""
+    """Raise `ModelError` for a function with reverse-mode derivatives only."""
     if any(eqn.primitive.name.startswith("custom_vjp_call") for eqn in every_operation(closed)):
         raise ModelError(
             f"{where} calls a function with its own derivative in reverse mode (jax.custom_vjp). A run needs forward "
@@ -46,7 +46,7 @@ def check_derivatives(closed: ClosedJaxpr, where: str) -> None:
 
 
 def is_reversible(closed: ClosedJaxpr) -> bool:
-    """Whether a program has derivatives in reverse mode, which a loop whose length only the run tells has not."""
+    """Whether a program has reverse-mode derivatives; a loop with a length known only at run time has none."""
     if all(eqn.primitive.name != "while" for eqn in every_operation(closed)):
         return True
     function = jaxpr_as_fun(closed)
@@ -61,7 +61,7 @@ def is_reversible(closed: ClosedJaxpr) -> bool:
 
 
 def every_operation(closed: ClosedJaxpr) -> Iterator[JaxprEqn]:
-    """The operations of a program and of the programs that it calls, except those with derivatives of their own."""
+    """The operations of a program and of its inner programs, except functions with custom derivatives."""
     for eqn in closed.jaxpr.eqns:
         yield eqn
         if eqn.primitive.name == "custom_jvp_call":

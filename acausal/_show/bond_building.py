@@ -61,12 +61,12 @@ def _parts(node: Node, path: str) -> Iterator[tuple[str, Component]]:
 
 
 class _Builder:
-    """Places and bonds as they come."""
+    """Places and bonds of a graph under construction."""
 
     def __init__(self) -> None:
         self.places: list[Place] = []
         self.bonds: list[Bond] = []
-        self.nodes: dict[str, int] = {}  # the junction of each port by its path
+        self.nodes: dict[str, int] = {}  # junction of each port by path
 
     def place(self, kind: str, name: str = "", value: float | None = None, domain: str = "") -> int:
         self.places.append(Place(kind, name, value, domain))
@@ -76,7 +76,7 @@ class _Builder:
         self.bonds.append(Bond(tail, head, domain))
 
     def connect(self, joined: Sequence[str], ports: Mapping[str, list[PowerPort]]) -> None:
-        """The junction of ports that are joined."""
+        """Create the junction of connected ports."""
         known = {f"{path}.{port.name}" if path else port.name: port for path, found in ports.items() for port in found}
         chosen = [path for path in joined if path in known]
         if chosen:
@@ -85,13 +85,13 @@ class _Builder:
             self.nodes |= dict.fromkeys(chosen, junction)
 
     def _node(self, path: str, port: PowerPort) -> int:
-        """The junction of a port; one of its own where it is not connected."""
+        """The junction of a port; a new one if the port is not connected."""
         if path not in self.nodes:
             self.nodes[path] = self.place("1" if port.of_flow else "0", domain=port.domain)
         return self.nodes[path]
 
     def add(self, path: str, part: Component, ports: list[PowerPort]) -> None:
-        """A component as what its equations say that it is."""
+        """Add a component as the elements of its equations."""
         name = path or type(part).__name__
         local = Local(part, ports)
         anchors = {i: self._node(f"{path}.{port.name}" if path else port.name, port) for i, port in enumerate(ports)}
@@ -119,7 +119,7 @@ class _Builder:
             self.bond(anchors[i], field, domains[i])
 
     def _merged(self, local: Local, anchors: dict[int, int], domains: Mapping[int, str]) -> tuple[int, int] | None:
-        """Join two ports of a component that share a flow or an effort, at a junction of their own."""
+        """Join two ports of a component with a common flow or effort at a new junction."""
         for i, j in itertools.combinations(anchors, 2):
             if domains[i] != domains[j]:
                 continue
@@ -131,7 +131,7 @@ class _Builder:
                 if ratio is None or abs(abs(ratio) - 1.0) > SAME:
                     continue
                 sign = 1.0 if ratio > 0.0 else -1.0
-                # What is turned round changes the sign of its flow at a 0-junction, of its effort at a 1-junction.
+                # A reversed bond changes the sign of its flow at a 0-junction, of its effort at a 1-junction.
                 turns = self.places[anchors[j]].kind != junction
                 if (sign < 0.0 and not turns) or not local.merge(i, j, kind, sign):
                     continue
@@ -157,7 +157,7 @@ class _Builder:
         return True
 
     def _source(self, name: str, kind: str, value: float | None, anchor: int, domain: str, reversible: bool) -> None:
-        """With the power counted out of it."""
+        """Add a source; power counts out of it."""
         if reversible:
             self.bonds = [
                 Bond(bond.head, bond.tail, bond.domain) if anchor in (bond.tail, bond.head) else bond
@@ -169,7 +169,7 @@ class _Builder:
         self.bond(self.place(kind, name, value, domain), anchor, domain)
 
     def _elements(self, name: str, law: Series, of_efforts: bool, anchor: int, domain: str) -> None:
-        """The terms of an impedance at a 1-junction, or of an admittance at a 0-junction."""
+        """Add the terms of an impedance at a 1-junction, or of an admittance at a 0-junction."""
         if not len(law):
             return
         kind = "1" if of_efforts else "0"
@@ -187,7 +187,7 @@ class _Builder:
                 self.bond(anchor, self.place(element, name, value, domain), domain)
 
     def _two_port(self, name: str, found: TwoPort, anchors: list[int], domains: list[str]) -> None:
-        """Junctions with what is at each side, and the transformer or gyrator between them."""
+        """Add junctions with the elements at each side, and the transformer or gyrator between them."""
         first, second = anchors
         sides = []
         for anchor, law, of_efforts, domain, tail in (
@@ -206,7 +206,7 @@ class _Builder:
         if found.kind == "TF" and abs(modulus - 1.0) < SAME:
             self.bond(sides[0], sides[1], domains[0])
             return
-        # Turning both bonds round changes the sign of a modulus where the two change differently.
+        # Reversing both bonds changes the sign of the modulus if the two junctions differ.
         alike = self.places[first].kind == self.places[second].kind
         if modulus < 0.0 and alike == (found.kind == "GY"):
             modulus = -modulus if found.kind == "GY" else -1.0 / modulus
@@ -216,7 +216,9 @@ class _Builder:
         self.bond(middle, sides[1], domains[1])
 
     def _weighted(self, name: str, found: Any, anchors: list[int], domains: list[str]) -> None:
-        """Flows whose weighted sum is zero: a 0-junction behind a transformer for each, with what each side has."""
+        """Add flows whose weighted sum is zero: a 0-junction behind a transformer for each, with the elements of each
+        side.
+        """
         weights, laws = found
         middle = self.place("0", domain=domains[0])
         for weight, law, anchor, domain in zip(weights, laws, anchors, domains, strict=True):
@@ -237,7 +239,7 @@ class _Builder:
 
 
 def _value(local: Local, column: Any) -> float | None:
-    """What a source gives by itself; None where a signal says it."""
+    """The value of a source; None if a signal sets it."""
     return None if local.is_driven else local.offset(column)
 
 

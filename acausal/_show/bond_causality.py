@@ -7,7 +7,7 @@ from .._errors import ModelError
 
 
 def causality(places: Sequence[Any], bonds: Sequence[Any]) -> tuple[list[int], list[str]]:
-    """For each bond the place at which its stroke is, and the names of stores with derivative causality."""
+    """The place of the causal stroke of each bond, and the names of stores with derivative causality."""
     search = _Strokes(places, bonds)
     for kind in ("Se", "Sf", "I", "C", "R"):
         for number, place in enumerate(places):
@@ -20,7 +20,7 @@ def causality(places: Sequence[Any], bonds: Sequence[Any]) -> tuple[list[int], l
 
 
 class _Strokes:
-    """Strokes as far as they are known, with what follows from each."""
+    """The known strokes, and the propagation of each."""
 
     def __init__(self, places: Sequence[Any], bonds: Sequence[Any]) -> None:
         self.places, self.bonds = places, bonds
@@ -29,7 +29,7 @@ class _Strokes:
         self.around = [[i for i, bond in enumerate(bonds) if n in (bond.tail, bond.head)] for n in range(len(places))]
 
     def prefer(self, place: int, kind: str) -> None:
-        """Effort out of Se, C and R; flow out of Sf and I."""
+        """Set the preferred causality: effort out of Se, C and R; flow out of Sf and I."""
         (bond,) = self.around[place]
         wanted = self.other(bond, place) if kind in ("Se", "C", "R") else place
         if self.strokes[bond] is None:
@@ -44,7 +44,7 @@ class _Strokes:
         return ends.head if ends.tail == place else ends.tail
 
     def set(self, bond: int, place: int) -> None:
-        """Place a stroke, and all that follow from it."""
+        """Set a stroke, and all that follow from it."""
         waiting = [(bond, place)]
         while waiting:
             bond, place = waiting.pop()
@@ -62,7 +62,7 @@ class _Strokes:
         away = [bond for bond in around if self.strokes[bond] not in (None, place)]
         free = [bond for bond in around if self.strokes[bond] is None]
         if kind in ("0", "1"):
-            # One bond tells a 0-junction its effort, and one a 1-junction its flow.
+            # One bond sets the effort of a 0-junction or the flow of a 1-junction.
             one, many = (here, away) if kind == "0" else (away, here)
             if len(one) > 1 or (not free and not one):
                 self._conflict(place)

@@ -21,10 +21,10 @@ class Place(NamedTuple):
     """A node of a bond graph.
 
     `kind`: "0" (one effort, flows add up to zero), "1" (one flow, efforts add up to zero), "I", "C", "R", "Se" and "Sf"
-    (elements of one port), "TF" and "GY" (of two), "field" (of several, not looked into). `name`: the component it
-    stands for, empty for a junction. `value`: I: p = I f; C: q = C e; R: e = R f; TF from the bond to it, 1, to the one
-    from it, 2: e1 = m e2, f2 = m f1; GY: e1 = r f2, e2 = r f1; of a source its effort or flow, None where a signal
-    gives it.
+    (elements of one port), "TF" and "GY" (of two), "field" (of several, unresolved). `name`: its component,
+    empty for a junction. `value`: I: p = I f; C: q = C e; R: e = R f; TF from the bond to it, 1, to the one
+    from it, 2: e1 = m e2, f2 = m f1; GY: e1 = r f2, e2 = r f1; effort or flow of a source, None if a signal
+    sets it.
     """
 
     kind: str
@@ -34,7 +34,7 @@ class Place(NamedTuple):
 
 
 class Bond(NamedTuple):
-    """Power is counted positive from the place `tail` to the place `head`."""
+    """A bond. Power is positive from the place `tail` to the place `head`."""
 
     tail: int
     head: int
@@ -43,10 +43,10 @@ class Bond(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class BondGraph:
-    """Junctions, elements and bonds; `print` it for a list, `plot()` it for the picture.
+    """A bond graph: places and bonds. `print` shows a list, `plot()` the picture.
 
-    `strokes`: for each bond, which of its ends determines the flow and is told the effort: the place at which the
-    causal stroke is drawn, as its number. `derivative`: names of stores whose energy variable is not free.
+    `strokes`: for each bond, the place of its causal stroke, the end that receives the effort and determines the flow.
+    `derivative`: names of stores with derivative causality.
     """
 
     name: str
@@ -57,10 +57,10 @@ class BondGraph:
 
     @property
     def poles(self) -> Complex[np.ndarray, " n"]:
-        """In 1/s, in rising order of size, from the equations of the graph alone.
+        """Poles in 1/s, in ascending order of magnitude, from the equations of the graph alone.
 
-        They are those of `linearise` where the graph holds all that a small deviation meets: not the stiffness by
-        which a load on a curved cam or lever pushes back.
+        They equal those of `linearise` unless the graph omits a stiffness, such as that of a loaded curved cam or
+        lever.
         """
         return self._modes()[0]
 
@@ -162,14 +162,14 @@ class BondGraph:
 
 
 def _finite(A: np.ndarray, E: np.ndarray, stores: int) -> tuple[np.ndarray, np.ndarray]:
-    """Finite s and vectors of A x = s E x, by elimination of all that has no rate of its own."""
+    """Finite s and vectors of A x = s E x, by elimination of variables without a rate."""
     dynamic, static = np.flatnonzero(np.any(E != 0.0, axis=1)), np.flatnonzero(~np.any(E != 0.0, axis=1))
     _, columns = equilibrated(np.concatenate([A, E[dynamic]]))
     basis = scipy.linalg.null_space(_rows(A[static] * columns), rcond=RANK)
     rates = E[dynamic] * columns @ basis
     sizes = np.maximum(np.max(np.abs(rates), axis=1, initial=0.0), 1e-300)[:, None]
     rates, drives = rates / sizes, (A[dynamic] * columns @ basis) / sizes
-    # Stores that are tied to others add no rates, but constraints: what drives them is shared out.
+    # Dependent stores add constraints instead of rates.
     left, values, _ = np.linalg.svd(rates)
     rank = int(np.sum(values > RANK * values[0])) if len(values) else 0
     free = scipy.linalg.null_space(_rows(left[:, rank:].T @ drives), rcond=RANK)
@@ -182,7 +182,7 @@ def _finite(A: np.ndarray, E: np.ndarray, stores: int) -> tuple[np.ndarray, np.n
 
 
 def _rows(matrix: np.ndarray) -> np.ndarray:
-    """A matrix with rows of size one."""
+    """A matrix with rows of norm one."""
     return matrix / np.maximum(np.max(np.abs(matrix), axis=1, initial=0.0), 1e-300)[:, None]
 
 
@@ -190,17 +190,17 @@ def bond_graph(model: Component, *, at: Any = None) -> BondGraph:
     """The bond graph of a model, drawn from the equations of its components at an operating point.
 
     Connected electrical or hydraulic ports become a 0-junction, mechanical ones a 1-junction (torque and force are
-    efforts, speeds flows; temperature and flow of heat make pseudo bonds). What a component is follows from its
-    linearised equations: transformer, gyrator, inertia, compliance, resistance, sources, several of them where it has
-    several. What is grounded and what carries no power is left out. Causality is assigned in the usual sequence:
+    efforts, speeds flows; temperature and flow of heat make pseudo bonds). The elements of a component follow from its
+    linearised equations: transformer, gyrator, inertia, compliance, resistance, sources, or several of
+    them. Grounded places and bonds without power are omitted. Causality is assigned in the usual sequence:
     sources, then stores with integral causality, then the rest (Karnopp, Margolis, Rosenberg, `System Dynamics`,
-    ch. 5). A component whose ports are related in another way is drawn as one `field`.
+    ch. 5). A component with any other law is drawn as one `field`.
 
-    - `at`: a view of the model, such as `sol.final`, at which non-linear equations are linearised; by default the
+    - `at`: a view of the model, such as `sol.final`, at which nonlinear equations are linearised; by default the
       model's start values.
 
-    Raises `ModelError` for what is no component, for arrays of components, and where causality has a conflict, such as
-    two sources that both set one voltage.
+    Raises `ModelError` for other objects, for arrays of components, and for a causal conflict, such as
+    two sources of one voltage.
     """
     from .bond_building import built
 

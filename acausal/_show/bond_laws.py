@@ -1,4 +1,4 @@
-"""Laws of components between two and three ports, as a bond graph shows them."""
+"""Laws of components with two or three ports."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from .._analyse.spans import SAME
 
 
 def is_lossless(local: Local, i: int, j: int, shares: Mapping[str, float | None]) -> bool:
-    """Whether both effort and flow are passed on between two ports, as in a transformer, and nothing is added."""
+    """Whether two ports have proportional efforts and proportional flows without losses, as in a transformer."""
     if local.is_driven or any(ratio is None for ratio in shares.values()):
         return False
     return all(

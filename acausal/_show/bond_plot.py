@@ -1,4 +1,4 @@
-"""The picture of a bond graph, laid out as that of a diagram; needs matplotlib."""
+"""Plot of a bond graph, with the layout of a diagram; needs matplotlib."""
 
 import itertools
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from .diagram_plot import apart, placed
 SPREAD = np.array([1.3, 1.0])  # inches between neighbours
 SIZE = {"0": (0.3, 0.3), "1": (0.3, 0.3)}  # inches, of junctions
 HEIGHT, PER_LETTER, LEAST = 0.46, 0.068, 0.45  # inches, of all others
-TIED = "#b00020"  # colour of the name of a store whose energy variable is not free
+TIED = "#b00020"  # colour of a store with derivative causality
 STROKE, HALF = 0.09, 0.12  # inches: half a causal stroke, and a half arrow
 
 
@@ -46,7 +46,7 @@ def plot_bond_graph(graph: BondGraph, ax: Axes | None, chosen: Mapping[str, str]
 
 
 def _left_to_right(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """The points, mirrored if most of the way from tails to heads is to the left."""
+    """The points, mirrored if most bonds point to the left."""
     way = points[edges[:, 1], 0] - points[edges[:, 0], 0]
     return points * [-1.0, 1.0] if np.sum(way) < 0.0 else points
 
@@ -87,6 +87,6 @@ def _draw_bond(ax: Axes, points: np.ndarray, sizes: np.ndarray, bond: Any, strok
 
 
 def _reach(size: np.ndarray, along: np.ndarray) -> float:
-    """From the centre of a place to its edge in a direction."""
+    """The distance from the centre of a place to its edge in a direction."""
     with np.errstate(divide="ignore"):
         return float(np.min(size / 2.0 / np.abs(along)))

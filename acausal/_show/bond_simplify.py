@@ -1,4 +1,4 @@
-"""A bond graph without what carries no power, and without junctions that join nothing."""
+"""Simplification of a bond graph: removal of bonds without power and of redundant junctions."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from .bond_graph import Bond, Place
 
 
 def simplified(places: Sequence[Place], bonds: Sequence[Bond]) -> tuple[list[Place], list[Bond]]:
-    """The places and bonds that are left, numbered anew."""
+    """The remaining places and bonds, renumbered."""
     graph = _Graph(list(places), list(bonds))
     while graph.without_zero() or graph.without_end() or graph.without_passage() or graph.without_twin():
         pass
@@ -19,7 +19,7 @@ def simplified(places: Sequence[Place], bonds: Sequence[Bond]) -> tuple[list[Pla
 
 
 class _Graph:
-    """Places that are never removed, and bonds that are."""
+    """Places, which are never removed, and bonds, which are."""
 
     def __init__(self, places: list[Place], bonds: list[Bond]) -> None:
         self.places, self.bonds = places, bonds
@@ -32,7 +32,7 @@ class _Graph:
         self.bonds.append(Bond(len(self.places) - 1, at, domain))
 
     def without_zero(self) -> bool:
-        """Remove a source of nothing, and go on with what it makes zero; whether there was one."""
+        """Remove a source of zero and propagate the zeros; returns whether there was one."""
         for number, place in enumerate(self.places):
             if place.kind in ("Se", "Sf") and place.value == 0.0 and (found := self.around(number)):
                 (bond,) = found
@@ -45,7 +45,7 @@ class _Graph:
         """A bond with no effort ("Se") or no flow ("Sf") was removed from a place."""
         here, around = self.places[place].kind, self.around(place)
         if here in ("0", "1"):
-            # No effort at a 0-junction, no flow at a 1-junction: nothing at any of its bonds.
+            # No effort at a 0-junction, or no flow at a 1-junction: no power at any of its bonds.
             if (here == "0") != (kind == "Se"):
                 return
             self.bonds = [bond for bond in self.bonds if bond not in around]
@@ -58,7 +58,7 @@ class _Graph:
             self._zero(beyond, bond.tail if bond.head == place else bond.head, bond.domain)
 
     def without_end(self) -> bool:
-        """Remove a junction with one bond, which has no flow at a 0-junction and no effort at a 1-junction."""
+        """Remove a junction with one bond, which has no flow (0-junction) or no effort (1-junction)."""
         for number, place in enumerate(self.places):
             found = self.around(number)
             if place.kind in ("0", "1") and len(found) == 1:
@@ -82,7 +82,7 @@ class _Graph:
         return False
 
     def without_twin(self) -> bool:
-        """Make one of two junctions of a kind that are bonded once."""
+        """Merge two junctions of one kind with a single bond between them."""
         for bond in self.bonds:
             kinds = {self.places[bond.tail].kind, self.places[bond.head].kind}
             twice = sum({other.tail, other.head} == {bond.tail, bond.head} for other in self.bonds) > 1

@@ -1,4 +1,4 @@
-"""`check`: all that is wrong with a model, at once."""
+"""`check`: every error of a model."""
 
 import dataclasses
 import functools as ft
@@ -29,7 +29,7 @@ from .structure import structure
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """What was found wrong with a model; `print` it. It is true where nothing was."""
+    """The errors of a model. `print` shows them. It is true if there are none."""
 
     problems: tuple[str, ...]
     summary: str
@@ -46,23 +46,23 @@ class Check:
 
 
 def check(model: Component) -> Check:
-    """Everything that is wrong with a model, rather than the first of it: shapes, connections, equations, ranges of
-    parameters, units, structure, and whether its equations can be solved at the start values.
+    """Every error of a model, rather than the first: shapes, connections, equations, ranges of parameters, units,
+    structure, and whether its equations can be solved at the start values.
 
-    What rests on something wrong is not looked at until that is mended; the summary says so.
+    Steps that need a correct earlier one are skipped, and the summary says so.
     """
     problems = [*_declared(model), *_parameters(model)]
     if problems:
-        return Check(tuple(problems), "The structure was not analysed: mend these first.")
+        return Check(tuple(problems), "The structure was not analysed: correct these first.")
     problems = _raised(lambda: build(model))
     if problems:
-        return Check(tuple(problems), "The start was not computed: mend these first.")
+        return Check(tuple(problems), "The start was not computed: correct these first.")
     system = system_of(model)
     return Check(tuple(_start(system, model)), str(structure(system)))
 
 
 def _raised(function: Callable[[], object]) -> list[str]:
-    """What a step complains of."""
+    """The errors of one step."""
     with collecting() as found:
         try:
             function()
@@ -84,12 +84,12 @@ def _declared(model: Component) -> list[str]:
 
 
 def _parameters(model: Component) -> list[str]:
-    """Requirements and ranges that are not met, which `eqx.tree_at` and arithmetic on models do not check."""
+    """Violated requirements and ranges, which `eqx.tree_at` and arithmetic on models do not check."""
     return [join(path, sentence) for path, node in nodes_of(model) for sentence in broken(node)]
 
 
 def _start(system: System, model: Component) -> list[str]:
-    """Contradictions among start values, and equations that cannot be solved there."""
+    """Contradictions among start values, and equations without a solution there."""
     if system.initial_equations is not None:
         leaves, _ = complete_leaves(model)
         try:
@@ -102,7 +102,7 @@ def _start(system: System, model: Component) -> list[str]:
         {name for name, is_bad in zip(checked_names(system, inputs.given), np.asarray(bad), strict=False) if is_bad}
     )
     if names:
-        return [f"{', '.join(names)}: the start values contradict the equations. Leave some of them out."]
+        return [f"{', '.join(names)}: the start values contradict the equations. Omit some of them."]
     name_of = lambda pair: system.ordered.table.variable_name(*pair)  # noqa: E731
     pair = first_not_finite(system, jnp.asarray(0.0), y, inputs)
     if pair is not None:
@@ -110,4 +110,4 @@ def _start(system: System, model: Component) -> list[str]:
         return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]
     singular = joined(singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs))
     pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
-    return [f"{name_of(pair)} is arbitrary but for errors of rounding.{about_block(system, pair)}" for pair in pairs]
+    return [f"{name_of(pair)} is determined by rounding errors only.{about_block(system, pair)}" for pair in pairs]

@@ -1,4 +1,4 @@
-"""`diagram`: the components of a model and what connects them."""
+"""`diagram`: the components of a model and their connections."""
 
 import dataclasses
 import io
@@ -22,7 +22,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7
 
 @dataclasses.dataclass(frozen=True)
 class Joint:
-    """Ports that are joined, each as the path of the box it belongs to and its name in there."""
+    """Connected ports, each as the path of its box and its name within it."""
 
     domain: str
     ports: tuple[tuple[str, str], ...]
@@ -34,9 +34,9 @@ class Joint:
 
 @dataclasses.dataclass(frozen=True)
 class Diagram:
-    """Components and connections; `print` it for the text that Graphviz reads, or look at it with `plot()`.
+    """Components and connections. `print` shows the input of Graphviz, `plot()` the picture.
 
-    `boxes`: the class of each component by its path. `joints`: connections, the ports at one place together.
+    `boxes`: the class of each component by path. `joints`: sets of connected ports.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Diagram:
         return {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
 
     def colour_of(self, box: str) -> str:
-        """That of the domain of a box, grey where it is in several or in none."""
+        """The colour of the domain of a box; grey for several domains or none."""
         domains = {joint.domain for joint in self.joints if box in joint.boxes}
         return self.colours[domains.pop()] if len(domains) == 1 else "#666666"
 
@@ -77,7 +77,7 @@ class Diagram:
         return plot_diagram(self, ax)
 
     def _repr_png_(self) -> bytes:
-        """For a notebook."""
+        """The picture for a notebook."""
         from .._extras import pyplot
 
         picture = io.BytesIO()
@@ -90,10 +90,10 @@ class Diagram:
 def diagram(model: Component, depth: int | None = 1) -> Diagram:
     """The components of a model and their connections, coloured by domain.
 
-    `depth`: how many levels of parts are opened; 1 shows the parts of the model itself, None goes down to parts that
-    hold none. An array of components is one box. A domain is the package of the class of a port.
+    `depth`: the number of levels of parts shown; 1 shows the parts of the model itself, None shows all parts that
+    have no parts. An array of components is one box. A domain is the package of the class of a port.
 
-    Raises `ModelError` where the connections are wrong.
+    Raises `ModelError` if the connections are wrong.
     """
     if not isinstance(model, Component):
         raise ModelError(f"{model!r} is no component: draw a model.")
@@ -108,7 +108,7 @@ def diagram(model: Component, depth: int | None = 1) -> Diagram:
 
 
 def _boxes(node: Node, path: str, depth: int | None) -> Iterator[tuple[str, str]]:
-    """What is drawn below a node, each with its class."""
+    """The boxes below a node, each with its class."""
     below = None if depth is None else depth - 1
     for here, part in children(node, path):
         if isinstance(part, Array):
@@ -118,7 +118,7 @@ def _boxes(node: Node, path: str, depth: int | None) -> Iterator[tuple[str, str]
 
 
 def _ports(node: Node, path: str) -> Iterator[tuple[str, type[Port]]]:
-    """All ports by their path."""
+    """All ports by path."""
     for here, part in children(node, path):
         if isinstance(part, Port):
             yield here, type(part)
@@ -127,7 +127,7 @@ def _ports(node: Node, path: str) -> Iterator[tuple[str, type[Port]]]:
 
 
 def _joined_ports(flat: FlatModel) -> Iterator[list[str]]:
-    """The paths of ports that are joined, directly or through those of composites; members of arrays as one."""
+    """The paths of connected ports, directly or through those of composites; members of arrays count as one."""
     nodes, pairs = np.unique(flat.across, return_inverse=True)
     count, label = connected(pairs.reshape(-1, 2), len(nodes)) if len(nodes) else (0, nodes)
     ports: list[list[str]] = [[] for _ in range(count)]
@@ -137,7 +137,7 @@ def _joined_ports(flat: FlatModel) -> Iterator[list[str]]:
 
 
 def _joint(ports: list[str], boxes: dict[str, str], kinds: dict[str, type[Port]]) -> Joint:
-    """What is seen of joined ports from outside of the boxes."""
+    """Connected ports, seen from outside of the boxes."""
     seen: dict[str, set[str]] = {}
     for port in ports:
         box = next((port[:end] for end in _ends(port) if port[:end] in boxes), None)
@@ -150,11 +150,11 @@ def _joint(ports: list[str], boxes: dict[str, str], kinds: dict[str, type[Port]]
 
 
 def _ends(path: str) -> list[int]:
-    """Where the paths of what holds a port end, the innermost first."""
+    """The ends of the paths of a port's owners, the innermost first."""
     return [i for i in range(len(path) - 1, 0, -1) if path[i] == "."]
 
 
 def _domain(kind: type[Port]) -> str:
-    """The package that a port comes from; in a script, its class."""
+    """The package of a port's class; in a script, the class."""
     public = [name for name in kind.__module__.split(".") if not name.startswith("_")]
     return public[-1] if public else kind.__name__

@@ -1,4 +1,4 @@
-"""The picture of a diagram, laid out without other programs; needs matplotlib."""
+"""Plot of a diagram, laid out without other programs; needs matplotlib."""
 
 import numpy as np
 import scipy
@@ -40,7 +40,7 @@ def _size(name: str, kind: str) -> tuple[float, float]:
 
 
 def _edges(diagram: Diagram) -> np.ndarray:
-    """Pairs of points: boxes, and behind them the junctions of more than two ports."""
+    """Pairs of points: boxes, then the junctions of more than two ports."""
     place = {name: i for i, name in enumerate(diagram.boxes)}
     pairs, junction = [], len(place)
     for joint in diagram.joints:
@@ -54,10 +54,10 @@ def _edges(diagram: Diagram) -> np.ndarray:
 
 
 def placed(edges: np.ndarray, count: int) -> np.ndarray:
-    """Points in the plane whose distances are like those along the edges: stress majorisation.
+    """Points in the plane whose distances match those along the edges: stress majorisation.
 
-    From classical scaling, so that it is the same each time (Gansner, Koren and North, Graph Drawing by Stress
-    Majorization, 2004). The longer axis lies across.
+    It starts from classical scaling, so the result is reproducible (Gansner, Koren and North, Graph Drawing by Stress
+    Majorization, 2004). The longer axis is horizontal.
     """
     if count < 2:
         return np.zeros((count, 2))
@@ -80,25 +80,25 @@ def placed(edges: np.ndarray, count: int) -> np.ndarray:
 def _classical(far: np.ndarray) -> np.ndarray:
     """Points from the two largest eigenvectors of the centred squared distances."""
     centre, irregular = np.eye(len(far)) - 1.0 / len(far), _irregular(len(far))
-    # Where the graph is symmetric, rounding would choose among eigenvectors, and a picture hang on the machine.
+    # In a symmetric graph, rounding would choose among eigenvectors, and the picture would depend on the machine.
     uneven = far**2 * (1.0 + 1e-3 * irregular @ irregular.T)
     values, vectors = np.linalg.eigh(-0.5 * centre @ uneven @ centre)
-    # What is alike lies on one point, where nothing pulls it apart.
+    # Equivalent nodes would coincide and stay together.
     return _signed(vectors[:, -2:]) * np.sqrt(np.maximum(values[-2:], 0.0)) + 1e-2 * irregular
 
 
 def _signed(vectors: np.ndarray) -> np.ndarray:
-    """Vectors of unknown sign with the one that is the same on all machines."""
+    """Eigenvectors with a sign that is the same on all machines."""
     return vectors * np.where(np.sum(vectors * _irregular(len(vectors)), axis=0) < 0.0, -1.0, 1.0)
 
 
 def _irregular(count: int) -> np.ndarray:
-    """Pairs of numbers in which no graph is symmetric."""
+    """Pairs of numbers without any symmetry."""
     return np.stack([np.cos(np.arange(count)), np.sin(1.7 * np.arange(count))], axis=1)
 
 
 def apart(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Points moved until no two boxes overlap, each time along the axis on which they overlap less."""
+    """Points moved until no two boxes overlap, each time along the axis with less overlap."""
     points, gap = points.copy(), 0.16
     for _ in range(ROUNDS):
         overlap = (sizes[:, None] + sizes) / 2.0 + gap - np.abs(points[:, None] - points)

@@ -1,4 +1,4 @@
-"""`structure`: what the engine made of a model, for a person to read."""
+"""`structure`: a report of the structural analysis of a model."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from .structure_plot import equation_name
 
 @dataclasses.dataclass(frozen=True)
 class BlockReport:
-    """A block of the sorted system: the equations it takes, what they determine, and how."""
+    """A block of the sorted system: its equations, unknowns and method."""
 
     kind: str
     equations: tuple[str, ...]
@@ -24,17 +24,17 @@ class BlockReport:
 
 @dataclasses.dataclass(frozen=True)
 class Structure:
-    """The structure of a model after all passes; `print` it, or look at it with `plot()`.
+    """The structure of a model after all passes. `print` shows it, `plot()` draws it.
 
     - `variables`, `parameters`: numbers of scalar leaves (an array counts as one).
-    - `aliases`: variables that are another one up to the sign; `zeros`: those that vanish identically.
-    - `differentiated`: equations that were differentiated, with how often.
+    - `aliases`: variables that equal another one up to the sign; `zeros`: those that vanish identically.
+    - `differentiated`: differentiated equations, with the number of times.
     - `states` and `dummies`: the variables integrated, with the reason for each, and the derivatives that became
       algebraic.
-    - `invariants`: equations on which a run is kept, because no choice of fewer states is good in every position.
+    - `invariants`: equations onto which a run is projected, because no choice of fewer states suits every position.
     - `blocks`: the algebraic unknowns in the order in which they are computed.
-    - `groups`: how many separate computations those are, alike blocks together.
-    - `unchecked`: equations that are stated with `check_units=False`.
+    - `groups`: the number of separate computations, similar blocks together.
+    - `unchecked`: equations with `check_units=False`.
     """
 
     parameters: int
@@ -62,7 +62,7 @@ class Structure:
 
 
 def structure(model: Component | System) -> Structure:
-    """Report the structure of a model, or of what `choose_states` made of it."""
+    """Report the structure of a model, or of the result of `choose_states`."""
     system = model if isinstance(model, System) else system_of(model)
     flat, table = system.flat, system.reduced.incidence
     counts = system.reduced.differentiations
@@ -89,7 +89,7 @@ _WISHES = {1: "declared prefer", 0: "", -1: "declared avoid, but needed"}
 
 
 def _states(system: System) -> dict[str, str]:
-    """Each state and why it is one."""
+    """The reason for each state."""
     table, ordered = system.ordered.table, system.ordered
     tied = {pair for group in system.constraints.groups for use in group.uses for pair in use.values}
     kept = {pair for group in system.invariants.groups for use in group.uses for pair in use.values}

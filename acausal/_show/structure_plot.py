@@ -1,4 +1,4 @@
-"""A picture of the structure of a system; needs matplotlib."""
+"""Plot of the structure of a system; needs matplotlib."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _COLOURS = {"explicit": "tab:blue", "linear": "tab:orange", "nonlinear": "tab:re
 
 
 def plot_structure(system: System, ax: Axes | None) -> Axes:
-    """Incidence of the sorted equations, blocks outlined, tearing variables and residual equations marked."""
+    """Incidence of the sorted equations, with outlined blocks and marked tearing variables and residuals."""
     ordered = system.ordered
     rows = [row for torn in system.torn for row in torn.rows]
     unknowns = [unknown for torn in system.torn for unknown in torn.unknowns]
@@ -38,13 +38,13 @@ def plot_structure(system: System, ax: Axes | None) -> Axes:
 
 
 def equation_name(ordered: Sorted, row: int) -> str:
-    """The name of an equation, with how often it was differentiated."""
+    """The name of an equation, with its number of differentiations."""
     level, name = ordered.table.place(row)[0].template.level, ordered.table.row_name(row)
     return name if level == 0 else f"d/dt {name}" if level == 1 else f"d{level}/dt{level} {name}"
 
 
 def _short(name: str) -> str:
-    """A label: of the ports at a connection the first one only."""
+    """A label: only the first of the ports at a connection."""
     return name.replace("sum of flows at the connection of ", "flows at ").partition(",")[0]
 
 

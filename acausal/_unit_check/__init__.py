@@ -1,1 +1,1 @@
-"""The pass that checks units: what dimension each equation of a model has, and whether its terms agree."""
+"""Unit check: the dimensions of the equations of a model, and contradictions between their terms."""

@@ -1,4 +1,4 @@
-"""The units of a whole model."""
+"""Unit check of a whole model."""
 
 from .._errors import UnitError, complain
 from .._reduce.flat_model import FlatModel, Instances, Kind
@@ -7,8 +7,8 @@ from .kinds import kind_units
 from .signals import signal_problems
 
 _REMEDY = (
-    "Remedy: correct the equation or the declared unit, and make a constant that has a unit a parameter. A leaf with "
-    "the unit '' fits any; eq(..., check_units=False) leaves an equation unchecked."
+    "Remedy: correct the equation or the declared unit, and turn a constant with a unit into a parameter. A leaf with "
+    "the unit '' fits any; eq(..., check_units=False) disables the check of an equation."
 )
 
 
@@ -35,7 +35,7 @@ def check_units(flat: FlatModel) -> None:
 
 
 def unchecked_equations(flat: FlatModel) -> list[str]:
-    """The equations that are stated with `check_units=False`, by path; those of an array of components once."""
+    """The equations with `check_units=False`, by path; those of an array of components once."""
     return [
         f"{path}.{name}" if path else name
         for instances in flat.instances

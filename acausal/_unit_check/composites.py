@@ -1,4 +1,4 @@
-"""Composites that state an energy account, but no equations: they are no instances of the flat model."""
+"""Composites with an energy account, but no equations, which are not instances of the flat model."""
 
 from collections.abc import Iterator
 from typing import Any

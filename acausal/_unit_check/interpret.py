@@ -1,4 +1,4 @@
-"""The dimensions of what a jaxpr computes, and where they contradict each other."""
+"""The dimensions in a jaxpr, and contradictions between them."""
 
 import itertools
 import math
@@ -14,13 +14,13 @@ from .values import ATOM, PRODUCT, SUM, Value, constant, written
 
 
 class Interpreter:
-    """Computes with `Value`s, and collects contradictions.
+    """Interprets a jaxpr with `Value`s, and collects contradictions.
 
-    - `problems`: what is wrong, in the order of computation.
-    - `inferred`: dimensions that inputs without a unit must have, from what they are added to or compared with.
+    - `problems`: contradictions in the order of computation.
+    - `inferred`: dimensions of inputs without a unit, from the values that they are added to or compared with.
     - `alike`: pairs of such inputs that are added to or compared with each other.
 
-    After a contradiction, and after an operation that is not known, the dimension of the result fits any.
+    After a contradiction or an unknown operation, the dimension of the result fits any.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Interpreter:
         self.alike: set[tuple[int, int]] = set()
 
     def residual(self, closed: ClosedJaxpr, inputs: Sequence[Value]) -> None:
-        """Interpret an equation; the difference that is its residual counts as its two sides."""
+        """Interpret an equation; the outermost difference of the residual counts as its two sides."""
         (result,) = closed.jaxpr.outvars
         self._run(closed, inputs, lambda eqn: "equates" if eqn.outvars[0] is result else None)
 
@@ -38,7 +38,7 @@ class Interpreter:
         return self._run(closed, inputs, lambda eqn: None)
 
     def require(self, value: Value, dimension: Dimension, complaint: str) -> None:
-        """Note that a value must have a dimension."""
+        """Record the dimension that a value must have."""
         self._infer(value, dimension)
         if value.dimension not in (None, dimension):
             self.problems.append(complaint)
@@ -91,7 +91,7 @@ class Interpreter:
 
     def _call(self, eqn: JaxprEqn, values: list[Value]) -> list[Value] | None:
         """A primitive that applies one jaxpr to its operands, such as `jit`, `custom_jvp_call` or `checkpoint`."""
-        if eqn.params.get("name") == "hypot":  # which compares its arguments with the range of numbers
+        if eqn.params.get("name") == "hypot":  # it compares its arguments with the range of numbers
             return [self._equal(EQUAL["add"], "hypot", values)]
         bodies = [param for param in eqn.params.values() if isinstance(param, ClosedJaxpr | Jaxpr)]
         bodies = bodies or [body for body in (called(eqn), differentiable_call(eqn)) if body is not None]
@@ -106,7 +106,7 @@ class Interpreter:
             self.inferred.setdefault(value.leaf, set()).add(dimension)
 
     def _equal(self, verb: str, name: str, values: Sequence[Value]) -> Value:
-        """The result of an operation whose operands must be of one dimension."""
+        """The result of an operation on operands of one dimension."""
         leaves = [value.leaf for value in values if value.leaf is not None]
         self.alike |= {(a, b) for a, b in itertools.pairwise(leaves) if a != b}
         known = [value for value in values if value.dimension is not None]
@@ -137,7 +137,7 @@ class Interpreter:
         text = f"{x.within(ATOM)}**{y.within(ATOM)}"
         self.require(y, NUMBER, f"takes {x.text} to the power of {y}, which is not a number")
         if x.dimension is not None:
-            self.require(x, NUMBER, f"takes {x} to a power that varies, so that the result has no unit")
+            self.require(x, NUMBER, f"takes {x} to a variable power, so the result has no unit")
         return written(NUMBER if x.dimension == NUMBER else None, text)
 
     def _branches(self, branches: Sequence[ClosedJaxpr], values: list[Value]) -> list[Value]:
@@ -158,7 +158,7 @@ class Interpreter:
         return self.run(body, [*fixed, *carry, *rows])
 
     def _settled(self, carry: list[Value], step: Callable[["Interpreter", list[Value]], list[Value]]) -> list[Value]:
-        """What a loop carries from turn to turn: what starts at zero gets a dimension, what changes it has none."""
+        """Carried values of a loop: one that starts at zero gets a dimension, one whose dimension changes has none."""
         carry = [Value(value.dimension, value.text) for value in carry]
         after = step(Interpreter(), carry)
         while any(a.dimension is None and b.dimension is not None for a, b in zip(carry, after, strict=True)):
@@ -209,7 +209,9 @@ def _quotient(a: Value, b: Value) -> Value:
 
 
 def _stacked(values: list[Value]) -> Value:
-    """Rows may be different quantities, such as the coefficients of a polynomial; then the array has no dimension."""
+    """A concatenation. Rows may be different quantities, such as the coefficients of a polynomial; the array then has
+    no dimension.
+    """
     dimensions = {value.dimension for value in values}
     return written(dimensions.pop() if len(dimensions) == 1 else None, f"[{', '.join(v.text for v in values)}]")
 

@@ -1,4 +1,4 @@
-"""The units of one kind of components: its equations and its energy account."""
+"""Unit check of one kind of components: its equations and its energy account."""
 
 import dataclasses
 import functools as ft
@@ -23,12 +23,12 @@ from .values import Value
 
 @dataclasses.dataclass(frozen=True)
 class KindUnits:
-    """What is found once for all components of a kind.
+    """Results of the unit check of a kind of components.
 
-    - `problems`: each as where it is and what it is, such as ("equation ohm", "equates ... with ...").
-    - `dimensions`: of its leaves by slot, declared or, where no unit is declared, following from the equations.
+    - `problems`: pairs of place and problem, such as ("equation ohm", "equates ... with ...").
+    - `dimensions`: the dimension of each leaf by slot, declared or, without a declaration, inferred from the equations.
     - `alike`: pairs of variables without a unit that have the same dimension.
-    - `unchecked`: the equations that are stated with `check_units=False`.
+    - `unchecked`: the equations with `check_units=False`.
     """
 
     problems: tuple[tuple[str, str], ...]
@@ -61,7 +61,7 @@ def kind_units(kind: Kind) -> KindUnits:
 
 
 def _groups(count: int, pairs: set[tuple[int, int]]) -> list[list[int]]:
-    """The slots that have the same dimension, one list for each such dimension."""
+    """The slots of equal dimension, one list for each dimension."""
     group = {slot: [slot] for slot in range(count)}
     for a, b in pairs:
         if group[a] is not group[b]:
@@ -84,7 +84,7 @@ def _interpreted(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpr
 
 
 def _conditions(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpreter]]:
-    """Those of `ifelse` in the equations that are to be checked."""
+    """The conditions of `ifelse` in the equations to check."""
     read = {item.slot - kind.n_own: t.name for t in templates(kind) if t.check_units for item in t.inputs}
     for i, name in sorted(read.items()):
         if i >= 0:
@@ -95,7 +95,7 @@ def _conditions(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpre
 
 
 def _leaves(kind: Kind) -> tuple[list[Value], list[tuple[str, str]]]:
-    """The leaves of a kind as values, and the units that are not what they should be."""
+    """The leaves of a kind as values, and the problems of their declared units."""
     values, problems = [], []
     for slot, (name, declaration) in enumerate(zip(kind.names, kind.declarations, strict=True)):
         try:
@@ -128,7 +128,7 @@ def _input(item: Input, values: list[Value]) -> Value:
 
 
 def _account(kind: Kind, values: list[Value]) -> Interpreter:
-    """The energy account must be stated in J, W and W."""
+    """Check that the energy account is in J, W and W."""
 
     def account(*leaves: Any) -> list[Array]:
         return [jnp.asarray(item, float) for item in kind.component(leaves).energy() or ()]

@@ -1,4 +1,4 @@
-"""The dimension of what an operation gives, by the name of the primitive."""
+"""Rules for the dimension of the result of an operation, by the name of the primitive."""
 
 from fractions import Fraction
 

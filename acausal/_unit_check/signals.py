@@ -1,4 +1,4 @@
-"""Signals that are joined: no unit is declared for them, but the equations at both ends may determine one."""
+"""Connected signals: they have no declared unit, but the equations at both ends may determine one."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from .kinds import kind_units
 
 
 def signal_problems(flat: FlatModel) -> list[str]:
-    """The connections, possibly by way of blocks that pass a signal on, of ports that carry different quantities."""
+    """Connections, also through blocks that pass a signal on, between ports of different quantities."""
     known = _dimensions(flat)
     unlike = np.array([not leaf.declaration.unit for leaf in flat.leaves], dtype=bool)[flat.leaf_of_node]
     pairs = flat.across[unlike[flat.across].any(axis=1)]
@@ -30,11 +30,11 @@ def signal_problems(flat: FlatModel) -> list[str]:
 
 def _problem(flat: FlatModel, found: dict[Dimension, int]) -> str:
     names = [f"{flat.node_name(node)} is in {described(dimension)}" for dimension, node in found.items()]
-    return f"These signals are joined, but carry different quantities: {', '.join(names)}."
+    return f"These signals are connected, but carry different quantities: {', '.join(names)}."
 
 
 def _dimensions(flat: FlatModel) -> dict[int, Dimension]:
-    """The dimension of each leaf that belongs to a component with equations, where it is known."""
+    """The known dimension of each leaf of a component with equations."""
     return {
         instances.leaf(entry, slot): dimension
         for instances in flat.instances
@@ -45,7 +45,7 @@ def _dimensions(flat: FlatModel) -> dict[int, Dimension]:
 
 
 def _passed_on(flat: FlatModel) -> Iterator[np.ndarray]:
-    """Pairs of nodes that equations of a component relate."""
+    """Pairs of nodes of equal dimension by the equations of a component."""
     for instances in flat.instances:
         alike = kind_units(instances.kind).alike
         if alike:

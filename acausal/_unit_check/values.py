@@ -1,4 +1,4 @@
-"""What is known of a value in place of its number: its dimension, and how it is written."""
+"""Abstract values: the dimension of a value, and its text."""
 
 import dataclasses
 import math
@@ -10,17 +10,17 @@ from .._tracing import is_traced
 from .._units.dimension import NUMBER, Dimension, described
 
 _LONGEST = 60
-_TINY = 1e-30  # a number this small keeps a quotient finite, and has any dimension, as zero has
+_TINY = 1e-30  # a number this small guards a quotient and has any dimension, like zero
 
-SUM, PRODUCT, ATOM = range(3)  # how tightly an expression binds
+SUM, PRODUCT, ATOM = range(3)  # precedence of an expression
 
 
 @dataclasses.dataclass(frozen=True)
 class Value:
-    """A value whose `dimension` is known, or None where it fits any.
+    """A value of a known `dimension`; None fits any.
 
-    `unit`: as declared. `number`: where it is a constant. `leaf`: the input without a unit that it has the dimension
-    of.
+    `unit`: the declared unit. `number`: the number of a constant. `leaf`: the input without a unit that has the same
+    dimension.
     """
 
     dimension: Dimension | None
@@ -36,19 +36,19 @@ class Value:
         return f"{self.text} in {described(self.dimension, self.unit)}"
 
     def within(self, rank: int) -> str:
-        """Its text as part of an expression that binds at least as tightly as `rank`."""
+        """Its text as part of an expression of precedence `rank` or higher."""
         return self.text if self.rank >= rank else f"({self.text})"
 
 
 def written(dimension: Dimension | None, text: str, rank: int = ATOM, leaf: int | None = None) -> Value:
-    """The value of an expression, abbreviated where it is long."""
+    """The value of an expression, with an abbreviated text if it is long."""
     if len(text) > _LONGEST:
         text, rank = text[: _LONGEST - 3].rstrip() + "...", ATOM
     return Value(dimension, text, rank, leaf=leaf)
 
 
 def constant(value: Any) -> Value:
-    """A number; one that is zero, infinite or not a number fits any dimension."""
+    """The value of a number. Zero, infinity and NaN fit any dimension."""
     if isinstance(value, float | int):
         is_any = abs(value) <= _TINY or not math.isfinite(value)
         return Value(None if is_any else NUMBER, f"{value:g}", number=float(value))

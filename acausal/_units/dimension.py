@@ -10,7 +10,7 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 @dataclasses.dataclass(frozen=True)
 class Dimension:
-    """A product of powers of the SI base units; an angle is a number. `str` gives it as Modelica writes units."""
+    """A product of powers of the SI base units; an angle is a number. `str` uses the notation of Modelica."""
 
     exponents: tuple[Fraction | int, ...] = (0,) * len(BASE_UNITS)
 
@@ -38,7 +38,7 @@ def _product(factors: Iterable[tuple[str, Fraction | int]]) -> str:
 
 
 def whole(exponent: Fraction | int) -> Fraction | int:
-    """The same number, as an integer where it is one: Python computes ten times faster with these."""
+    """The same number, as an integer if possible: arithmetic of Python is ten times faster with these."""
     return exponent.numerator if exponent.denominator == 1 else exponent
 
 
@@ -58,7 +58,7 @@ LENGTH = base("m")
 
 
 def _derived() -> dict[Dimension, str]:
-    """Names for the dimensions that occur most in machines and circuits."""
+    """Names of dimensions that are common in machines and circuits."""
     kg, m, s, A, K = map(base, ("kg", "m", "s", "A", "K"))
     N = kg * m / s**2
     J, Pa = N * m, N / m**2
@@ -77,7 +77,7 @@ DERIVED = _derived()
 
 
 def described(dimension: Dimension, unit: str | None = None) -> str:
-    """A dimension for a person to read, such as `N.m (kg.m2/s2)`; `unit` is the one declared, where there is one."""
+    """Text of a dimension, such as `N.m (kg.m2/s2)`; `unit` is the declared one, if any."""
     basic = str(dimension)
     name = unit or DERIVED.get(dimension, basic)
     return basic if name == basic else f"{name} ({basic})"

@@ -1,4 +1,4 @@
-"""Display units: values are computed in SI units and shown in those of drawings and data sheets."""
+"""Display units: values are computed in SI units and shown in the units of drawings and data sheets."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Self
 
 from .quantity import magnitude, quantity
 
-# By declared unit, not by dimension: N.m/A and Wb have one dimension, and are units of different quantities.
+# By declared unit, not by dimension: N.m/A and Wb have equal dimensions, but are units of different quantities.
 DISPLAY: Mapping[str, str] = MappingProxyType(
     {
         "s": "ms", "m": "mm", "m2": "mm2", "m3": "cm3", "m/s": "mm/s", "m2/s": "mm2/s", "m3/s": "cm3/s",
@@ -18,7 +18,7 @@ DISPLAY: Mapping[str, str] = MappingProxyType(
 
 
 def display_unit(unit: str) -> str:
-    """The unit in which values of a declared unit are shown: `cm3/rev` for `m3/rad`; without an entry, the same."""
+    """The display unit of a declared unit: `cm3/rev` for `m3/rad`; the same unit without an entry."""
     return DISPLAY.get(unit, unit)
 
 
@@ -29,7 +29,7 @@ def displayed(value: Any, unit: str) -> tuple[Any, str]:
 
 
 class Scale(NamedTuple):
-    """The scale of shown numbers: x is shown as (x - zero) / factor, in the unit `shown`."""
+    """Scale of displayed numbers: x is shown as (x - zero) / factor, in the unit `shown`."""
 
     shown: str = "1"
     factor: float = 1.0
@@ -37,34 +37,34 @@ class Scale(NamedTuple):
 
     @classmethod
     def of(cls, unit: str) -> Self:
-        """The scale that shows numbers of a declared unit in its display unit."""
+        """The scale from a declared unit to its display unit."""
         return cls(*scale_of("", unit, unit))
 
     def value(self, number: Any) -> Any:
-        """A number as it is shown."""
+        """A number in the display unit."""
         return (number - self.zero) / self.factor
 
     def difference(self, number: Any) -> Any:
-        """A difference as it is shown; temperatures may have another zero."""
+        """A difference in the display unit, without the offset of temperatures."""
         return number / self.factor
 
     @property
     def unit(self) -> str:
-        """The unit by its name; that of a pure number is "1"."""
+        """The name of the display unit; "1" for a pure number."""
         return self.shown or "1"
 
     @property
     def text(self) -> str:
-        """The unit behind a number, with a blank before it; nothing for a pure number."""
+        """The unit after a number, with a leading blank; empty for a pure number."""
         return "" if self.unit == "1" else f" {self.unit}"
 
     def headed(self, name: str) -> str:
-        """A name with the unit of its numbers, above a column or along an axis: "time [ms]"."""
+        """A name with its unit, for a column or an axis: "time [ms]"."""
         return f"{name} [{self.unit}]" if self.text else name
 
 
 def scale_of(shown: str, unit: str, where: str) -> Scale:
-    """The scale that shows numbers of `unit`, "" being that of SI, in another unit; by default in the display unit."""
+    """The scale from `unit` ("": the SI unit) to another unit; by default to its display unit."""
     shown = shown or display_unit(unit)
     if shown in ("", "1", unit):
         return Scale(shown)

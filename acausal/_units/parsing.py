@@ -1,7 +1,7 @@
-"""Unit strings in Modelica's notation, read by pint.
+"""Unit strings in Modelica's notation, parsed by pint.
 
-`.` multiplies, digits after a symbol are its exponent, and what is divided by stands behind one `/`, in parentheses if
-it is more than one factor: `N.m.s/rad`, `m3/(s.Pa)`, `kg.m2`, `1/s`. Exponents may be decimal: `m3/(s.Pa0.5)`.
+`.` multiplies, digits after a symbol are its exponent, and the denominator follows one `/`, in parentheses if it has
+more than one factor: `N.m.s/rad`, `m3/(s.Pa)`, `kg.m2`, `1/s`. Exponents may be decimal: `m3/(s.Pa0.5)`.
 """
 
 import dataclasses
@@ -22,15 +22,15 @@ _QUANTITIES = ("[mass]", "[length]", "[time]", "[current]", "[temperature]", "[s
 
 
 class UnknownUnit(ValueError):
-    """A string that is not a unit; the message says why."""
+    """A string that is not a unit. The message gives the reason."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Unit:
-    """What is known of a unit. `is_si`: a value in it is that in SI base units, angles in rad.
+    """Properties of a unit. `is_si`: a value in it equals that in SI base units, with angles in rad.
 
-    An angle is a number in a dimension, but turns are not radians: `has_angle` is true of rad/s and rpm, `counts` of Hz
-    and 1/min.
+    An angle has the dimension of a number, but turns are not radians: `has_angle` is true of rad/s and rpm, `counts` of
+    Hz and 1/min.
     """
 
     dimension: Dimension
@@ -41,7 +41,7 @@ class Unit:
 
 @ft.cache
 def registry() -> Any:
-    """All units that pint knows, and `rev`; made when the first one is used, which takes 0.1 s."""
+    """All units of pint, and `rev`. Created on first use, which takes 0.1 s."""
     import pint
 
     made = pint.UnitRegistry()
@@ -51,7 +51,7 @@ def registry() -> Any:
 
 
 def _coherent() -> dict[str, Dimension]:
-    """The units in which components are declared: values in a product of them are those in SI base units."""
+    """The units of declarations: values in a product of them equal those in SI base units."""
     named = {symbol: dimension for dimension, symbol in DERIVED.items() if symbol.isalpha()}
     ohm = named["ohm"]
     others = {"J": named["W"] * TIME, "Ohm": ohm, "Ω": ohm, "S": ohm**-1, "Hz": TIME**-1, "rad": NUMBER}
@@ -63,17 +63,17 @@ _COHERENT = _coherent()
 
 @ft.cache
 def parsed(unit: str) -> Unit:
-    """The unit that a string stands for; raises `UnknownUnit`."""
+    """The unit of a string. Raises `UnknownUnit`."""
     _expression(unit)
     if not is_coherent(unit):
-        return unit_of(pint_unit(unit), registry())  # pint knows many more, but takes long to import
+        return unit_of(pint_unit(unit), registry())  # pint has many more, but its import is slow
     powers = _powers(unit)
     dimension = math.prod((_COHERENT[symbol] ** power for symbol, power in powers.items()), start=NUMBER)
     return Unit(dimension, is_si=True, has_angle=powers.get("rad", 0) != 0, counts=powers.get("Hz", 0) != 0)
 
 
 def is_coherent(unit: str) -> bool:
-    """Whether a string is a product of units in which components are declared, for which pint is not imported."""
+    """Whether a string is a product of units of declarations, which needs no import of pint."""
     return _powers(unit).keys() <= _COHERENT.keys()
 
 
@@ -90,7 +90,7 @@ def _powers(unit: str) -> dict[str, Fraction]:
 
 @ft.cache
 def pint_unit(unit: str) -> Any:
-    """The unit of pint's registry that a string stands for; raises `UnknownUnit`."""
+    """The unit of pint's registry for a string. Raises `UnknownUnit`."""
     try:
         return registry().parse_units(_expression(unit))
     except AttributeError as error:  # pint's UndefinedUnitError
@@ -98,12 +98,12 @@ def pint_unit(unit: str) -> Any:
 
 
 def _expression(unit: str) -> str:
-    """The unit as pint writes it."""
+    """The unit in pint's notation."""
     tokens = list(_TOKEN.finditer(unit))
     kinds = "".join("f" if token["symbol"] or token[0] == "1" else token[0] for token in tokens)
     if "".join(token[0] for token in tokens) != unit or not _SHAPE.fullmatch(kinds):
         raise UnknownUnit(_unknown(unit, "write it as in N.m.s/rad or m3/(s.Pa)"))
-    if any(token["symbol"] == "Nm" for token in tokens):  # to pint a measure of yarn
+    if any(token["symbol"] == "Nm" for token in tokens):  # a unit of yarn in pint
         raise UnknownUnit(_unknown(unit, "newton metre is N.m"))
     return "".join(map(_translated, tokens))
 
@@ -127,13 +127,13 @@ def quotient(above: str, below: str) -> str:
 
 
 def _factors(unit: str) -> tuple[list[str], list[str]]:
-    """The factors above and below the line."""
+    """The factors of numerator and denominator."""
     above, _, below = unit.partition("/")
     return tuple([t[0] for t in _TOKEN.finditer(part) if t["symbol"]] for part in (above, below))  # pyright: ignore[reportReturnType]
 
 
 def unit_of(unit: Any, units: Any) -> Unit:
-    """A unit of a registry, with its dimension and whether it needs conversion."""
+    """A unit of a registry, with its dimension and its need for conversion."""
     exponents = dict(units.get_dimensionality(unit))
     if set(exponents) - set(_QUANTITIES):
         raise UnknownUnit(_unknown(str(unit), "it measures no physical quantity"))

@@ -1,4 +1,4 @@
-"""Numbers with a unit, and what they are in SI units."""
+"""Quantities, and their conversion to SI units."""
 
 import sys
 from collections.abc import Callable
@@ -12,26 +12,26 @@ U = TypeVar("U")
 
 
 def quantity(value: Any, unit: str) -> Any:
-    """A value in another unit than that of SI, as in `Inertia(J=quantity(120.0, "g.cm2"))` or `quantity(3000, "rpm")`.
+    """A value in another unit than the SI unit, as in `Inertia(J=quantity(120.0, "g.cm2"))` or `quantity(3000, "rpm")`.
 
-    It is a quantity of pint, so `quantity(1.5, "GPa") / quantity(10.0, "cm3")` is one too. A component converts it to
-    the declared unit when it is built; quantities of any other pint registry are taken as well. `value` may be an
+    It is a quantity of pint, so `quantity(1.5, "GPa") / quantity(10.0, "cm3")` is one, too. A component converts it to
+    the declared unit when it is built, also from a quantity of another pint registry. `value` may be an
     array, and may be traced.
 
-    The unit is written as in declarations: `N.m.s/rad`, `m3/(s.Pa)`, `cm3/rev`. `degC` is a temperature on its scale,
-    `delta_degC` a difference. Raises `ParameterError` for a unit that is not known.
+    The unit has the notation of declarations: `N.m.s/rad`, `m3/(s.Pa)`, `cm3/rev`. `degC` is an absolute temperature,
+    `delta_degC` a difference. Raises `ParameterError` for an unknown unit.
     """
     return registry().Quantity(value, _named("quantity", pint_unit, unit))
 
 
 def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
-    """The number of a quantity in a unit; a plain number is taken to be in it already.
+    """The number of a quantity in a unit; a plain number counts as already in this unit.
 
-    `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit, whichever it is.
+    `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit of any dimension.
 
     Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min)
-    given as an angular speed (rad/s, rpm) or the other way round: a factor of 2 pi would be lost. So it would where
-    a way or a volume is given for one per angle, as data sheets do that mean a turn.
+    given as an angular speed (rad/s, rpm) or vice versa, which would lose a factor of 2 pi. A length or a volume given
+    for one per angle is refused for the same reason: data sheets often mean one per turn.
     """
     if not has_unit(value):
         return value
@@ -58,13 +58,13 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
 
 
 def has_unit(value: object) -> bool:
-    """Whether a value is a quantity of pint, whose import costs nothing where there is none."""
+    """Whether a value is a quantity of pint. Does not import pint."""
     pint = sys.modules.get("pint")
     return pint is not None and isinstance(value, pint.Quantity)
 
 
 def _named(where: str, read: Callable[[str], U], unit: str) -> U:
-    """What `read` makes of a unit, with an error that says where the unit stands."""
+    """The result of `read` for a unit, with `where` in its error."""
     try:
         return read(unit)
     except UnknownUnit as error:
@@ -79,7 +79,7 @@ def _own(value: Any, where: str) -> tuple[Any, Unit]:
         return units.Quantity(value.magnitude, unit), unit_of(unit, units)
     except AttributeError as error:  # pint's UndefinedUnitError
         raise ParameterError(
-            f"{where} is given in {value.units}, a unit that only another registry knows: convert it first."
+            f"{where} is given in {value.units}, a unit of another registry only: convert it first."
         ) from error
     except UnknownUnit as error:
         raise ParameterError(f"{where}: {error}") from error

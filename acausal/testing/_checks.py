@@ -1,4 +1,4 @@
-"""The checks of a component, each of which raises `CheckFailed` with all that it found."""
+"""The checks of a component. Each raises `CheckFailed` with all problems found."""
 
 from collections.abc import Mapping
 
@@ -13,9 +13,9 @@ from ._gradients import gradient_problems
 from ._law import names, solved
 from ._points import Points, random_points
 
-BALANCED = 1e-7  # largest error of the power balance, as a share of its largest term
-ROUNDING = 1e-12  # and as a share of what its terms usually are
-CREEP = 1e-6  # power that may be given back, as a share of what is dissipated: friction that sticks creeps
+BALANCED = 1e-7  # tolerance of the power balance, relative to its largest term
+ROUNDING = 1e-12  # tolerance relative to the usual size of its terms
+CREEP = 1e-6  # tolerance of negative dissipation, relative to the largest one: sticking friction creeps
 
 
 def check_component(
@@ -29,10 +29,10 @@ def check_component(
     points: int = 8,
     seed: int = 0,
 ) -> None:
-    """Check the units of a component, its law, its power balance and its gradients, by itself: nothing is simulated.
+    """Check the units of a component, its law, its power balance and its gradients, without simulation.
 
-    See `check_units`, `check_law` (where `expected` is given), `check_power_balance` and `check_gradients`. Raises
-    `CheckFailed`, an `AssertionError`, with all that is wrong.
+    See `check_units`, `check_law` (if `expected` is given), `check_power_balance` and `check_gradients`. Raises
+    `CheckFailed`, an `AssertionError`, with all problems.
     """
     problems = unit_problems(flatten(component))
     if expected is not None:
@@ -58,7 +58,7 @@ def check_law(
     atol: float = 1e-12,
     sizes: float | None = None,
 ) -> None:
-    """Check values that follow from others by the equations of a component: closed forms, or published ones.
+    """Check values that the equations of a component determine from others, against closed forms or published data.
 
     `given` and `expected` name variables and derivatives, with one value or an array of them:
     `check_law(Inductor(L=2.0), {"der(i)": [1.0, 3.0]}, {"v": [2.0, 6.0]})`. See `solved`.
@@ -80,7 +80,7 @@ def _law_problems(
     problems = [
         f"{name} does not follow from {', '.join(given) or 'the parameters'}: give more."
         if name in known
-        else f"{name} is no variable."
+        else f"{name} is not a variable."
         for name in unknown
     ]
     for name in expected.keys() - set(unknown):
@@ -98,10 +98,10 @@ def _law_problems(
 def check_power_balance(component: Component, *, sizes: float | None = None, points: int = 8, seed: int = 0) -> None:
     """Check the energy account: power through the ports + supplied = d(stored)/dt + dissipated, dissipated >= 0.
 
-    It has to hold for any motion, and is evaluated at random points that meet the equations and their derivatives in
-    time: the first with the parameters that are given, the others with random ones around them, each in the modes that
-    its values imply. `sizes` is the typical size of all variables in SI units; by default, each has its nominal size.
-    What a component gives on purpose, as a negative resistance does, it has to state as `supplied`.
+    It must hold for any motion, and is evaluated at random points that satisfy the equations and their derivatives in
+    time: the first with the given parameters, the others with random ones around them, each in the modes that
+    its values imply. `sizes` is the size of all variables in SI units; by default, each has its nominal size.
+    An active component, such as a negative resistance, must state its power as `supplied`.
     """
     equations = OpenEquations(component, sizes)
     found, too_few = _found(equations, points, seed)
@@ -109,7 +109,7 @@ def check_power_balance(component: Component, *, sizes: float | None = None, poi
 
 
 def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
-    # Where all variables have their typical sizes, the terms have the sizes that tell rounding from power.
+    # With all variables of nominal size, the terms give the scale of rounding errors.
     anywhere = np.broadcast_to(equations.size, found.z.shape)
     balance, usual = (
         np.stack([np.asarray(item) for item in equations.balance(z, found.params, found.modes)])
@@ -130,7 +130,7 @@ def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
     if (dissipated < -rounding - CREEP * usual).any():
         i = int(np.argmin(dissipated))
         problems.append(
-            f"It dissipates {dissipated[i]:.6g} W, {_where(equations, found, i)}: what gives energy supplies."
+            f"It dissipates {dissipated[i]:.6g} W, {_where(equations, found, i)}: declare generated power as supplied."
         )
     return problems
 
@@ -139,7 +139,7 @@ def check_gradients(component: Component, *, sizes: float | None = None, points:
     """Check the derivatives of the equations and of the energy account with respect to variables and parameters.
 
     In random directions, forward mode, reverse mode and central differences agree at the points of
-    `check_power_balance`; at the start values, where laws often bend, both modes are finite where the law is.
+    `check_power_balance`; at the start values, where laws often have kinks, both modes are finite if the law is.
     """
     equations = OpenEquations(component, sizes)
     found, too_few = _found(equations, points, seed)
@@ -147,12 +147,12 @@ def check_gradients(component: Component, *, sizes: float | None = None, points:
 
 
 def _found(equations: OpenEquations, points: int, seed: int) -> tuple[Points, list[str]]:
-    """Random points that meet the equations, and a complaint where there are too few to tell anything."""
+    """Random points that satisfy the equations, and a complaint if they are too few for a check."""
     found = random_points(equations, points, seed)
     count = int(found.ok.sum())
     too_few = (
-        f"Only at {count} of {points} random points could its equations be met. Remedy: if they do not contradict each "
-        "other, give the typical size of its variables by `sizes`, or as `nominal` of the component."
+        f"Its equations have solutions near only {count} of {points} random points. Remedy: if they do not "
+        "contradict each other, give the size of its variables by `sizes`, or as `nominal` of the component."
     )
     return found.those_ok(), [too_few] if found.are_few else []
 

@@ -1,4 +1,4 @@
-"""The equations of a component whose own ports are open, as residuals at a point."""
+"""The equations of a component with open ports, as residuals at a point."""
 
 import functools as ft
 import math
@@ -24,12 +24,14 @@ from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
 from .._reduce.nominal import nominal_size
 
-Params = Sequence[jax.Array | np.ndarray]  # in the order of the leaves of a component, as the modes
+Params = Sequence[jax.Array | np.ndarray]  # in the order of the leaves of a component, like the modes
 Modes = Sequence[jax.Array | np.ndarray]
 
 
 def quick(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
-    """A function of stacked arguments, compiled quickly rather than well, for it is called a few times."""
+    """A function of stacked arguments, with fast compilation at the expense of run time, since it is called only a few
+    times.
+    """
     return jax.jit(jax.vmap(function), compiler_options={"xla_backend_optimization_level": 0})
 
 
@@ -45,8 +47,8 @@ class Balance(NamedTuple):
 class OpenEquations:
     """The equations and inner connections of a component, and their derivatives in time.
 
-    A point z of shape [3, variables] holds all variables with their first and second time derivatives. The
-    modes, which are the discrete variables that events change, are given apart.
+    A point z of shape [3, variables] contains all variables with their first and second time derivatives. The
+    modes, the discrete variables that events change, are separate.
     """
 
     def __init__(self, component: Component, sizes: float | None = None) -> None:
@@ -55,7 +57,7 @@ class OpenEquations:
         self.n: int = self.flat.n_nodes
         self.variables = [leaf for leaf in self.flat.leaves if leaf.declaration.is_variable]
         self.names: list[str] = [self.flat.node_name(node) for node in range(self.n)]
-        # The typical size of each variable: one for all, or else its nominal size.
+        # The size of each variable: one for all, otherwise its nominal size.
         pieces = [np.full(leaf.count, sizes or nominal_size(leaf)) for leaf in self.variables]
         self.size: np.ndarray = _joined(pieces)
         self._events = events_of(self.flat, ())
@@ -80,7 +82,7 @@ class OpenEquations:
         return params, modes
 
     def starts(self) -> np.ndarray:
-        """The point at which all variables have their start values and stand still, but for the time."""
+        """The point of the start values with zero derivatives except that of the time."""
         leaves, _ = complete_leaves(self.component)
         x = [
             np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack).ravel()
@@ -103,13 +105,13 @@ class OpenEquations:
 
     @ft.cached_property
     def rows(self) -> list[str]:
-        """The equation that each residual belongs to, by name."""
+        """The name of the equation of each residual."""
         names: list[str] = []
 
         def values(x: jax.Array, params: Params, modes: Modes) -> list[jax.Array]:
             found = self._residuals(x, x, params, modes)
             names[:] = found
-            return list(found.values())  # as a dictionary, it would come back sorted
+            return list(found.values())  # jax would sort a dictionary
 
         shapes = jax.eval_shape(values, np.zeros(self.n), *self.given(self.component))
         return [
@@ -131,14 +133,14 @@ class OpenEquations:
         return found
 
     def residual(self, x: jax.Array, dx: jax.Array, params: Params, modes: Modes) -> jax.Array:
-        """What is left of the equations; zero at a point that meets them."""
+        """The residuals of the equations; zero at a solution."""
         found = self._residuals(x, dx, params, modes)
         return jnp.concatenate([jnp.zeros(0), *map(jnp.ravel, found.values())])
 
     @ft.cached_property
     def linearised(self) -> Callable[..., PyTree]:
-        """For stacks of points, parameters and modes: what is left of the equations and of their derivatives in time,
-        and its Jacobian.
+        """For stacks of points, parameters and modes: the residuals of the equations and of their time derivatives, and
+        the Jacobian.
         """
 
         def both(z: jax.Array, params: Params, modes: Modes) -> tuple[jax.Array, jax.Array]:
@@ -174,8 +176,8 @@ class OpenEquations:
 
     @ft.cached_property
     def happens(self) -> Callable[..., PyTree]:
-        """For stacks of points: which conditions of events hold, the modes after the events whose conditions did not
-        hold before, and whether the component refuses the point.
+        """For stacks of points: the true conditions of events, the modes after the events that became true, and whether
+        the component refuses the point.
         """
         return quick(self._happens)
 
@@ -202,12 +204,12 @@ class OpenEquations:
 
     @property
     def _entries(self) -> list[EventEntry]:
-        """The events that components state; those of `ifelse`, which come last, follow from the equations."""
+        """The events of components; those of `ifelse`, which come last, follow from the equations."""
         entries = self._events.entries if self._events is not None else ()
         return [entry for entry in entries if entry.kind != "hold"]
 
     def quiet(self, k: int) -> list[np.ndarray]:
-        """The conditions of events at k points, none of which holds."""
+        """Conditions of events at k points, all false."""
         return [np.zeros((k, *entry.stack), bool) for entry in self._entries]
 
 

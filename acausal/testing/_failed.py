@@ -1,11 +1,11 @@
-"""What a check raises."""
+"""The error of a failed check."""
 
 from .._declare.component import Component
 from .._errors import AcausalError
 
 
 class CheckFailed(AcausalError, AssertionError):
-    """A component that does not keep what is checked; the message lists all that was found."""
+    """A component has failed a check. The message lists all problems."""
 
 
 def fail(component: Component, problems: list[str]) -> None:

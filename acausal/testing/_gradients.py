@@ -1,4 +1,4 @@
-"""Derivatives of a component's laws in both modes, against central differences."""
+"""Check of derivatives in both modes against central differences."""
 
 from typing import NamedTuple
 
@@ -10,17 +10,17 @@ from jax import Array
 from ._equations import Modes, OpenEquations, Params, quick
 from ._points import Points
 
-# Of central differences, in shares of the sizes. Laws that bend fast, or have a kink nearby, need the small ones; those
-# that lose digits by rounding the large one. A derivative that is wrong agrees with none of them.
+# Relative steps of central differences. Laws with a large curvature or a nearby kink need the small ones; laws with
+# large rounding errors need the large one. A wrong derivative agrees with none of them.
 STEPS = np.array([1e-5, 1e-6, 1e-7])
-AGREE = 1e-5  # largest difference between a derivative and finite differences, as a share of the terms
-ROUNDING = 1e-13  # error of rounding of the values that are subtracted, as a share of them
-SAME = 1e-9  # largest difference between both modes of differentiation, as a share of the terms
+AGREE = 1e-5  # tolerance between a derivative and finite differences, relative to the terms
+ROUNDING = 1e-13  # relative rounding error of the subtracted values
+SAME = 1e-9  # tolerance between both modes of differentiation, relative to the terms
 TERMS = ("stored energy", "dissipated power", "supplied power")
 
 
 def gradient_problems(equations: OpenEquations, found: Points, seed: int) -> list[str]:
-    """What is wrong with the derivatives at the points found, and at the start values."""
+    """Wrong derivatives at the points found and at the start values."""
     draw = np.random.default_rng(seed)
     params, modes = equations.given(equations.component)
     z = np.concatenate([found.z, equations.starts()[None]])[:, :2]
@@ -36,13 +36,13 @@ def gradient_problems(equations: OpenEquations, found: Points, seed: int) -> lis
 
 
 def _directions(value: np.ndarray, draw: np.random.Generator) -> np.ndarray:
-    """Directions in which parameters vary: in shares of them, but zero where they are infinite."""
+    """Directions of variation of parameters, relative to their values; zero for infinite ones."""
     way = np.where(value == 0.0, 1.0, np.abs(value)) * draw.normal(size=value.shape)
     return np.where(np.isfinite(value), way, 0.0)
 
 
 class _Found(NamedTuple):
-    """What is computed at each point.
+    """Results at each point.
 
     `value` and `forward` are the laws and their derivatives in forward mode, `differences` the derivatives by central
     differences over each of `STEPS`, and `of` the sizes of the numbers that are subtracted for them. The terms of `one`
@@ -58,7 +58,7 @@ class _Found(NamedTuple):
 
 
 class _Derivatives:
-    """All derivatives at one point."""
+    """The derivatives at one point."""
 
     def __init__(self, equations: OpenEquations) -> None:
         self.equations = equations
@@ -69,7 +69,7 @@ class _Derivatives:
 
     def __call__(self, z: Array, params: Params, modes: Modes, z_way: Array, p_way: Params, weight: Array) -> _Found:
         law = lambda z, params: self.laws(z, params, modes)  # noqa: E731
-        # Reverse mode is the transpose of what forward mode computes, and both are compiled with one copy of the law.
+        # Reverse mode is the transpose of forward mode, and both are compiled with one copy of the law.
         value, tangent = jax.linearize(law, z, params)
         forward = tangent(z_way, p_way)
         z_slope, p_slope = jax.linear_transpose(tangent, z, params)(weight)
@@ -87,7 +87,7 @@ class _Derivatives:
 
 
 def _told(labels: list[str], found: _Found) -> list[str]:
-    """What is wrong with the derivatives at points; the last point is that of the start values."""
+    """Wrong derivatives at points; the last point is that of the start values."""
     is_infinite = np.isfinite(found.value[-1]) & ~np.isfinite(found.forward[-1])
     problems = [
         f"The derivative of {labels[i]} is not finite at the start values." for i in np.flatnonzero(is_infinite)
@@ -101,7 +101,7 @@ def _told(labels: list[str], found: _Found) -> list[str]:
         k = int(np.argmax(wrong[:, i]))
         numbers = f"{forward[k, 0, i]:.9g} in forward mode, {differences[k, nearest[k, i], i]:.9g} by differences"
         problems.append(f"The derivative of {labels[i]} is {numbers}.")
-    # Reverse mode is the transpose of forward mode, and wrong wherever that is: this is said once.
+    # Reverse mode is the transpose of forward mode, so an error of that is reported once.
     return problems or _modes_differ(found)
 
 

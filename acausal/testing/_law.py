@@ -1,4 +1,4 @@
-"""The law of a component: what follows from given values."""
+"""The law of a component: values that its equations determine from given ones."""
 
 from collections.abc import Mapping
 
@@ -14,14 +14,14 @@ GUESSES = 3
 
 
 def solved(component: Component, given: Mapping[str, object], *, sizes: float | None = None) -> dict[str, np.ndarray]:
-    """What follows from given values of some variables, by the equations of a component and their time derivatives.
+    """Values that the equations of a component and their time derivatives determine from given ones.
 
     `given` names variables and derivatives, as in `{"w": 10.0, "der(w)": 2.0}`; a value may be an array of several
-    cases, over which the component is solved one by one. The result holds all variables, derivatives as `der(w)` and
-    `der(w, 2)`, that do not depend on anything that is not given. The modes are those that the values imply, from the
-    modes at the start. `sizes` as in `check_power_balance`.
+    cases, solved one by one. The result contains all determined variables, with derivatives as `der(w)` and
+    `der(w, 2)`. The modes are those that the values imply, starting from the
+    initial modes. `sizes` as in `check_power_balance`.
 
-    Raises `UnknownNameError` for a name that is no variable, `CheckFailed` where no values meet the equations.
+    Raises `UnknownNameError` for an unknown variable, and `CheckFailed` if there is no solution.
     """
     equations = OpenEquations(component, sizes)
     places = {name: _place(equations, name) for name in given}
@@ -40,7 +40,7 @@ def solved(component: Component, given: Mapping[str, object], *, sizes: float | 
     if not found.ok.all():
         case = int(np.argmin(found.ok)) % cases
         told = ", ".join(f"{name} = {value.ravel()[case]:g}" for name, value in zip(places, values, strict=True))
-        fail(component, [f"No values were found that meet its equations where {told}."])
+        fail(component, [f"Its equations have no solution for {told}."])
     z = found.z.reshape(GUESSES, cases, 3 * n)
     scale = np.maximum(np.tile(equations.size, 3), np.abs(z[0]))
     follows = np.all(np.ptp(z, axis=0) <= 1e-6 * scale, axis=0)

@@ -1,4 +1,4 @@
-"""Random points that meet the equations of a component, with random parameters, in the modes that they imply."""
+"""Random points that satisfy the equations of a component, with random parameters, in the modes that they imply."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -13,16 +13,16 @@ from .._declare.requirements import broken
 from .._errors import ModelError
 from ._equations import Modes, OpenEquations, Params
 
-ROUNDS = 8  # most changes of modes
-STEPS = 60  # most steps of Newton's method
-DRAWS = 4  # sets of guesses that are tried, where too few lead to points
-ENOUGH = 3  # at least one in so many guesses has to lead to a point
-MET = 1e-10  # largest residual of an equation, as a share of its terms
+ROUNDS = 8  # maximum number of mode changes
+STEPS = 60  # maximum number of Newton steps
+DRAWS = 4  # maximum number of sets of guesses
+ENOUGH = 3  # at least one of this many guesses must lead to a point
+MET = 1e-10  # tolerance of the residuals, relative to the terms of the equation
 
 
 @dataclasses.dataclass(frozen=True)
 class Points:
-    """Stacks of points, parameters and modes; and which of them meet the equations, in modes that agree with them."""
+    """Stacks of points, parameters and modes, and which of them satisfy the equations in consistent modes."""
 
     z: np.ndarray
     params: Params
@@ -31,11 +31,11 @@ class Points:
 
     @property
     def are_few(self) -> bool:
-        """Whether too few of them meet the equations to tell anything."""
+        """Whether too few points satisfy the equations for a check."""
         return ENOUGH * int(self.ok.sum()) < len(self.ok)
 
     def or_else(self, others: "Points") -> "Points":
-        """These points where they meet the equations, else `others`, which have the same parameters."""
+        """These points if they satisfy the equations, otherwise `others`, which have the same parameters."""
 
         def chosen(own: Array | np.ndarray, other: Array | np.ndarray) -> np.ndarray:
             return np.where(np.reshape(self.ok, (-1, *(1,) * (own.ndim - 1))), own, other)
@@ -49,9 +49,9 @@ class Points:
 
 
 def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
-    """Points near random guesses; the first one with the parameters that are given, the others with random ones.
+    """Points near random guesses; the first with the given parameters, the others with random ones.
 
-    Where too few guesses lead to points, because the component refuses many of them, new guesses are drawn.
+    New guesses are drawn if too few lead to points, because the component refuses many of them.
     """
     draw = np.random.default_rng(seed)
     variants = [equations.component] + [_varied(equations.component, draw) for _ in range(count - 1)]
@@ -84,7 +84,7 @@ def _stacked(given: Iterable[tuple[Params, Modes]]) -> tuple[Params, Modes]:
 
 
 def _varied(component: Component, draw: np.random.Generator, spread: float = 0.4) -> Component:
-    """The component with other parameters that it accepts; a zero stays zero in half of the cases."""
+    """The component with other admissible parameters; a zero stays zero in half of the cases."""
     noise = {path: draw.normal() for path in parameters(component)}
     stay = {path: draw.random() < 0.5 for path in noise}
     for _ in range(6):
@@ -101,7 +101,7 @@ def _varied(component: Component, draw: np.random.Generator, spread: float = 0.4
 
 
 def _replaced(component: Component, values: dict[str, np.ndarray]) -> Component | None:
-    """The component with other parameters; None where it refuses them."""
+    """The component with other parameters; None if it refuses them."""
     try:
         varied = replace(component, values)
     except ModelError:
@@ -110,14 +110,14 @@ def _replaced(component: Component, values: dict[str, np.ndarray]) -> Component 
 
 
 def nearby(equations: OpenEquations, guess: Points, fixed: np.ndarray | None = None) -> Points:
-    """Points that meet the equations, found from guesses; the numbers of a point that are `fixed` stay."""
+    """Points that satisfy the equations, near guesses; `fixed` components of a point stay."""
     z, params, modes, ok = guess.z, guess.params, guess.modes, guess.ok
     free = np.ones(3 * equations.n, bool) if fixed is None else ~fixed
     scale = np.tile(equations.size, 3)
     before, stays, refused = equations.quiet(len(z)), np.zeros(len(z), bool), np.zeros(len(z), bool)
     for _ in range(ROUNDS):
         z, ok = _newton(equations, z, params, modes, scale, free)
-        # Modes may change each other until they agree; the variables follow in the next search.
+        # Modes may change each other until they are consistent; the variables follow in the next search.
         for i in range(ROUNDS):
             before, new, refused = equations.happens(z[:, 0], params, modes, before)
             same = _alike(modes, new)
@@ -130,7 +130,7 @@ def nearby(equations: OpenEquations, guess: Points, fixed: np.ndarray | None = N
 
 
 def _alike(modes: Modes, others: Modes) -> np.ndarray:
-    """For which points all modes are the same."""
+    """For each point, whether all modes are equal."""
     same = [np.reshape(np.equal(a, b), (len(a), -1)).all(axis=1) for a, b in zip(modes, others, strict=True)]
     return np.all(same, axis=0) if same else np.asarray(True)
 
@@ -138,7 +138,7 @@ def _alike(modes: Modes, others: Modes) -> np.ndarray:
 def _newton(
     equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray, free: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's method with steps of least norm, measured by `scale`: where it ends, and which points it has found."""
+    """Newton's method with steps of least norm, relative to `scale`: the last iterates, and which have converged."""
     for _ in range(STEPS):
         residual, slope, finite = _rows(equations, z, params, modes, scale)
         if np.max(np.abs(residual), initial=0.0) < 1e-3 * MET:
@@ -154,7 +154,7 @@ def _newton(
 def _rows(
     equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Residuals and Jacobian in shares of the terms in each equation, and for which points they are finite."""
+    """Residuals and Jacobian relative to the terms of each equation, and for which points they are finite."""
     residual, slope = (np.asarray(item) for item in equations.linearised(z, params, modes))
     slope = slope * scale
     finite = np.all(np.isfinite(residual), axis=1) & np.all(np.isfinite(slope), axis=(1, 2))

@@ -27,3 +27,4 @@ if TYPE_CHECKING:
     from ._table import load as load
 else:
     __getattr__, __dir__, __all__ = when_asked(__name__)
+    __all__.remove("load")  # a star import must not shadow this everyday name

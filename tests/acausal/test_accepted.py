@@ -133,7 +133,10 @@ def _any(value: Any) -> Any:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: repeat(Resistor(R=1.0), -1), r"repeat\(part, n\) takes a component and how many of it, got .*, -1\)"),
+        (
+            lambda: repeat(Resistor(R=1.0), -1),
+            r"repeat\(part, n\) takes a component and the number of copies, got .*, -1\)",
+        ),
         (lambda: repeat(Resistor(R=1.0), _any(2.5)), r"repeat\(part, n\) takes a component"),
         (lambda: repeat(_any(3), 2), r"repeat\(part, n\) takes a component"),
         (lambda: replace(MODEL, _any(3)), r"replace\(model, values\) takes a dictionary by path, got 3"),

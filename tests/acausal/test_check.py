@@ -27,7 +27,7 @@ def test_parameters_out_of_range() -> None:
         "c.C must be positive and finite, got 0.0 F.",
     )
     assert str(found).splitlines()[0] == "2 problems found."
-    assert found.summary == "The structure was not analysed: mend these first."
+    assert found.summary == "The structure was not analysed: correct these first."
 
 
 class Mismatch(Component):
@@ -69,7 +69,7 @@ def test_units_and_structure_at_once() -> None:
     units, structure = found.problems
     assert "equation decay: equates d.x in m/s with -self.x in m" in units
     assert structure.startswith("Too few equations: no equation determines y.")
-    assert str(found).splitlines()[-1] == "The start was not computed: mend these first."
+    assert str(found).splitlines()[-1] == "The start was not computed: correct these first."
 
 
 class Circuit(Component):
@@ -84,7 +84,7 @@ class Circuit(Component):
 
 def test_contradicting_start_values() -> None:
     (problem,) = check(Circuit(members=(ConstantVoltage(V=5.0), Capacitor(C=1.0, v=2.0)))).problems
-    assert problem == "members[1].v: the start values contradict the equations. Leave some of them out."
+    assert problem == "members[1].v: the start values contradict the equations. Omit some of them."
     (problem,) = check(gear_train(2.0, w1=1.0, w2=1.0)).problems
     assert {"first.w", "second.w"} & set(problem.partition(":")[0].split(", "))
 

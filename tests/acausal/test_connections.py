@@ -178,7 +178,7 @@ CASES: dict[str, tuple[Any, str]] = {
     "kinds": (lambda m: connect(m.r.p, m.mass.a), r"r\.p is a Pin and mass\.a a Flange; only .* Put a component"),
     "counts": (
         lambda m: connect(m.masses[:].b, m.springs[:].a),
-        r"masses\[0\]\.b and springs\[0\]\.a stand for 3 and 2 ports\. Select as many",
+        r"masses\[0\]\.b and springs\[0\]\.a stand for 3 and 2 ports\. Select equally many",
     ),
     "part": (lambda m: connect(m.r, m.r.p), r"two or more ports, got \(Resistor, Pin\)\. Name the port"),
     "alone": (lambda m: connect(m.r.p), r"two or more ports, got \(Pin\)"),

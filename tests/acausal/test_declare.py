@@ -184,7 +184,7 @@ def test_parts_in_a_field_that_is_not_declared_to_hold_any() -> None:
     class Bag(Component):
         items: tuple
 
-    refused = pytest.raises(ModelError, match=r"Bag\.items\[0\] holds \w+, but is not declared to(?s:.*)tuple\[")
+    refused = pytest.raises(ModelError, match=r"Bag\.items\[0\] holds \w+, but does not declare it(?s:.*)tuple\[")
     # Equinox warns of the array before, which is less than an error.
     with refused, pytest.warns(UserWarning, match="set as static"):
         Bag(items=(Law(),))
@@ -209,7 +209,7 @@ def test_a_model_without_variables() -> None:
 
 
 def test_default_that_holds_parameters() -> None:
-    with pytest.raises(ModelError, match=r"Holder\.law has a default that holds parameters.*(?s:.*)Build it where"):
+    with pytest.raises(ModelError, match=r"Holder\.law has a default with parameters.*(?s:.*)Create it in"):
 
         class Holder(Component):
             law: Law = Law()

@@ -227,7 +227,7 @@ class Printing(Component):
 
 
 def test_equations_that_print_say_where_it_is_possible(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(ModelError, match=r"Printing\.equations does more than compute.* print them in a function"):
+    with pytest.raises(ModelError, match=r"Printing\.equations has a side effect.* print them in a function"):
         simulate(Printing(), 1.0)
 
     def printed(s: Any) -> Any:

@@ -357,7 +357,7 @@ def test_input_whose_rate_matters() -> None:
 
 
 def test_wrong_channels(motor: LinearSystem) -> None:
-    with pytest.raises(ModelError, match=r"Name the output, of motor\.rotor\.w, motor\.p\.i"):
+    with pytest.raises(ModelError, match=r"Name the output, one of motor\.rotor\.w, motor\.p\.i"):
         motor.transfer_function()
     with pytest.raises(ModelError, match=r"no input 'supply\.v'\. Did you mean supply\.V"):
         motor.channel("motor.p.i", "supply.v")

@@ -49,11 +49,11 @@ TEXT: Any = "x > 1"
 EMPTY: Any = []
 
 BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
-    "and": (lambda s: dict(e=when(s.x > 0.2 and s.x < 0.5, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
-    "or": (lambda s: dict(e=when(s.x > 0.2 or s.x < 0.5, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
-    "not": (lambda s: dict(e=when(not s.x > 0.2, mode=1.0)), r"part\.events asks .* by &, \| and ~ instead"),
+    "and": (lambda s: dict(e=when(s.x > 0.2 and s.x < 0.5, mode=1.0)), r"part\.events needs .* by &, \| and ~ instead"),
+    "or": (lambda s: dict(e=when(s.x > 0.2 or s.x < 0.5, mode=1.0)), r"part\.events needs .* by &, \| and ~ instead"),
+    "not": (lambda s: dict(e=when(not s.x > 0.2, mode=1.0)), r"part\.events needs .* by &, \| and ~ instead"),
     "if": (lambda s: dict(e=when(s.x > (1.0 if s.mode else 2.0), mode=1.0)), "instead of `if`"),
-    "float": (lambda s: dict(e=when(float(s.x) > 1.0, mode=1.0)), "part.events asks a variable for its number"),
+    "float": (lambda s: dict(e=when(float(s.x) > 1.0, mode=1.0)), "part.events needs the number of a variable"),
     "True": (lambda s: dict(e=when(True, mode=1.0)), "part.events: e has a bool as its condition"),
     "False": (lambda s: dict(e=refuse(False, "no")), "part.events: e has a bool as its condition"),
     "list": (lambda s: dict(e=when(RELATIONS(s), mode=1.0)), "part.events: e has a list as its condition"),
@@ -66,10 +66,10 @@ BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
         r"every -0\.1 s: `every` must be positive",
     ),
     "every zero": (lambda s: dict(e=at(0.1, every=0.0, mode=1.0)), "`every` must be positive"),
-    "equal": (lambda s: dict(e=when(s.x == 0.5, mode=1.0)), "part.events: e waits for real numbers to be equal"),
-    "unequal": (lambda s: dict(e=when(s.x != 0.5, mode=1.0)), "waits for real numbers to be equal"),
-    "equal in logic": (lambda s: dict(e=when((s.mode > 0) | ~(2 * s.x == 1.0), mode=1.0)), "waits for real numbers"),
-    "equal in an array": (lambda s: dict(e=when(jnp.any(s.x == jnp.arange(3.0)), mode=1.0)), "waits for real numbers"),
+    "equal": (lambda s: dict(e=when(s.x == 0.5, mode=1.0)), "part.events: e tests real numbers for equality"),
+    "unequal": (lambda s: dict(e=when(s.x != 0.5, mode=1.0)), "tests real numbers for equality"),
+    "equal in logic": (lambda s: dict(e=when((s.mode > 0) | ~(2 * s.x == 1.0), mode=1.0)), "tests real numbers"),
+    "equal in an array": (lambda s: dict(e=when(jnp.any(s.x == jnp.arange(3.0)), mode=1.0)), "tests real numbers"),
 }
 
 
@@ -139,8 +139,8 @@ class Branch(Component):
     ("part", "message"),
     [
         (Square, r"Square\.equations calls a function with its own derivative in reverse mode .* jax\.custom_jvp"),
-        (Loop, r"part\.law computes by a loop whose length only the run tells .* a loop of fixed length"),
-        (Branch, r"Branch\.equations asks a relation .* jnp\.where instead of `if`"),
+        (Loop, r"part\.law contains a loop of variable length .* a loop of fixed length"),
+        (Branch, r"Branch\.equations needs the truth value of a relation .* jnp\.where instead of `if`"),
     ],
 )
 def test_equations_that_are_refused(part: Callable[[], Component], message: str) -> None:

@@ -113,9 +113,9 @@ def test_python_control_agrees(gain: float) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("controller", "no signal to break a loop at"),
-        ("controller.z", "no signal to break a loop at"),
-        ("controller.k", "no signal to break a loop at"),
+        ("controller", "not a signal: to open a loop"),
+        ("controller.z", "not a signal: to open a loop"),
+        ("controller.k", "not a signal: to open a loop"),
     ],
 )
 def test_what_is_no_signal_is_told(name: str, said: str) -> None:

@@ -168,7 +168,7 @@ def test_never_without_a_choice() -> None:
         def equations(self, d: Self) -> Equations:
             return dict(decay=eq(self.T * d.x, -self.x))
 
-    with pytest.raises(StructureError, match="x must be a state although declared `never`"):
+    with pytest.raises(StructureError, match="x must be a state although it is declared `never`"):
         simulate(Lone(), 1.0)
 
 

@@ -193,5 +193,5 @@ class OfVariables(Component):
 
 
 def test_requirements_are_about_parameters() -> None:
-    with pytest.raises(ModelError, match=r"OfVariables.requirements uses x, which is no parameter"):
+    with pytest.raises(ModelError, match=r"OfVariables.requirements uses x, which is not a parameter"):
         simulate(OfVariables(), 1.0)

@@ -152,7 +152,7 @@ def test_classes_that_declare_something_else(
 
 def test_other_equations_are_said(fallen: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
     ball(monkeypatch, {"-self.g - ": "-2.0 * self.g - "})
-    with pytest.warns(acausal.VersionWarning, match="when the classes of Ball stated other equations"):
+    with pytest.warns(acausal.VersionWarning, match="with other equations in the classes of Ball"):
         load(fallen["run"])
 
 

@@ -121,7 +121,7 @@ def test_compile_in_a_singular_position() -> None:
 
 
 def test_a_forced_choice_in_a_singular_position() -> None:
-    with pytest.raises(StructureError, match=r"No states can be chosen.*rod.*change the start values"):
+    with pytest.raises(StructureError, match=r"No states can be chosen.*rod.*Change the start values"):
         choose_states(Swing(x=0.0, y=0.0))
 
 

@@ -211,7 +211,7 @@ def test_what_has_no_derivative_does_not_fail() -> None:
 
     times.defjvp(lambda point, rates: (times(*point), rates[0] * point[1]))
     assert fingerprint(jax.make_jaxpr(lambda x, n: times(x, n))(1.0, 2))
-    with pytest.raises(NoFingerprintError, match="cannot be taken"):
+    with pytest.raises(NoFingerprintError, match="a failing derivative"):
         fingerprint(product(lambda point, rates: 1 / 0))
 
 

@@ -127,7 +127,7 @@ class Law(TwoPin):
     ("check", "component", "message"),
     [
         (check_power_balance, ForgetfulFan(k=1e-3), r"not the rate of stored 0 W \+ dissipated .*k = 0.001.*Remedy"),
-        (check_power_balance, DrivingFan(k=1e-3), r"It dissipates -[\d.]+ W, at k = 0.001.*gives energy supplies"),
+        (check_power_balance, DrivingFan(k=1e-3), r"It dissipates -[\d.]+ W, at k = 0.001.*declare generated power"),
         (check_units, WrongUnits(k=1e-3), "equation drag: equates self.flange.tau in N.m"),
         (check_gradients, Law(R=2.0, kind="wrong rule"), "derivative of law is .* in forward mode, .* by differences"),
         (check_gradients, Law(R=2.0, kind="reverse"), "in forward and reverse mode differ"),
@@ -169,14 +169,14 @@ def test_what_does_not_follow_is_missing() -> None:
     assert "v" not in solved(Inductor(L=2.0), {"i": 1.0})
     with pytest.raises(CheckFailed, match="v does not follow from i: give more"):
         check_law(Inductor(L=2.0), {"i": 1.0}, {"v": 1.0})
-    with pytest.raises(CheckFailed, match="u is no variable"):
+    with pytest.raises(CheckFailed, match="u is not a variable"):
         check_law(Inductor(L=2.0), {"i": 1.0}, {"u": 1.0})
 
 
 def test_given_values_that_cannot_be() -> None:
     with pytest.raises(UnknownNameError, match=r"Inductor has no variable 'der\(j\)'\. Did you mean"):
         solved(Inductor(L=2.0), {"der(j)": 1.0})
-    with pytest.raises(CheckFailed, match=r"No values were found that meet its equations where v = 1, i = 1"):
+    with pytest.raises(CheckFailed, match=r"Its equations have no solution for v = 1, i = 1"):
         solved(Resistor(R=2.0), {"v": 1.0, "i": [0.5, 1.0]})
 
 
@@ -186,7 +186,7 @@ class Contradiction(TwoPin):
 
 
 def test_equations_that_cannot_be_met() -> None:
-    with pytest.raises(CheckFailed, match=r"Only at 0 of 8 random points .* Remedy: .*contradict"):
+    with pytest.raises(CheckFailed, match=r"near only 0 of 8 random points\. Remedy: .*contradict"):
         check_component(Contradiction())
 
 
@@ -204,7 +204,7 @@ class Plug(Component):
 
 def test_a_port_has_to_state_its_power() -> None:
     check_units(Plug())
-    with pytest.raises(ModelError, match=r"Tube does not state the power .* Remedy: .*def power\(self, d\)"):
+    with pytest.raises(ModelError, match=r"Tube does not state its power\. Remedy: .*def power\(self, d\)"):
         check_power_balance(Plug())
 
 

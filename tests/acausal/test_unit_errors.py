@@ -268,7 +268,8 @@ def test_a_signal_of_another_quantity() -> None:
     """The limiter passes the speed on, so that it would drive with a speed for a torque."""
     (problem,) = unit_problems(flatten(_drive(SpeedSensor())))
     assert problem == (
-        "These signals are joined, but carry different quantities: sensor.y.value is in 1/s, torque.u.value is in N.m "
+        "These signals are connected, but carry different quantities: "
+        "sensor.y.value is in 1/s, torque.u.value is in N.m "
         "(kg.m2/s2)."
     )
     with pytest.raises(UnitError, match=r"sensor\.y\.value is in 1/s, torque\.u\.value is in N\.m"):

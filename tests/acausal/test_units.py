@@ -182,7 +182,7 @@ WRONG: dict[str, tuple[Callable[..., Any], tuple[str, ...], str]] = {
     "comparison": (lambda a: jnp.where(a > 2.0, a, 0.0), ("m",), "compares a in m with 2 in 1"),
     "function": (lambda a: jnp.tanh(a), ("rad/s",), "takes tanh of a in rad/s (1/s), which is not a number"),
     "exponent": (lambda a, b: a**b, ("1", "m"), "takes a to the power of b in m, which is not a number"),
-    "base": (lambda a, b: a**b, ("m", "1"), "takes a in m to a power that varies, so that the result has no unit"),
+    "base": (lambda a, b: a**b, ("m", "1"), "takes a in m to a variable power, so the result has no unit"),
     "arc tangent": (lambda a, b: jnp.arctan2(a, b), ("m", "s"), "compares a in m with b in s"),
     "within a loop": (lambda a, b: jax.lax.fori_loop(0, 3, lambda i, x: x + b, a), ("N", "m"),
                       "adds a in N (kg.m/s2) to b in m"),

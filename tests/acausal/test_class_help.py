@@ -1,0 +1,120 @@
+"""Documentation that classes generate: for `help`, for notebooks, and for the page of the library."""
+
+import inspect
+import pydoc
+import subprocess
+import sys
+from typing import Any, Self
+
+import pytest
+from IPython.core.formatters import HTMLFormatter
+
+from acausal import Component, Energy, Equations, Param, Port, Record, Scalar, Var, eq, positive
+from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components.electrical import DCMotor, Pin, Resistor
+from components.hydraulic import Pipe
+from components.rotational import Flange, IdealGear, Inertia, MeshLoss, SpringDamper
+
+DOMAINS = (blocks, electrical, hydraulic, rotational, thermal, translational)
+CLASSES = [cls for domain in DOMAINS for _, cls in inspect.getmembers(domain, inspect.isclass)]
+MODELS = [cls for cls in CLASSES if issubclass(cls, Component | Port | Record)]
+
+
+def text_of(item: Any) -> str:
+    return pydoc.plain(pydoc.render_doc(item))
+
+
+def test_help_of_a_component() -> None:
+    text = text_of(IdealGear)
+    assert "IdealGear(*, ratio, a=Flange(), b=Flange(), support=None, nominal={})" in text
+    assert "phi_a = ratio phi_b" in text
+    assert "ratio  1  nonzero  turns of a for one turn of b" in text
+    assert "support  Flange  phi in rad, tau in N.m  optional" in text
+    assert "none is stored, dissipated or supplied" in text
+    assert len(text.splitlines()) < 70
+    assert "Any" not in text.split("Method resolution order")[0]
+    assert text_of(IdealGear(ratio=2.0)).splitlines()[1:] == text.splitlines()[1:]
+
+
+def test_parameters_variables_and_energy() -> None:
+    text = SpringDamper.__doc__ or ""
+    assert "\n    c         N.m/rad    nonnegative       stiffness\n" in text
+    assert "\n    phi_rel0  rad                     = 0  relative angle of the unloaded spring\n" in text
+    assert "\n    w_rel    rad/s  relative speed\n" in text
+    assert "\n    stored      J  0.5 * c * (phi_rel - phi_rel0) ** 2\n" in text
+    assert text.endswith("\n    dissipated  W  d * w_rel ** 2")
+
+
+def test_arguments_of_a_constructor_of_its_own() -> None:
+    text = Pipe.__doc__ or ""
+    assert "Options:\n    n  number of segments, at least 2\n" in text
+    assert "\n    friction  PipeFriction  optional" in text
+    assert "\n    p_inner  Pa    shape (inner)  pressure at the inner nodes\n" in text
+    assert "Energy:\n    that of its parts" in (DCMotor.__doc__ or "")
+
+
+def test_ports_and_records() -> None:
+    assert "\n    tau  N.m  torque, positive into the component" in (Flange.__doc__ or "")
+    assert "\n    transition_power  W  positive  = 0.1  P_t" in (MeshLoss.__doc__ or "")
+    assert "factor(self, delivered" in text_of(MeshLoss)
+
+
+@pytest.mark.parametrize("cls", MODELS, ids=lambda cls: f"{cls.__module__}.{cls.__name__}")
+def test_every_class_has_a_text_and_a_signature(cls: Any) -> None:
+    text = cls.__doc__
+    assert text.startswith(inspect.cleandoc(vars(cls)["__doc__"]))
+    assert not {"Any", "NoneType"} & set(text.split("Parameters:")[-1].split())
+    assert all(item.annotation is item.empty for item in inspect.signature(cls).parameters.values())
+
+
+class _Leaky(Component):
+    v: Var[Scalar, "V"] = 0.5
+    g: Param[Scalar, "S", positive] = 1.0
+    p: Pin = Pin()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(voltage=eq(self.v, self.p.v), leak=eq(self.p.i, self.g * self.v))
+
+    def energy(self) -> Energy:
+        loss = self.g * self.v**2
+        return Energy(dissipated=loss)
+
+
+def test_a_class_without_a_text() -> None:
+    """Has its tables, and not the signature that dataclasses writes; a local variable says nothing about a loss."""
+    assert _Leaky.__doc__ == (
+        "Parameters:\n    g  S  positive  = 1\n\nPorts:\n    p  Pin  v in V, i in A\n\n"
+        "Variables:\n    v  V  = 0.5\n\nEnergy:\n    dissipated  W"
+    )
+
+
+@pytest.mark.parametrize(("item", "has_values"), [(Resistor, False), (Resistor(R=2.0), True)])
+def test_cards_in_notebooks(item: Any, has_values: bool) -> None:
+    shown = HTMLFormatter()(item) or ""
+    assert "Ohm&#x27;s law" in shown
+    assert '<td style="text-align:left">ohm</td>' in shown
+    assert ("2 ohm" in shown) == has_values
+
+
+SILENT = """
+import sys
+from components.rotational import IdealGear
+assert "acausal._show.class_card" not in sys.modules
+assert "Parameters:" in IdealGear.__doc__
+"""
+
+
+def test_texts_are_made_when_they_are_asked_for() -> None:
+    subprocess.run([sys.executable, "-c", SILENT], check=True)
+
+
+def test_a_model_of_unknown_annotations_has_a_text() -> None:
+    """As for those that are imported for type checkers only."""
+
+    class Shaft(Component):
+        """A shaft."""
+
+        rotor: "Unknown"  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
+
+    assert (Shaft.__doc__ or "").startswith("A shaft.")
+    assert Inertia.__doc__ != Shaft.__doc__
