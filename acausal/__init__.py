@@ -114,16 +114,16 @@ from ._errors import (
 )
 from ._evaluate.choose_states import choose_states
 from ._evaluate.system import System
-from ._integrate.energy import EnergyAccount
-from ._integrate.event_log import EventLog
-from ._integrate.initialise import initialise
-from ._integrate.peaks import Peak
-from ._integrate.result import Result
+from ._integrate.loop.peaks import Peak
+from ._integrate.results.energy import EnergyAccount
+from ._integrate.results.event_log import EventLog
+from ._integrate.results.solution import Solution
+from ._integrate.results.solution_plot import compare as compare
+from ._integrate.results.unresolved import UnresolvedWarning
+from ._integrate.setup.result import Result
 from ._integrate.simulate import simulate
-from ._integrate.solution import Solution
-from ._integrate.solution_plot import compare as compare
 from ._integrate.solvers import Rodas3P, Rodas5P
-from ._integrate.unresolved import UnresolvedWarning
+from ._integrate.start.initialise import initialise
 from ._reduce.jumps import JumpWarning
 from ._save_load import VersionWarning
 from ._save_load import about as about

@@ -5,7 +5,7 @@ import types
 from collections.abc import Iterator
 
 from acausal import Component, Port, Record
-from acausal._show.class_card import Row, own_text, parameters, parts
+from acausal._declare.class_card import Row, own_text, parameters, parts
 
 from ._modelica import MODELICA
 

@@ -12,8 +12,8 @@ from jax import Array
 from .._declare.component import Component
 from .._evaluate.building import system_of
 from .._evaluate.system import System
-from .._integrate.options import kind_of, names_of
-from .._integrate.user_function import UserFunction, trace
+from .._integrate.setup.options import kind_of, names_of
+from .._integrate.setup.user_function import UserFunction, trace
 from .._numbers import Numbers
 from .._progress import compiling
 from .linear_system import LinearSystem

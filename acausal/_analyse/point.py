@@ -22,9 +22,9 @@ from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._integrate.options import begun_late, check_begun_late, instant
-from .._integrate.started import started
-from .._integrate.starting import start_of, why_ended
+from .._integrate.loop.starting import start_of, why_ended
+from .._integrate.setup.options import begun_late, check_begun_late, instant
+from .._integrate.start.started import started
 from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced

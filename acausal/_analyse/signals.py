@@ -13,8 +13,8 @@ from jax import Array
 from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
 from .._evaluate.system import System
-from .._integrate.options import names_of
-from .._integrate.user_function import as_function
+from .._integrate.setup.options import names_of
+from .._integrate.setup.user_function import as_function
 from .._reduce.flat_model import FlatLeaf
 
 Output = str | Callable[[Any], Any]

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .._integrate.energy import stored
-from .._integrate.user_function import UserFunction, trace
+from .._integrate.results.energy import stored
+from .._integrate.setup.user_function import UserFunction, trace
 from .._reduce.jaxpr import slice_output
 from .modes import Shares
 from .point import Point, invariants_at

@@ -12,19 +12,19 @@ from jax import Array
 from jaxtyping import PyTree
 
 from .._evaluate.initial import initial_state
-from .adjoint import BOTH_MODES, FORWARDS, Kind, kind_of_loop
-from .carry import Carry
-from .derivative import differentiable
-from .ending import Integrated, Kept, ended, solution_of, with_saved
-from .field import Given
-from .loop import Run
-from .not_finite import first_saved_not_finite
-from .options import harmless, unmet
-from .run_events import RunEvents
-from .settings import RunNumbers, Settings
-from .solution import Solution
-from .starting import begin
-from .unresolved import are_blurred
+from .events.run_events import RunEvents
+from .loop.carry import Carry
+from .loop.loop import Run
+from .loop.not_finite import first_saved_not_finite
+from .loop.starting import begin
+from .results.ending import Integrated, Kept, ended, solution_of, with_saved
+from .results.solution import Solution
+from .results.unresolved import are_blurred
+from .setup.field import Given
+from .setup.options import harmless, unmet
+from .setup.settings import RunNumbers, Settings
+from .step.adjoint import BOTH_MODES, FORWARDS, Kind, kind_of_loop
+from .step.derivative import differentiable
 
 
 @ft.partial(jax.jit, static_argnums=0)

@@ -19,16 +19,16 @@ from jaxtyping import PyTree
 
 from .._tracing import are_traced, within_transformation
 from . import run as traced
-from .adjoint import kind_of_loop
-from .carry import Carry
-from .ending import Ending, Integrated, ended
-from .field import Given
-from .made_from import digest_of
-from .options import harmless
-from .recording import Recording
-from .settings import Settings
-from .solution import Solution
-from .stored_program import is_missing, program_for, result_of
+from .loop.carry import Carry
+from .programs.made_from import digest_of
+from .programs.stored_program import is_missing, program_for, result_of
+from .results.ending import Ending, Integrated, ended
+from .results.recording import Recording
+from .results.solution import Solution
+from .setup.field import Given
+from .setup.options import harmless
+from .setup.settings import Settings
+from .step.adjoint import kind_of_loop
 
 
 def run(settings: Settings, given: Given) -> Solution:

@@ -24,18 +24,27 @@ from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
-from .energy import powers, stored
-from .failure import is_trial, report_failure
-from .field import Given
-from .options import check_known, count, flag, instant, kind_of, number, one_of, times_of
+from .results.energy import powers, stored
+from .results.failure import is_trial, report_failure
+from .results.solution import Solution
+from .results.unresolved import warn_of_unresolved
 from .run_of_known import run
-from .settings import RunNumbers, Settings
-from .solution import Solution
+from .setup.field import Given
+from .setup.options import (
+    check_known,
+    count,
+    flag,
+    instant,
+    kind_of,
+    number,
+    one_of,
+    times_of,
+)
+from .setup.settings import RunNumbers, Settings
+from .setup.user_function import UserFunction, as_function, trace
 from .solvers import AbstractRosenbrock, Rodas5P
-from .start_search import search_start
-from .started import started
-from .unresolved import warn_of_unresolved
-from .user_function import UserFunction, as_function, trace
+from .start.start_search import search_start
+from .start.started import started
 
 MAX_STEPS = 4096
 MAX_EVENTS = 32

@@ -20,8 +20,8 @@ from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._indices import joined
-from .._integrate.failure import about_block, about_range
-from .._integrate.started import started
+from .._integrate.results.failure import about_block, about_range
+from .._integrate.start.started import started
 from .._reduce.flatten import flatten
 from .._reduce.stated import initial_templates, templates
 from .structure import structure

@@ -17,7 +17,7 @@ from .._declare.layout import complete_leaves
 from .._declare.node import Port
 from .._evaluate.event_set import EventEntry
 from .._evaluate.events import events_of
-from .._integrate.energy import accounts
+from .._integrate.results.energy import accounts
 from .._numbers import Numbers
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel

@@ -12,8 +12,9 @@ from _models import rc
 
 from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._evaluate.building import system_of
-from acausal._integrate import over_run, reading, run_of_known, trajectories
-from acausal._integrate.user_function import trace
+from acausal._integrate import run_of_known
+from acausal._integrate.results import over_run, reading, trajectories
+from acausal._integrate.setup.user_function import trace
 
 LIMITS = types.ModuleType("limits")
 

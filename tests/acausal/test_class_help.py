@@ -99,7 +99,7 @@ def test_cards_in_notebooks(item: Any, has_values: bool) -> None:
 SILENT = """
 import sys
 from components.rotational import IdealGear
-assert "acausal._show.class_card" not in sys.modules
+assert "acausal._declare.class_card" not in sys.modules
 assert "Parameters:" in IdealGear.__doc__
 """
 

@@ -10,8 +10,8 @@ import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
-from acausal._integrate.crossing import Conditions, first_crossing
-from acausal._integrate.interval import Seen, seen
+from acausal._integrate.events.crossing import Conditions, first_crossing
+from acausal._integrate.step.interval import Seen, seen
 from acausal._reduce.logic import circuit
 
 Pair = Float[Array, "2"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from acausal import Scalar
-from acausal._integrate.derivative import FEW, HELD, differentiable
+from acausal._integrate.step.derivative import FEW, HELD, differentiable
 
 MODES = {"forward": jax.jacfwd, "reverse": jax.jacrev}
 

@@ -8,7 +8,7 @@ import pytest
 from _models import rc
 
 from acausal import EnergyAccount, ModelError, simulate
-from acausal._integrate.energy_plot import Flow, flows
+from acausal._integrate.results.energy_plot import Flow, flows
 
 ACCOUNT = EnergyAccount(
     supplied={"source": 10.0, "brake": -1.0, "spring": 0.0, "small": 0.0, "tiny": 0.0},

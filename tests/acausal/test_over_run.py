@@ -10,7 +10,7 @@ from _models import oscillator, rc
 from test_events import Ball
 
 from acausal import ModelError, simulate
-from acausal._integrate import settings
+from acausal._integrate.setup import settings
 
 E0 = 0.7
 G = 9.81

@@ -1,43 +1,78 @@
-"""The rooms of the engine: each knows only those before it."""
+"""The rooms of the library: each knows only those before it, and no module imports another in a circle."""
 
 import ast
+import graphlib
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 import acausal
 
 ROOT = Path(acausal.__file__).parent
-ORDER = (
-    "_units",
-    "_declare",
-    "_reduce",
-    "_unit_check",
-    "_evaluate",
-    "_integrate",
-    "_analyse",
-    "_show",
-    "testing",
-    "design",
-)
+ROOMS = {
+    "acausal": (
+        *("_units", "_declare", "_reduce", "_unit_check", "_evaluate", "_integrate", "_analyse", "_show"),
+        *("testing", "design"),
+    ),
+    "acausal._integrate": ("solvers", "setup", "programs", "step", "events", "loop", "start", "results"),
+    "acausal.design": (
+        *("_problem", "_certificate", "_compute", "_sensitivity", "_optimise"),
+        *("_identify", "_control", "_sweep", "_choose", "_tolerance"),
+    ),
+}
+MODULES = {
+    ".".join(path.relative_to(ROOT.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(ROOT.rglob("*.py"))
+}
 
 
-def _imported(path: Path) -> set[str]:
-    """The rooms that a file imports from, within functions too; what is imported for types alone does not count."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
+def imports(module: str) -> Iterator[tuple[str, bool]]:
+    """The modules of the library that a module imports, and whether a function does so; not those for types alone."""
+    path = MODULES[module]
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    todo: list[tuple[ast.AST, bool]] = [(node, False) for node in ast.parse(path.read_text()).body]
+    while todo:
+        node, is_late = todo.pop()
         if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-            node.body = []
-    found = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level)
-    return {(node.module or "").partition(".")[0] for node in found if node.level == len(path.relative_to(ROOT).parts)}
+            continue
+        if isinstance(node, ast.ImportFrom) and node.level:
+            above = package.split(".")[: len(package.split(".")) - node.level + 1]
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            named = {f"{base}.{alias.name}" for alias in node.names} & set(MODULES)
+            yield from ((name, is_late) for name in named or {base})
+        is_function = isinstance(node, ast.FunctionDef | ast.Lambda)
+        todo += [(child, is_late or is_function) for child in ast.iter_child_nodes(node)]
 
 
-def test_no_room_imports_from_one_behind_it() -> None:
-    rooms = {path.name for path in ROOT.iterdir() if path.is_dir() and path.name != "__pycache__"}
-    assert rooms == set(ORDER)
-    backwards = {
-        f"{path.relative_to(ROOT)} from {other}"
-        for room in ORDER
-        for path in (ROOT / room).rglob("*.py")
-        for other in _imported(path) & rooms
-        if ORDER.index(other) > ORDER.index(room)
-    }
-    assert not backwards
+def room_of(module: str, house: str) -> int:
+    """The place of its room in the order; -1 for modules beside the rooms."""
+    first = module.removeprefix(f"{house}.").partition(".")[0]
+    return ROOMS[house].index(first) if module.startswith(f"{house}.") and first in ROOMS[house] else -1
+
+
+@pytest.mark.parametrize("house", ROOMS)
+def test_a_room_imports_only_from_those_before_it(house: str) -> None:
+    folders = {path.name for path in MODULES[house].parent.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert folders == set(ROOMS[house])
+    pairs = [(module, other) for module in MODULES if room_of(module, house) >= 0 for other, _ in imports(module)]
+    assert not [pair for pair in pairs if room_of(pair[1], house) > room_of(pair[0], house)]
+
+
+def test_no_module_imports_another_in_a_circle() -> None:
+    graph = {module: {other for other, is_late in imports(module) if not is_late} for module in MODULES}
+    tuple(graphlib.TopologicalSorter(graph).static_order())
+
+
+def test_the_rooms_of_a_run_do_not_know_what_runs_them() -> None:
+    drivers = {f"acausal._integrate.{name}" for name in ("run", "run_of_known", "simulate")}
+    inside = [module for module in MODULES if room_of(module, "acausal._integrate") >= 0]
+    assert not [(module, other) for module in inside for other, _ in imports(module) if other in drivers]
+
+
+def test_designs_import_their_pictures_late() -> None:
+    """Pictures know what they draw, so the methods that draw import them."""
+    for module in MODULES:
+        for other, is_late in imports(module) if module.startswith("acausal.design.") else ():
+            if other.startswith("acausal.design."):
+                assert is_late == other.endswith(".plots"), f"{module} imports {other}"

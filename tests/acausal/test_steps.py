@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from acausal import Component, Equations, Scalar, Var, eq, simulate
-from acausal._integrate import adjoint
-from acausal._integrate.adjoint import nested_loop
-from acausal._integrate.controller import PER_OCTAVE, on_grid
+from acausal._integrate.step import adjoint
+from acausal._integrate.step.adjoint import nested_loop
+from acausal._integrate.step.controller import PER_OCTAVE, on_grid
 
 
 def squared(x: Scalar, n: Any, max_steps: int) -> Any:

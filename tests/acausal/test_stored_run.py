@@ -34,7 +34,7 @@ from acausal import (
 )
 from acausal._evaluate.building import system_of
 from acausal._fingerprint import NoFingerprintError, fingerprint
-from acausal._integrate import made_from, stored_program
+from acausal._integrate.programs import made_from, stored_program
 from acausal._jax_settings import programs
 
 

@@ -11,7 +11,7 @@ import pytest
 from _sized_models import circuit, shaft
 
 from acausal import Component, ModelError, Result, UnresolvedWarning, replace, simulate
-from acausal._integrate.unresolved import are_unresolved
+from acausal._integrate.results.unresolved import are_unresolved
 
 
 @pytest.mark.parametrize(("model", "names"), [(circuit(1e-5, 1e-5), ["l.i", "c.v"]), (shaft(1e-6, 1e-6), ["rotor.w"])])

@@ -14,7 +14,7 @@ from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError, ParameterError
-from ..._integrate.options import count, flag
+from ..._integrate.setup.options import count, flag
 from ..._integrate.simulate import simulate
 from ..._numbers import Numbers
 from .._optimise.optimise import optimise

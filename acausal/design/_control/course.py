@@ -8,8 +8,8 @@ import numpy as np
 
 from ..._declare.component import Component
 from ..._extras import Figure
-from ..._integrate.columns import Item
-from ..._integrate.solution import Solution
+from ..._integrate.results.columns import Item
+from ..._integrate.results.solution import Solution
 from .._optimise.design import Design
 from .._optimise.entries import Tried
 from .._problem.free import Free

@@ -23,7 +23,7 @@ from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError, suggestion
 from ..._evaluate.building import system_of
-from ..._integrate.solution import Solution
+from ..._integrate.results.solution import Solution
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters
 

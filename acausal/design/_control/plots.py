@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..._extras import Figure
-from ..._integrate.columns import Column, Item, columns
-from ..._integrate.solution_plot import axes_below
+from ..._integrate.results.columns import Column, Item, columns
+from ..._integrate.results.solution_plot import axes_below
 from .course import Course
 
 

@@ -13,7 +13,7 @@ from jaxtyping import Array, Int
 from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._errors import ArgumentError, ModelError
-from ..._integrate.result import is_success, sentence
+from ..._integrate.setup.result import is_success, sentence
 from ..._integrate.simulate import simulate
 from ..._numbers import Numbers
 from .._problem.free import Place, with_numbers

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._declare.component import Component
 from ..._errors import ModelError, ParameterError, SimulationError, suggestion
-from ..._integrate.options import count
+from ..._integrate.setup.options import count
 from .._problem.distributions import Normal
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters

@@ -10,7 +10,7 @@ from ..._analyse.table import aligned
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._extras import Axes
-from ..._integrate.options import count, one_of
+from ..._integrate.setup.options import count, one_of
 from ..._units.display import Scale
 from .._problem.limits import Limit, Objective, objectives_of
 from .._problem.types import ByPath

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ..._analyse.table import aligned
 from ..._declare.component import Component
 from ..._errors import SimulationError
-from ..._integrate.failure import trials
+from ..._integrate.results.failure import trials
 from ..._progress import compiling
 from ..._units.display import Scale
 from .._certificate.second_order import one_sided_derivatives

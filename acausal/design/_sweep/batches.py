@@ -19,8 +19,8 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ..._declare.component import Component
 from ..._equinox_private import members_of
-from ..._integrate.failure import trials
-from ..._integrate.result import Result, is_success, sentence
+from ..._integrate.results.failure import trials
+from ..._integrate.setup.result import Result, is_success, sentence
 from ..._progress import compiling
 from ..._reduce.jaxpr import arrays_in
 from .._compute.cores import CHUNK

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from ..._declare.component import Component
 from ..._errors import ModelError, ParameterError
 from ..._extras import Dataset, needed
-from ..._integrate.options import count
+from ..._integrate.setup.options import count
 from ..._units.display import Scale
 from ..._units.quantity import has_unit, magnitude
 from .._compute.cores import CHUNK

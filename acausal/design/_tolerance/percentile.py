@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ParameterError
-from ..._integrate.result import is_success
+from ..._integrate.setup.result import is_success
 from .._compute.evaluator import Evaluator
 from .._problem.distributions import Distribution, member_count, sobol_scores
 from .._problem.types import ByPath, Function

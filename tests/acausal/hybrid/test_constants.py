@@ -30,8 +30,10 @@ from acausal import (
     simulate,
     when,
 )
-from acausal._integrate import crossing, loop, moment, rounds, run_events, schedule, settings, turns
 from acausal._integrate import run as compiled
+from acausal._integrate.events import crossing, moment, rounds, run_events, turns
+from acausal._integrate.loop import loop
+from acausal._integrate.setup import schedule, settings
 from acausal._reduce.jaxpr import slice_outputs
 from components import blocks, electrical
 
@@ -52,8 +54,11 @@ DERIVATIVE = {"STILL": moment}  # of event times
 ROOM = dict.fromkeys(("AT_ONCE", "STEPS", "MOMENTS", "ROOM"), settings)  # of records
 ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
-    "_integrate": "carry changes course crossing event_history event_log event_numbers interval iteration loop moment "
-    "part peaks rounds run_events schedule settings starting turns",
+    "_integrate.setup": "schedule settings",
+    "_integrate.step": "course interval",
+    "_integrate.events": "changes crossing event_history event_numbers iteration moment part rounds run_events turns",
+    "_integrate.loop": "carry loop peaks starting",
+    "_integrate.results": "event_log",
     "_evaluate": "event_set events instants",
     "_reduce": "angles held instants jumps logic margins",
     "_declare": "ifelse",

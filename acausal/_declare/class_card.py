@@ -1,0 +1,164 @@
+"""Content of the documentation of a component class: its text, parameters, ports, variables and energy account."""
+
+import dataclasses
+import functools as ft
+import inspect
+import re
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from .annotations import Declaration
+from .component import Component
+from .energy_terms import energy_terms
+from .fields import dynamic_fields
+from .node import Node, Port, Record
+
+_LINE = r"^ +{name}: .*?  # (?:noqa: \w+  # )?(?P<meaning>.*)$"
+
+
+class Row(NamedTuple):
+    """One argument, port or variable. `kind` is its unit, or its class."""
+
+    name: str
+    kind: str = ""
+    range: str = ""
+    default: str = ""
+    meaning: str = ""
+
+
+class Card(NamedTuple):
+    """Documentation of a class: its own text, and a table for each heading."""
+
+    name: str
+    text: str
+    tables: dict[str, list[Row]]
+
+
+def card_of(cls: Any) -> Card:
+    """The documentation of a class of components, ports or records."""
+    tables = {
+        "Parameters": list(parameters(cls)),
+        "Options": list(_options(cls)),
+        "Parts": list(parts(cls, (Component, Record))),
+        "Ports": list(parts(cls, Port)),
+        "Variables": list(_variables(cls)),
+        "Energy": [Row(*term) for term in energy_terms(cls)],
+    }
+    return Card(cls.__name__, own_text(cls), {heading: rows for heading, rows in tables.items() if rows})
+
+
+def own_text(cls: type) -> str:
+    """The docstring in the source of a class."""
+    return inspect.cleandoc(vars(cls)["__doc__"])
+
+
+def parameters(cls: Any) -> Iterator[Row]:
+    """The parameters of the constructor."""
+    for name, argument in _arguments(cls).items():
+        declaration = _declarations(cls).get(name)
+        if declaration is not None and declaration.role == "param":
+            unit, default = declaration.unit or "any unit", _default(argument)
+            yield Row(name, unit, _range(declaration), default, _meaning(cls, name))
+
+
+def parts(cls: Any, of: Any) -> Iterator[Row]:
+    """The parts of one kind, including those that the constructor creates."""
+    hints, arguments = _hints(cls), _arguments(cls)
+    for field in dataclasses.fields(cls):
+        hint = hints.get(field.name, field.type)
+        kinds = [hint, *typing.get_args(hint)]
+        found = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, of)]
+        if found:
+            has_default = of is not Port and field.name in arguments and _default(arguments[field.name])
+            default = "optional" if has_default or types.NoneType in kinds else ""
+            yield Row(field.name, found[0].__name__, _units(found[0]), default, _meaning(cls, field.name))
+
+
+def _options(cls: Any) -> Iterator[Row]:
+    """The remaining arguments of the constructor, such as the number of segments."""
+    known = {name for name, _ in dynamic_fields(cls)} | _declarations(cls).keys() | {"nominal"}
+    for name, argument in _arguments(cls).items():
+        hint = _hints(cls.__init__).get(name, argument.annotation)
+        if name not in known:
+            kind = "" if hint is Any or hint is argument.empty else inspect.formatannotation(hint).rpartition(".")[2]
+            yield Row(name, kind, "", _default(argument), _meaning(cls, name))
+
+
+def _variables(cls: Any) -> Iterator[Row]:
+    for name, declaration in dynamic_fields(cls):
+        if declaration is not None and declaration.role != "param":
+            start = f"= {declaration.start:g}" if declaration.start else ""
+            yield Row(name, declaration.unit, _range(declaration), start, _meaning(cls, name))
+
+
+def _arguments(cls: Any) -> Mapping[str, inspect.Parameter]:
+    """The arguments of the constructor by name."""
+    return dict(list(inspect.signature(cls.__init__).parameters.items())[1:])
+
+
+def _default(argument: inspect.Parameter) -> str:
+    if argument.default in (inspect.Parameter.empty, dataclasses.MISSING):
+        return ""
+    return f"= {argument.default:g}" if isinstance(argument.default, float | int) else "optional"
+
+
+def _range(declaration: Declaration) -> str:
+    """The admissible range and the shape."""
+    words = [declaration.sign.name] if declaration.sign is not None else []
+    words += ["unbounded"] if declaration.is_unbounded else []
+    words += [f"shape ({', '.join(map(str, declaration.sizes))})"] if declaration.sizes else []
+    return ", ".join(words)
+
+
+def _units(kind: Any) -> str:
+    """The variables of a port with their units."""
+    declared = dynamic_fields(kind) if issubclass(kind, Port) else ()
+    return ", ".join(f"{name} in {leaf.unit}" for name, leaf in declared if leaf is not None and leaf.unit)
+
+
+def _declarations(cls: Any) -> dict[str, Declaration]:
+    """The declarations of fields, and those inside the annotations of a constructor of its own."""
+    found = {name: _inside(hint) for name, hint in _hints(cls.__init__).items()}
+    found |= {field.name: field.metadata.get("declaration") for field in dataclasses.fields(cls)}
+    found |= {name: _inside(_hints(cls.__init__).get(name)) for name, one in found.items() if one is None}
+    return {name: declaration for name, declaration in found.items() if declaration is not None}
+
+
+def _inside(hint: Any) -> Declaration | None:
+    """The declaration inside an annotation, an optional one included."""
+    if isinstance(hint, Declaration):
+        return hint
+    found = [_inside(part) for part in (*getattr(hint, "__metadata__", ()), *typing.get_args(hint))]
+    return next((one for one in found if one is not None), None)
+
+
+def _hints(item: Any) -> dict[str, Any]:
+    """The annotations of a class or a function; empty if they refer to names that do not exist at run time."""
+    try:
+        return typing.get_type_hints(item, include_extras=True)
+    except NameError:
+        return {}
+
+
+def _meaning(cls: Any, name: str) -> str:
+    """The comment behind the line that declares a name, in the class or one of its bases, and its names in MSL."""
+    pattern = re.compile(_LINE.format(name=re.escape(name)), re.MULTILINE)
+    elsewhere = getattr(cls, "elsewhere", {}).items()
+    others = [other for other, here in elsewhere if name in re.findall(r"\w+", here.split(",")[0])]
+    known = f" (MSL {', '.join(others)})" if others else ""
+    bases: list[Any] = [base for base in cls.__mro__ if issubclass(base, Node)]
+    for base in bases:
+        if found := pattern.search(_source(base)):
+            return found["meaning"] + known
+    return known.strip()
+
+
+@ft.cache
+def _source(cls: Any) -> str:
+    """The source of a class; empty if there is none, as in a frozen program."""
+    try:
+        return inspect.getsource(cls)
+    except (OSError, TypeError):
+        return ""

@@ -1,0 +1,1 @@
+"""Events within a step, and the event iteration at an instant."""

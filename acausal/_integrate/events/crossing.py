@@ -1,0 +1,224 @@
+"""The first event within a step: zero crossings of relations, located on its dense output."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.flatten_util import ravel_pytree
+
+from ..._compiled_once import truths_compiled_once
+from ..._numbers import Numbers
+from ..._reduce.logic import Circuit, begun, sign_of
+from ..step.interval import MOST, TURN, Seen, advance, over
+from .part import Part
+
+PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
+
+
+class Conditions(NamedTuple):
+    """The conditions of a run along a step.
+
+    - `seen(t)`: the crossing function of each relation, positive where the relation holds, and its rate.
+    - `logic`: how conditions are made of relations.
+    - `either`: conditions that also cause an event when they become false.
+    - `band`: the hysteresis of each crossing function: a relation has changed only beyond it.
+    - `clears`, `sets`: relations that may become false, or true, at an event without causing another one.
+    """
+
+    seen: Callable[[Numbers], Seen]
+    logic: Circuit
+    either: np.ndarray
+    band: Array
+    clears: np.ndarray
+    sets: np.ndarray
+
+
+class Found(NamedTuple):
+    """The first event of a step, if there is any: it happens at `t`, and not yet at `before`.
+
+    - `begins`: the conditions that cause it; `pace`: how fast the margin of each condition changes there.
+    - `truths`: of the relations from t on; without an event, at the end of the step.
+    - `end`: what is seen at the end of the step.
+    - `reached`: up to where the step was searched.
+    """
+
+    is_any: Array
+    t: Array
+    before: Array
+    begins: Array
+    pace: Array
+    truths: Array
+    shift: tuple[Array, ...]
+    end: Seen | None
+    reached: Array
+
+
+class _Search(NamedTuple):
+    """Nothing happens before `low`, where the relations have these `truths`. Where it is `narrow`, the first event of
+    the part up to `high` is being located, by relations of which some have `crossed`.
+    """
+
+    low: Array
+    high: Array
+    end: Array
+    truths: Array
+    crossed: Array
+    narrow: Array
+    is_seen: Array
+    x: Array
+    is_found: Array
+    is_over: Array
+    count: Any
+
+
+class _Judged(NamedTuple):
+    """Of an interval, with crossing functions as of a `part`: the relations that change, those that may change there
+    and back, the conditions that cause an event by its end, and whether any may do so within it.
+    """
+
+    part: Part
+    changes: Array
+    bumps: Array
+    begins: Array
+    may_begin: Array
+
+
+class _Step(NamedTuple):
+    """The step that is searched."""
+
+    conditions: Conditions
+    end: Numbers
+    length: Numbers
+    short: Numbers
+    unflat: Callable[[Array], Seen]
+
+    def judge(self, low: Seen, high: Seen, s: _Search, truths: Array) -> _Judged:
+        conditions = self.conditions
+        sign = -sign_of(truths)
+        part = Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
+        # What an event has left beyond zero by rounding comes from there.
+        changes = (part.q1 > conditions.band) | (s.crossed & (part.q1 > jnp.maximum(part.q0, 0.0)))
+        turned = advance(low, high)
+        is_part = (PARTS * part.width <= self.length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
+        varies = (part.p0 != 0) | (part.p1 != 0) | (low.steps != high.steps)
+        turns = part.near | (varies & (turned > TURN))
+        turning = part.bumps(conditions.band) | (part.leaps & (low.steps != high.steps))
+        bumps = ~changes & jnp.where(is_part, turning, turns)
+        begins, may_begin = _told(conditions, truths, changes, bumps)
+        return _Judged(part, changes, bumps, begins, may_begin)
+
+    def next_point(self, s: _Search) -> _Search:
+        conditions, end, short, unflat = self.conditions, self.end, self.short, self.unflat
+        is_start, is_end = s.count == 0, s.count == 1
+        low = unflat(s.low)
+        flat_new = jax.lax.cond(s.is_seen, lambda: s.high, lambda: _flat(conditions.seen(s.x)))
+        flat_last = jnp.where(is_end, flat_new, s.end)
+        new, last = unflat(flat_new), unflat(flat_last)
+        truths = jnp.where(is_start, _leaving(conditions, s.truths, new), s.truths)
+        part, changes, bumps, begins, may_begin = self.judge(low, new, s, truths)
+        is_short = part.width <= short
+        passes, is_found = truths_compiled_once(
+            s.x,
+            ~is_start & (~may_begin | (is_short & ~jnp.any(begins))),
+            ~is_start & is_short & jnp.any(begins),
+        )
+        is_last = passes & (new.t >= last.t)
+        aim = low.t + part.width * part.aim(changes, bumps, short, s.count)
+        # From the end of what passes, to the end of the narrowed part, or to the end of the next part of the step.
+        is_behind = passes & s.narrow & ~s.is_seen
+        is_first_look = is_end & ~passes & ~is_found  # the whole step: look at its parts
+        node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
+        width = jnp.minimum(self.length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
+        onward = jnp.minimum(node.t + width, last.t)
+        x = jnp.where(is_start, end, jnp.where(is_first_look | passes, onward, aim))
+        narrows = ~is_start & ~passes & ~is_first_look
+        return _Search(
+            low=jnp.where(is_start | passes, flat_new, s.low),
+            high=jnp.where(narrows, flat_new, s.high),
+            end=flat_last,
+            truths=jnp.where(passes, truths ^ changes, truths),
+            crossed=jnp.where(narrows, s.crossed | changes, s.crossed & ~changes & (is_behind | ~passes)),
+            narrow=narrows | is_behind,
+            is_seen=is_behind,
+            x=x,
+            is_found=is_found,
+            is_over=is_found | is_last | (s.count > MOST),
+            count=s.count + ~s.is_seen,
+        )
+
+
+def first_crossing(
+    conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
+) -> Found:
+    """The first event of a step from `start` to `end`, where relations have these `truths` at its start.
+
+    A relation changes where its crossing function has the other sign and is beyond its band. It is looked at at the end
+    of the step, and where it comes near zero, at the ends of its parts. There are four of these, and more where an
+    angle, of which a sine is taken, turns by more than a quarter in each: while nothing moves, steps are longer than
+    the periods of what makes relations vary. On each part a relation may change once, or there and back if it bends
+    one way. What causes an event is narrowed down to `short`; other changes are taken over. Relations that cross
+    within their bands at one time change together.
+
+    What `is_known` at the start is right; else it is looked at again. Where the search does not go (`goes`), as in a
+    step that is rejected, nothing is looked at.
+    """
+    no, none = jnp.asarray(False), jnp.zeros(start.g.shape, bool)
+    flat_start, unflat = ravel_pytree(start)
+    flat_end = _flat(start._replace(t=end))
+    search = _Search(
+        low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_seen=no,
+        x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
+        count=jnp.where(is_known, 1, 0),
+    )  # fmt: skip
+    step = _Step(conditions, end, end - start.t, short, unflat)
+    s = jax.lax.while_loop(lambda s: ~s.is_over, step.next_point, search)
+    low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
+    sign = -sign_of(s.truths)
+    changes = (sign * high.g > 0) | (jnp.abs(high.g) <= conditions.band)
+    after = s.truths ^ (s.crossed & changes & s.is_found)
+    logic = conditions.logic
+    begins = begun(logic.hold(after), logic.hold(s.truths), conditions.either)
+    pace = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
+    return Found(
+        is_any=s.is_found,
+        t=high.t,
+        before=low.t,
+        begins=begins & s.is_found,
+        pace=jnp.where(jnp.isfinite(pace), pace, 0.0),
+        truths=after,
+        shift=high.shift[:1] + low.shift[1:],
+        end=last,
+        reached=jnp.where(s.is_found | (low.t >= end) | ~goes, end, low.t),
+    )
+
+
+def _flat(seen: Seen) -> Array:
+    return ravel_pytree(seen)[0]
+
+
+def _leaving(conditions: Conditions, truths: Array, start: Seen) -> Array:
+    """The truths at the start of a step after an event: of a crossing function that is zero but for rounding, its rate
+    tells whether the relation ends there. It begins only where the function has left its band.
+    """
+    is_zero = jnp.abs(start.g) <= conditions.band
+    ends = is_zero & (start.rate < 0) & conditions.clears
+    begins = is_zero & (start.rate > 0) & conditions.sets
+    return (truths & ~ends) | begins
+
+
+def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -> tuple[Array, Array]:
+    """Which conditions cause an event by the end of an interval on which these relations change, and whether any may do
+    so within it, where others change there and back. The logic is evaluated once for all of it, since each place is
+    compiled.
+    """
+    now, then, moves = sign_of(truths), sign_of(truths ^ changes), changes | bumps
+    least, most = jnp.where(moves, -1.0, now), jnp.where(moves, 1.0, now)
+    holds, fails = jnp.stack([now, then, least, most]), -jnp.stack([now, then, most, least])
+    first, last, low, high = jax.vmap(conditions.logic)(holds, fails)
+    before, may_end, may_hold = first > 0, low < 0, high > 0
+    begins = begun(last > 0, before, conditions.either)
+    may_begin = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
+    return begins, jnp.any(begins) | jnp.any(may_begin)

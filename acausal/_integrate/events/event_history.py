@@ -1,0 +1,88 @@
+"""The events of a run, as its steps hand them on."""
+
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from ..._equinox_private import written
+from ..._numbers import Numbers
+from ..._tracing import known
+
+
+class EventHistory(eqx.Module):
+    """What happened in a run, as far as there is room for it.
+
+    - `times`, `happened`: the moments at which anything happened, infinite after the last one, and which events did;
+      within transformations of jax, at which anything listed happened.
+    - `n`: how many moments there were, with or without room for them.
+    - `count`: how many listed events there were.
+    """
+
+    times: Float[Array | np.ndarray, " room"]
+    happened: Bool[Array | np.ndarray, "room events"]
+    n: Int[Array | np.ndarray, ""]
+    count: Int[Array | np.ndarray, ""]
+
+    @classmethod
+    def empty(cls, room: int, n_events: int) -> "EventHistory":
+        """A history with room for so many moments, of `n_events` that there are."""
+        none = jnp.asarray(0)
+        return cls(jnp.full(room, jnp.inf), jnp.zeros((room, n_events), bool), none, none)
+
+    def noted(self, when: Numbers, happened: Array, is_listed: np.ndarray) -> "EventHistory":
+        """The history with what has happened at one moment."""
+        is_any = jnp.any(happened)
+        # A mask, no scattered write: with one, XLA on CPU does not compile the loop of steps as one function.
+        is_new = (jnp.arange(len(self.times)) == self.n) & is_any
+        return EventHistory(
+            jnp.where(is_new, when, self.times),
+            jnp.where(is_new[:, None], happened, self.happened),
+            self.n + is_any,
+            self.count + jnp.sum(happened & is_listed),
+        )
+
+    def followed_by(self, instant: "EventHistory", loop: Callable[..., Any]) -> "EventHistory":
+        """The history with the moments of an instant, as far as there is room. They are written one by one, so that the
+        room costs nothing in a step.
+        """
+        room, n = self.times.shape[0], jnp.minimum(instant.n, len(instant.times))
+
+        def goes_on(carry: Any) -> Array:
+            return (carry[0] < n) & (self.n + carry[0] < room)
+
+        def write(carry: Any) -> Any:
+            i, times, happened = carry
+            place, true = self.n + i, jnp.asarray(True)
+            times, happened = (
+                written(rows, new[i], place, true)
+                for rows, new in ((times, instant.times), (happened, instant.happened))
+            )
+            return i + 1, times, happened
+
+        start = (jnp.asarray(0), self.times, self.happened)
+        _, times, happened = loop(goes_on, write, start, max_steps=len(instant.times), buffers=lambda carry: carry[1:])
+        return EventHistory(times, happened, self.n + n, self.count + instant.count)
+
+    def listed(self, is_listed: np.ndarray, most: int) -> tuple[Array, Array]:
+        """When each of the first `most` listed events happened, and its number; infinite and -1 after the last one.
+
+        Of known ones, there are no more than happened.
+        """
+        times, happened = known(self.times), known(self.happened)
+        if times is not None and happened is not None and times.ndim == 1:
+            moments, numbers = np.nonzero(happened & is_listed)
+            return jnp.asarray(self.times)[moments[:most]], jnp.asarray(numbers[:most])
+        if jnp.ndim(self.times) > 1:
+            return jax.vmap(lambda history: history.listed(is_listed, most))(self)
+        fired = jnp.ravel(self.happened & is_listed)
+        # What there is no room for goes to a row behind the others.
+        places = jnp.where(fired, jnp.minimum(jnp.cumsum(fired) - 1, most), most)
+        numbers = jnp.tile(jnp.arange(len(is_listed)), len(self.times))
+        moments = jnp.repeat(self.times, len(is_listed))
+        times = jnp.full(most + 1, jnp.inf).at[places].set(jnp.where(fired, moments, jnp.inf))
+        return times[:most], jnp.full(most + 1, -1).at[places].set(jnp.where(fired, numbers, -1))[:most]

@@ -1,0 +1,259 @@
+"""The numbering of all that can happen in a run."""
+
+import dataclasses
+import functools as ft
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ..._evaluate.event_set import EventEntry, Schedule
+from ..._evaluate.events import time_leaves
+from ..._evaluate.system import System
+from ..._indices import unsigned
+from ..._reduce.degrees import degrees_of
+from ..._reduce.jaxpr import slice_output
+from ..._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
+from ..setup.settings import Settings
+from ..setup.state_vector import StateVector
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EventNumbers:
+    """The events of a model, then the times at which its equations or conditions change, and last the stop condition,
+    in one numbering: of which kind each is, how it is made of relations, and what it writes.
+    """
+
+    settings: Settings
+    layout: StateVector
+
+    @property
+    def system(self) -> System:
+        return self.settings.system
+
+    @ft.cached_property
+    def n_model(self) -> int:
+        return 0 if self.system.events is None else self.system.events.total
+
+    @ft.cached_property
+    def n_curved(self) -> int:
+        """Zeros of functions of time that have to be searched for, because these are not affine."""
+        return self.system.instants.n_curved
+
+    @ft.cached_property
+    def n_instants(self) -> int:
+        """Times at which an equation changes, and the next at which a condition does that time alone tells."""
+        events = self.system.events
+        return self.system.instants.total + (events is not None and events.instants is not None)
+
+    @ft.cached_property
+    def total(self) -> int:
+        return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
+
+    @property
+    def _members(self) -> list[EventEntry]:
+        """The entry of each event of the model."""
+        return self.system.events.members if self.system.events else []
+
+    @ft.cached_property
+    def _kinds(self) -> np.ndarray:
+        """The kind of each event: that of its entry, or "instant", "curved" or "stop"."""
+        own = [entry.kind for entry in self._members]
+        others = ["instant"] * self.n_instants + ["curved"] * self.n_curved
+        return np.array([*own, *others, *["stop"] * (self.settings.stop is not None)], "U8")
+
+    def _of_kinds(self, *kinds: str) -> np.ndarray:
+        return np.isin(self._kinds, kinds)
+
+    def _of_entries(self, has: Callable[[EventEntry], bool]) -> np.ndarray:
+        """The events of the model whose entries have something."""
+        own = [has(entry) for entry in self._members]
+        return np.array(own + [False] * (self.total - self.n_model), bool)
+
+    @ft.cached_property
+    def scheduled(self) -> np.ndarray:
+        """Those whose time is known ahead."""
+        return self._of_kinds("at", "instant")
+
+    @ft.cached_property
+    def curved(self) -> np.ndarray:
+        """The zeros of functions of time by which equations change: once found, they are times known ahead."""
+        return self._of_kinds("curved")
+
+    @ft.cached_property
+    def either(self) -> np.ndarray:
+        """The events that happen both when their condition becomes true and when it becomes false."""
+        return self._of_kinds("curved", "hold", *(["stop"] if self.settings.direction is None else []))
+
+    @ft.cached_property
+    def held(self) -> np.ndarray:
+        """The conditions of `ifelse`."""
+        return self._of_kinds("hold")
+
+    @ft.cached_property
+    def stops(self) -> np.ndarray:
+        return self._of_kinds("stop")
+
+    @ft.cached_property
+    def refused(self) -> np.ndarray:
+        """Those that must not happen."""
+        return self._of_kinds("refuse")
+
+    @ft.cached_property
+    def clocks(self) -> np.ndarray:
+        """Those that repeat: what they read is what holds after all else at their instant."""
+        return self._of_entries(lambda entry: entry.repeats)
+
+    @ft.cached_property
+    def acts(self) -> np.ndarray:
+        """Those that change variables."""
+        return self._of_entries(lambda entry: bool(entry.targets))
+
+    @ft.cached_property
+    def responds(self) -> np.ndarray:
+        """Those that change variables when their condition becomes true; in a search for a start, discrete ones."""
+        return self.acts & ~self.scheduled
+
+    @ft.cached_property
+    def _done(self) -> np.ndarray:
+        return self.responds & ~self.held & (self.settings.is_resumed or self.settings.is_started)
+
+    @ft.cached_property
+    def waits(self) -> np.ndarray:
+        """Those that a search for a start leaves to its modes and to the run that begins there."""
+        return self.responds & self.settings.is_search
+
+    @ft.cached_property
+    def remains(self) -> np.ndarray:
+        """Those of which a search for a start has set discrete variables only: the others are left to be set."""
+        if self.settings.is_resumed or self.settings.is_search:
+            return np.zeros(self.total, bool)
+        discrete = self.system.carried.discrete_places
+        return self._of_entries(lambda entry: any(leaf not in discrete for leaf in entry.targets))
+
+    @ft.cached_property
+    def is_listed(self) -> np.ndarray:
+        """Those that are listed in the log."""
+        return self._of_entries(lambda entry: entry.is_listed)
+
+    @property
+    def resets_times(self) -> bool:
+        """Whether events may change the times of others, which discrete variables tell."""
+        events = self.system.events
+        return events is not None and not set(self.system.carried.discrete_places).isdisjoint(events.times.leaves)
+
+    @ft.cached_property
+    def targets(self) -> list[tuple[int, int, int]]:
+        """Of each new value that the events of the model give: their first number, how many they are, and its leaf."""
+        numbered = self.system.events.numbered if self.system.events else []
+        return [(first, entry.count, leaf) for first, entry in numbered for leaf in entry.targets]
+
+    @property
+    def schedules(self) -> list[Schedule]:
+        return self.system.events.schedules if self.system.events else []
+
+    @ft.cached_property
+    def _place_of_time(self) -> np.ndarray:
+        """Where each event of the model has its time among those of all schedules, counted from 1; 0 is nowhere."""
+        numbers = np.concatenate([np.zeros(0, int), *(schedule.numbers for schedule in self.schedules)]).astype(int)
+        places = np.zeros(self.n_model, int)
+        places[numbers] = 1 + np.arange(len(numbers))
+        return unsigned(places)
+
+    @property
+    def _sizes_written(self) -> list[int]:
+        events = self.system.events
+        return [math.prod(aval.shape) for aval in events.actions.closed.out_avals] if events else []
+
+    @ft.cached_property
+    def writes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Which events write to the discrete variables, and what, in turns: where several do, the last turn counts.
+
+        For each turn and discrete variable the number of the event that writes it, the element of all new values that
+        it gets, and whether any event writes it in this turn.
+        """
+        places, start = self.system.carried.discrete_places, 0
+        found: dict[int, list[tuple[int, int]]] = {}
+        for (first, count, leaf), size in zip(self.targets, self._sizes_written, strict=True):
+            own, width = places.get(leaf, np.zeros(0, int)), size // count
+            for i, place in enumerate((own - self.layout.discrete.start).tolist()):
+                member, element = divmod(i, len(own) // count)
+                # As in any assignment, one number is given to all elements.
+                found.setdefault(place, []).append((first + member, start + member * width + element % width))
+            start += size
+        n, turns = self.layout.n_discrete, max(map(len, found.values()), default=0)
+        number, element = unsigned(np.zeros((turns, n))), unsigned(np.zeros((turns, n)))
+        is_own = np.zeros((turns, n), bool)
+        for place, items in found.items():
+            for turn, (event, index) in enumerate(items):
+                number[turn, place], element[turn, place], is_own[turn, place] = event, index, True
+        return number, element, is_own
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether there are events whose time is not known ahead."""
+        return not np.all(self.scheduled)
+
+    @ft.cached_property
+    def n_margins(self) -> int:
+        return (self.system.events.n_relations if self.system.events else 0) + self._n_own
+
+    @property
+    def _n_own(self) -> int:
+        """How many events have a margin of their own, instead of relations: curved functions of time, and the end."""
+        return self.n_curved + (self.settings.stop is not None)
+
+    @ft.cached_property
+    def logic(self) -> list[Expression]:
+        """How each event is made of relations; what is scheduled is never found by them."""
+        own: list[Expression] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
+        model = self.system.events.logic if self.system.events else ()
+        return [*(expression or NEVER for expression in model), *[NEVER] * self.n_instants, *own]
+
+    @ft.cached_property
+    def of_time(self) -> np.ndarray:
+        """The relations of components that read nothing that moves but the time, and are affine in it."""
+        events, system = self.system.events, self.system
+        times = time_leaves(system.flat, system.merged)
+        found: list[bool] = []
+        if events:
+            for i, aval in enumerate(events.margins.closed.out_avals):
+                part = slice_output(events.margins.closed, i)
+                read = [events.margins.leaves[place] for place in part.used]
+                moves = any(system.flat.is_variable(leaf) and leaf not in times for leaf in read)
+                (degree,) = degrees_of(part.jaxpr, [int(leaf in times) for leaf in read])
+                found += [not moves and degree < 2] * math.prod(aval.shape)
+        return np.array(found, bool)
+
+    @property
+    def of_time_alone(self) -> np.ndarray:
+        """The same among all that have a crossing function."""
+        return np.append(self.of_time, np.zeros(self._n_own, bool))
+
+    @ft.cached_property
+    def polarity(self) -> tuple[np.ndarray, np.ndarray]:
+        """The relations that conditions read as true, and those that they read as false; what causes an event when it
+        becomes false counts as both.
+        """
+        positive, negative = np.zeros((2, self.n_margins), bool)
+        for i, expression in enumerate(self.logic):
+            own = literals_of(expression)
+            positive[list(own["holds"] | (own["fails"] if self.either[i] else frozenset()))] = True
+            negative[list(own["fails"] | (own["holds"] if self.either[i] else frozenset()))] = True
+        return positive, negative
+
+    @ft.cached_property
+    def of_laws(self) -> np.ndarray:
+        """The relations that only `ifelse` reads."""
+        found = np.zeros((2, self.n_margins), bool)
+        for i, expression in enumerate(self.logic):
+            own = literals_of(expression)
+            found[int(self.held[i]), list(own["holds"] | own["fails"])] = True
+        return found[1] & ~found[0]
+
+    @ft.cached_property
+    def circuit(self) -> Circuit:
+        """How far the condition of each event is above zero, at least or at most, from such bounds of the margins and
+        of their negatives.
+        """
+        return circuit(self.logic, self.n_margins)

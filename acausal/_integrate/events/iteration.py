@@ -1,0 +1,104 @@
+"""Event iteration: what happens at one instant, until relations and discrete variables no longer change."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from ..._numbers import Numbers
+from ..setup.field import Given
+from .event_history import EventHistory
+from .moment import Approach
+from .rounds import Iteration, Round, most_rounds, repeated
+from .run_events import RunEvents
+
+# Why a run ends at an instant
+STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED = 1.0, 2.0, 3.0, 4.0, 5.0
+
+
+class Settled(NamedTuple):
+    """What an instant leaves behind: its time, the vector, the truths of the relations, and the conditions that hold.
+    `outcome` says why the run ends, 0 if it does not.
+    """
+
+    t: Array
+    y: Array
+    truths: Array
+    holds: Array
+    history: EventHistory
+    before: Array
+    outcome: Array
+
+
+def settle(
+    events: RunEvents,
+    t: Array,
+    approach: Approach,
+    y: Numbers,
+    begins: Array,
+    truths: Array,
+    holds: Array,
+    due: Array,
+    history: EventHistory,
+    given: Given,
+    *,
+    n_before: int = 0,
+    order: Array | None = None,
+) -> Settled:
+    """Carry out the events that begin at t, each at its own moment, then those that become true by them, and so on.
+
+    Events that begin at one instant read the values before all of them. What they make true happens next, and then what
+    that makes true. When nothing more follows, the clocks of this instant tick: they read the values that hold now, all
+    of them the same, and set together; what they make true follows. If many rounds come to no end, the events of a
+    round happen one by one, the first in the list first: alternatives such as the conduction of diodes then settle as
+    the pivots of a linear complementarity problem do (Murty, `Linear Complementarity, Linear and Nonlinear
+    Programming`, 1988, ch. 4).
+
+    A relation keeps its truth while its crossing function is within its band.
+
+    The moment of the first listed event and the vector before it are handed back, in a vector of `n_before` elements
+    that is infinite if there is none, and empty if they are not asked for.
+
+    At the start of a run, `order` has the times of the past events. They happen in this order, and have no moments of
+    their own. The energy account begins after what happens at the start, which is no loss.
+    """
+    is_start = order is not None
+    none, no, zero = jnp.zeros(events.total, bool), jnp.asarray(False), jnp.asarray(0)
+    ticks = begins & events.clocks if order is None else begins & events.clocks & (order >= t - given.tick(t))
+    start = Round(
+        t=jnp.asarray(t, float),
+        ys=jnp.stack([y, y]),
+        due=begins & ~ticks,
+        ticks=ticks,
+        truths=truths,
+        holds=holds,
+        happened=none,
+        first=jnp.asarray(-1),
+        stored=jnp.asarray(0.0),
+        lost=jnp.asarray(0.0),
+        order=jax.lax.stop_gradient(order) if is_start else jnp.zeros(0),
+        n_own=zero,
+        history=history,
+        before=jnp.full(n_before, jnp.inf),
+        is_bad=no,
+        goes_on=jnp.any(begins) | is_start,
+        count=zero,
+    )
+    iteration, most = Iteration(events, approach, due, given, is_start), events.total + most_rounds(events.total)
+    end = repeated(lambda r: r.goes_on, iteration.next_round, start, most, events.is_reversible)
+    outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
+    outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)
+    outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
+    outcome = jnp.where(end.goes_on, ENDLESS, outcome)
+    y = end.ys[1] if is_start else _accounted(events, end)
+    return Settled(end.t, y, end.truths, end.holds, end.history, end.before, outcome)
+
+
+def _accounted(events: RunEvents, end: Round) -> Array:
+    """The vector with the energy lost added to that of the first event that happened."""
+    y, layout = end.ys[1], events.layout
+    if not layout.n_losses:
+        return y
+    losses = y[layout.losses] + jnp.where(jnp.arange(layout.n_losses) == end.first, end.lost, 0.0)
+    return layout.with_part(y, layout.losses, losses)

@@ -1,0 +1,91 @@
+"""The moment of an event as a function of all numbers of a run, differentiable to the second order in both modes."""
+
+import functools as ft
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._numbers import Numbers
+from ..._tangents import array_of, pushed
+
+STILL = 1e-8  # rate of a margin, as a share of that on the path of a step, below which only an error moved it to zero
+
+
+class Approach(NamedTuple):
+    """How a step comes to the moment of an event: a time just `before` it, and the `pace`, how fast the margin of each
+    event changes there on the path of the step. The `lag` of rates is what they miss of those on the path where stiff
+    components multiply their errors, if there is one.
+    """
+
+    before: Numbers
+    pace: Array
+    lag: Callable[[Array], Array] | None = None
+
+
+class Laws(Protocol):
+    """What moves a stepped vector, and the margins whose zeros are moments."""
+
+    def rates(self, t: Numbers, y: Array, given: PyTree) -> Numbers:
+        """The derivative of the vector in time."""
+        ...
+
+    def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
+        """What is zero at the moment of an event."""
+        ...
+
+
+@ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def carried_to_moment(
+    laws: Laws, number: Array, t: Numbers, approach: Approach, ys: Array, due: Array, given: PyTree
+) -> tuple[Numbers, Numbers]:
+    r"""The moment of event `number`, which is at t, and the vectors `ys` there.
+
+    It returns t and `ys` as they are, since the moment has been located, and gives them derivatives: the moment $t^*$
+    depends on whatever the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the margin $g$ of the
+    first vector,
+
+    $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
+    \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$
+
+    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own;
+    neither has one that decays to zero, of which the error of a step makes the sign change. There the path of the step
+    passes zero while by the equations nothing moves any more. The rates f are those up to the moment, at the time
+    `before`, since equations may change their law with it.
+    """
+    del laws, number, approach, due, given
+    return t, ys
+
+
+@ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
+def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[PyTree, PyTree]:
+    number, t, approach, ys, due, given = primals
+    _, dt, _, dys, ddue, dgiven = tangents
+    moment, there = carried_to_moment(laws, number, t, approach, ys, due, given)
+    dt, dys = array_of(dt), array_of(dys)
+
+    def rates(t: Numbers, ys: Array, given: PyTree) -> Numbers:
+        return jax.vmap(lambda y: laws.rates(t, y, given))(ys)
+
+    early = jax.lax.stop_gradient(approach.before - t)
+    f, df = pushed(rates, (early + moment, there, given), (dt, dys, dgiven))
+    # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
+    dys = dys + (moment - t) * df
+
+    def margin(t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
+        return laws.margin(number, t, y, due, given)
+
+    _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
+    _, push = jax.linearize(lambda t, y: margin(t, y, due, given), moment, there[0])
+    slope = push(jnp.ones_like(moment), f[0])
+    # A rate below the root of the smallest number has decayed to where products lose their digits.
+    is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + np.finfo(float).tiny ** 0.5
+    if approach.lag is not None:
+        lag = jax.lax.stop_gradient(approach.lag(f[0]))
+        slope, f = slope + push(jnp.zeros_like(moment), lag), f + lag
+    later = jnp.where(is_still, 0.0, -dg / jnp.where(is_still, 1.0, slope))
+    return (moment, there), (dt + later, dys + f * later)

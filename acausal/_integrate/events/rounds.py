@@ -1,0 +1,198 @@
+"""The rounds of an event iteration."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from ..._equinox_private import while_loop
+from ..._numbers import Numbers
+from ..._reduce.logic import begun
+from ..setup.field import Given
+from .changes import changed
+from .event_history import EventHistory
+from .moment import Approach, carried_to_moment
+from .run_events import RunEvents
+
+TOGETHER = 10  # rounds in which all conditions that have become true act at once; later on they act one by one
+
+
+class Counted(Protocol):
+    """A round that knows its number."""
+
+    @property
+    def count(self) -> Array: ...
+
+
+R = TypeVar("R", bound=Counted)
+
+
+def most_rounds(n_events: int) -> int:
+    """How many rounds there may be: those of events together, and those of events one by one."""
+    return TOGETHER + 4 * n_events + 16
+
+
+def first_of(events: Array) -> Array:
+    """The first in the list, if there is any."""
+    return events & (jnp.cumsum(events) == 1)
+
+
+def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
+    """Round after round, for `most` at most; reverse mode goes back through them where it is said to."""
+    if is_reversible:
+        return while_loop(goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
+    return jax.lax.while_loop(lambda r: goes_on(r) & (r.count < most), next_round, start)
+
+
+class Round(NamedTuple):
+    """One round; `ys` is the stepped vector twice: as it is read, and after what has happened."""
+
+    t: Array
+    ys: Array
+    due: Array  # the events whose moment it is, and that have not happened yet
+    ticks: Array  # those that wait for all else: what was set to happen now, and the clocks of this instant
+    truths: Array
+    holds: Array
+    happened: Array
+    first: Array  # the first that happened, -1 if none
+    stored: Array  # energy before
+    lost: Array
+    order: Array  # at the start of a run, the last time of each past event
+    n_own: Array  # rounds of events that were due
+    history: EventHistory
+    before: Array  # the moment of the first listed event, and the vector then; empty if they are not asked for
+    is_bad: Array
+    goes_on: Array
+    count: Any
+
+
+class Own(NamedTuple):
+    """The event of a round at its own moment, if it has one: of those of one instant, which ends at `now`, the first in
+    the list.
+    """
+
+    number: Array
+    mask: Array
+    is_any: Array
+    now: Numbers
+
+
+class Iteration(NamedTuple):
+    """What is the same for all rounds of an instant; see `settle`."""
+
+    events: RunEvents
+    approach: Approach
+    due: Array
+    given: Given
+    is_start: bool
+
+    def next_round(self, r: Round) -> Round:
+        events, given = self.events, self.given
+        own = self.own(r)
+        t, ys = r.t, r.ys
+        if not self.is_start:
+            moment, moved = carried_to_moment(events, own.number, t, self.approach, ys, self.due, given)
+            t, ys = jnp.where(own.is_any, moment, t), jnp.where(own.is_any, moved, ys)
+        here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), given, is_start=self.is_start)
+        is_first = ~own.is_any & (r.count == r.n_own)
+        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, here.margins, given))
+        if self.is_start:
+            truths = jnp.where(is_first, events.truths_at_start(t, here.margins, given), truths)
+        true = events.circuit.hold(truths)
+        held, told, remains = self.before(r, true, is_first)
+        begins = begun(true, held, events.either) & ~events.curved & ~events.waits
+        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begins, first_of(begins))
+        fired = jnp.where(own.is_any, own.mask, chosen)
+        if self.is_start and events.settings.stop and events.settings.direction is not False:
+            # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
+            fired |= events.stops & (here.margins[-1] == 0) & is_first
+        new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)
+        acts = fired & events.acts
+        any_acts = jnp.any(acts)
+        y = jnp.where(any_acts, new, ys[1])
+        holds = jnp.where(own.is_any, held, true & (held | fired))
+        holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.curved, true, held), holds)
+        due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
+        stored = jnp.where(r.count == 0, here.stored, r.stored)
+        happened, is_listed = (fired | told)[: events.n_model], events.is_listed[: events.n_model]
+        # Where room is limited, what is not listed takes none of it.
+        happened = happened if events.settings.save == "chunk" else happened & is_listed
+        history = r.history.noted(t, happened, is_listed)
+        is_first_listed = (r.history.count == 0) & (history.count > 0)
+        return Round(
+            t=t,
+            ys=jnp.stack([base, y]),
+            due=due,
+            ticks=ticks,
+            truths=truths,
+            holds=holds,
+            happened=r.happened | fired,
+            first=jnp.where((r.first < 0) & any_acts, jnp.argmax(acts), r.first),
+            stored=stored,
+            lost=jnp.where(own.is_any, r.lost, stored - here.stored),
+            order=order,
+            n_own=r.n_own + own.is_any,
+            history=history,
+            before=jnp.where(is_first_listed, jnp.append(t, ys[0])[: len(r.before)], r.before),
+            is_bad=r.is_bad | (is_bad & any_acts),
+            goes_on=(own.is_any | jnp.any(fired) | jnp.any(due)) & ~jnp.any(fired & events.refused),
+            count=r.count + 1,
+        )
+
+    def own(self, r: Round) -> Own:
+        # At the start only scheduled events may be due: without any, what carries them out is not compiled.
+        total, is_any = self.events.total, jnp.asarray(False)
+        if not self.is_start or self.events.schedules:
+            is_any = jnp.any(r.due)
+        order = r.order if self.is_start else jnp.zeros(total)
+        earliest = jnp.min(jnp.where(r.due, order, jnp.inf))
+        now = earliest + self.given.tick(earliest)
+        number = jnp.argmax(r.due & (order <= now))
+        return Own(number, (jnp.arange(total) == number) & is_any, is_any, now)
+
+    def before(self, r: Round, true: Array, is_first: Array) -> tuple[Array, Array, Array]:
+        """The conditions that held before a round; the events that are listed only; and those that set no discrete
+        variables any more.
+
+        At the start, an event that the search for it has carried out is listed, but does not happen again. That search
+        sets discrete variables only: other variables that the event sets are set here.
+        """
+        events, given, none = self.events, self.given, jnp.zeros(self.events.total, bool)
+        if not self.is_start:
+            return r.holds, none, none
+        done = true & events.done(given)
+        had, remains = done & (r.count == 0), done & events.remains & is_first
+        is_told = events.settings.is_started and given.numbers.past is None
+        told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
+        held = jnp.where((events.stops | events.curved) & is_first, true, r.holds | had & ~events.remains)
+        return held, told, remains
+
+    def following(
+        self, r: Round, own: Own, t: Numbers, ys: Array, y: Array, any_fired: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """The events that are due after a round which has led to y, those that wait, the vector that is read next, and
+        the times of past events.
+        """
+        events, given, clocks = self.events, self.given, self.events.clocks
+        due, ticks, base, order = r.due & ~own.mask, r.ticks, ys[0], r.order
+        if self.is_start:
+            # Past events of one instant start from the values before all of them; those of the next instant, from the
+            # values that these have left.
+            is_now = due & (r.order <= own.now)
+            # An event is due again only at those of its times that this round has changed.
+            is_reset, last = events.set_anew(t, ys[1], y, given)
+            is_reset &= ~is_now
+            order = jnp.where(is_reset, last, r.order)
+            due = own.is_any & jnp.isfinite(order) & (due | is_reset) & ~r.ticks
+            base = jnp.where(own.is_any & (jnp.min(jnp.where(due, order, jnp.inf)) > own.now), y, base)
+        elif events.resets_times:
+            # What is set to happen now, or earlier, happens now.
+            _, last = events.set_anew(t, ys[1], y, given)
+            ticks |= jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
+        # When all else has happened, what was set to happen now happens, and then the clocks tick. They read what holds
+        # now.
+        is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)
+        next_ones = jnp.where(jnp.any(ticks & ~clocks), ticks & ~clocks, ticks) & is_quiet
+        return due | next_ones, ticks & ~next_ones, jnp.where(own.is_any, base, y), order

@@ -1,0 +1,280 @@
+"""All that can happen in a run, as functions of a point."""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._evaluate.event_set import Schedule
+from ..._evaluate.groups import Store
+from ..._evaluate.starts import Inputs
+from ..._numbers import Numbers, Truth
+from ..._reduce.nominal import nominal_size
+from ..setup.field import Given, values_of, vector_field, wanted_pairs
+from ..setup.schedule import farthest, last_before, next_after
+from ..step.interval import Seen
+from .crossing import Conditions
+from .event_numbers import EventNumbers
+
+RESOLUTION = 4096  # hysteresis of relations, in roundings of the terms that they compare: a 1e-12th of these
+
+
+class Here(NamedTuple):
+    """What is at a point: the margins of the relations, the new values that events would set, and the energy stored
+    (after the start).
+    """
+
+    margins: Array
+    values: list[Array]
+    stored: Array
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RunEvents(EventNumbers):
+    """The events of a run; their functions take the time, the stepped vector and the numbers of the run, and give one
+    number for each event. A run that `is_reversible` can be differentiated in reverse mode, too.
+    """
+
+    is_reversible: bool
+
+    # The laws of `carried_to_moment`
+
+    def rates(self, t: Numbers, y: Array, given: Given) -> Numbers:
+        """The derivative of the stepped vector; zero for what events change, and for algebraic unknowns."""
+        layout, system = self.layout, self.system
+        n = layout.n_states - system.n_algebraic
+        field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
+        core = jnp.concatenate([y[:n], y[layout.integrals]])
+        rates = field(t, core, given.carrying(self._ordinary(y)[n:]))
+        return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
+
+    def margin(self, number: Array, t: Array, y: Array, due: Array, given: Given) -> Numbers:
+        """The margin of one event, or how long it is past due."""
+        late = (t - due)[number]
+        if not self.is_searched:
+            return late
+        # Algebraic unknowns have no rates of their own; here they are functions of the time and the states.
+        margins = self.margins(t, self.with_algebraic(t, y, given), given)
+        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.circuit(margins, -margins)[number])
+
+    # What is read at a point
+
+    def margins(self, t: Numbers, y: Array, given: Given) -> Array:
+        """How far each relation in a condition is from its limit, positive where it holds."""
+        wanted = wanted_pairs(self.system, self.settings.read_by_margins)
+        store = self.system.evaluate(t, y[self.layout.point], given.inputs, wanted)
+        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins))
+
+    def margins_and_rates(self, t: Numbers, y: Array, given: Given) -> tuple[Array, Array]:
+        """The same, and the rates of the states."""
+        wanted, point = wanted_pairs(self.system, self.settings.read_by_margins), y[self.layout.point]
+        rates, store = self.system.vector_field_and_store(t, point, given.inputs, wanted)
+        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins)), rates
+
+    def _margins(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
+        events = self.system.events
+        found = events.margins([values[leaf] for leaf in events.margins.leaves]) if events else []
+        parts = [jnp.zeros(0), *(jnp.ravel(margin) for margin in found)]
+        if self.n_curved:
+            parts.append(self._curved(t, y, given))
+        if self.settings.stop:
+            parts.append(self._stop(given, values)[None])
+        return jnp.concatenate(parts)
+
+    def renewed(self, t: Numbers, truths: Array, margins: Array, given: Given) -> Array:
+        """The truths of the relations at a point: those within their bands keep theirs."""
+        return jnp.where(jnp.abs(margins) > self.band(t, given), margins > 0, truths)
+
+    def truths_at_start(self, t: Numbers, margins: Array, given: Given) -> Array:
+        """The truths of the relations at the start of a run. If it goes on from another one, those within their bands
+        count as not yet met: if they are about to be, that happens in this run.
+        """
+        if not self.settings.is_resumed:
+            return margins > 0
+        positive, negative = self.polarity
+        met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, margins > 0))
+        return jnp.where(jnp.abs(margins) <= self.band(t, given), met, margins > 0)
+
+    def conditions(self, see: Callable[[Numbers], Seen], t: Numbers, armed: Array, given: Given) -> Conditions:
+        """The conditions on a path on which crossing functions are seen so, up to a time; relations that are not
+        `armed` have changed, and were not far from that since.
+        """
+        positive, negative = self.polarity
+        band = jnp.where(armed, self.band(t, given), jnp.maximum(self.band(t, given), given.back))
+        return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
+
+    def band(self, t: Numbers, given: Given) -> Array:
+        """The hysteresis of each relation at a time: for relations of time alone, half the resolution of time."""
+        return jnp.where(self.of_time_alone, 0.5 * given.tick(t), given.band)
+
+    def bands(self, given: Given) -> tuple[Array, Array]:
+        """The hysteresis of each relation, and that of its change back: shares of the size of its terms where all
+        variables have their nominal sizes. The first is that of rounding. The second is, for laws in pieces, the error
+        of the run: what comes to rest on a corner would otherwise pass it to and fro by errors. Relations of time
+        alone and the stop condition have none here.
+        """
+        events = self.system.events
+        if events is None:
+            return jnp.zeros(self.n_margins), jnp.zeros(self.n_margins)
+        sizes = [self._typical(leaf, given) for leaf in events.sizes.leaves]
+        found = [jnp.ravel(size) for size in events.sizes(sizes)]
+        own = jnp.concatenate([jnp.zeros(0), *found])
+        size = jnp.where(jnp.isfinite(own) & ~self.of_time, own, 0.0)
+        size = jax.lax.stop_gradient(jnp.concatenate([size, jnp.zeros(self._n_own)]))
+        rtol = jax.lax.stop_gradient(given.numbers.rtol)
+        least = RESOLUTION * jnp.finfo(size.dtype).eps
+        return least * size, jnp.where(self.of_laws, jnp.maximum(rtol, least), least) * size
+
+    def _typical(self, leaf: int, given: Given) -> Numbers:
+        """The value of a parameter, a number near the nominal size of a variable, another one for each, and zero for a
+        discrete variable, which may be far away until it is set.
+        """
+        flat = self.system.flat.leaves[leaf]
+        if flat.declaration.role == "discrete":
+            return jnp.zeros(flat.stack + flat.sizes)
+        if not self.system.flat.is_variable(leaf):
+            return jnp.asarray(given.inputs.params.leaves[leaf], float)
+        shape = flat.stack + flat.sizes
+        return jnp.asarray(nominal_size(flat) * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
+
+    def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
+        """What holds at a point, and what events would change there."""
+        system, events, stop = self.system, self.system.events, self.settings.stop
+        stored = None if is_start else self.settings.stored
+        wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
+        wanted |= {*events.margins.leaves, *events.actions.leaves} if events else set()
+        ordinary, point = system.solved or system, self._ordinary(y)
+        store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
+        values = values_of(ordinary, t, point, given.inputs, store, wanted)
+        margins = self._margins(*jax.lax.stop_gradient((t, y, given, values)))
+        actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
+        energy = stored(given.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
+        return Here(
+            margins,
+            [jnp.ravel(value) for value in actions],
+            jnp.asarray(energy, float),
+        )
+
+    def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
+        """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
+        events, far = self.system.events, given.direction * jnp.inf
+        since = t
+        if done is not None:  # times as close to the start as rounding tells have happened, too
+            since = jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf)) + 0.5 * given.tick(t)
+        since = jnp.broadcast_to(since, self.total)
+        own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, given)]
+        parts = [_spread(own, self._place_of_time, far)]
+        params = self.bound(y, given).params
+        parts.append(self.system.instants.following(t, params, given.direction))
+        if events and events.instants:
+            values = self._values(t, y, given, None, events.read_by_instants)
+            known = [values[leaf] for leaf in events.read_by_instants]
+            parts.append(events.instants.following(t, known, given.direction)[None])
+        return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
+
+    def past(self, t: Array, y: Array, given: Given) -> Array:
+        """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
+        return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, given)], jnp.inf)
+
+    def set_anew(self, t: Numbers, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
+        """Which scheduled events of the model have times that differ between two vectors, and the last of these times
+        that is not after t, as the second vector tells; infinite where there is none.
+        """
+
+        def tables(y: Array) -> list[tuple[Array, Array | None]]:
+            return [(times, every) for times, every, _ in self._times(t, y, given)]
+
+        # Both are computed in one way, so that they do not differ by rounding.
+        found = jax.vmap(tables)(jax.lax.stop_gradient(jnp.stack([before, after])))
+        moved, last = [], []
+        for times, every in found:
+            differs = times[0] != times[1]
+            if every is not None:
+                differs |= every[0] != every[1]
+            moved.append(jnp.any(differs, axis=1))
+            period = None if every is None else every[1]
+            last.append(last_before(jnp.where(differs, times[1], jnp.inf), period, t))
+        return self._by_event(moved, False), self._by_event(last, jnp.inf)
+
+    def _by_event(self, parts: list[Array], filler: Numbers) -> Array:
+        """For all events what `parts` say of the scheduled ones of the model, the filler for all others."""
+        own = _spread(parts, self._place_of_time, filler)
+        return jnp.concatenate([own, jnp.full(self.total - self.n_model, filler)])
+
+    def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
+        """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
+        times = self._times(jnp.asarray(t0, float), y, given)
+        firsts = [farthest(time, every, t0) for time, every, _ in times if every is not None]
+        return jax.lax.stop_gradient(jnp.max(jnp.stack([jnp.abs(t0), *firsts]))) if firsts else None
+
+    def done(self, given: Given) -> Array | np.ndarray:
+        """Those that have happened already where they are true at the start, as far as discrete variables go."""
+        if given.numbers.past is None:
+            return self._done
+        return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))
+
+    def bound(self, y: Array, given: Given) -> Inputs:
+        """The inputs with the discrete variables of a point."""
+        return self.system.carried.with_discrete(given.inputs, y[self.layout.point])
+
+    def _curved(self, t: Numbers, y: Array, given: Given) -> Array:
+        return self.system.instants.curved(t, self.bound(y, given).params)
+
+    def _stop(self, given: Given, values: dict[int, Numbers]) -> Array:
+        stop = self.settings.stop
+        assert stop is not None
+        value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
+        return -value if self.settings.direction is False else value
+
+    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array | None, np.ndarray]]:
+        """Rows of times, their periods, and their places among the events: of those that happen once, whose period is
+        None, and of those that repeat.
+        """
+        events = self.system.events
+        if events is None:
+            return []
+        values = self._values(t, y, given, None, events.times.leaves)
+        found = events.times([values[leaf] for leaf in events.times.leaves])
+        return [(*_table(schedule, found[::2], found[1::2]), schedule.numbers) for schedule in self.schedules]
+
+    def _values(
+        self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
+    ) -> dict[int, Numbers]:
+        return values_of(self.system, t, y[self.layout.point], given.inputs, store, leaves)
+
+    def with_algebraic(self, t: Array, y: Array, given: Given, *, anew: Truth = False) -> Array:
+        """The vector with the algebraic unknowns of the mass-matrix form that belong to its states."""
+        system = self.system
+        if system.solved is None:
+            return y
+        n = len(system.solved.nominals)
+        values = system.solved.collected(t, self._ordinary(y), given.inputs, system.algebraic, anew=anew)
+        return self.layout.with_part(y, slice(n, self.layout.n_states), values)
+
+    def _ordinary(self, y: Array) -> Array:
+        """The point for the system whose algebraic unknowns are solved for, with those of the vector as guesses."""
+        solved = self.system.solved
+        if solved is None:
+            return y[self.layout.point]
+        n = len(solved.nominals)
+        first = dict(zip(self.system.algebraic, self.system.plan.starts[len(solved.states) :].tolist(), strict=False))
+        places = [first[pair] + np.arange(solved.plan.size(pair[0])) for pair in solved.carried.memory]
+        return jnp.concatenate([y[:n], *(y[place] for place in places), y[self.layout.discrete]])
+
+
+def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tuple[Array, Array | None]:
+    """A row of times for each event, filled up with what never comes; and a column of periods, None without them."""
+    rows = [times[i].reshape(count, -1) for i, count in schedule.entries]
+    width = max(row.shape[1] for row in rows)
+    rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
+    every = [jnp.broadcast_to(jnp.ravel(periods[i]), count) for i, count in schedule.entries]
+    return jnp.concatenate(rows), jnp.concatenate(every)[:, None] if schedule.repeats else None
+
+
+def _spread(parts: list[Array], index: np.ndarray, filler: Numbers) -> Array:
+    """Elements by index of a vector of the filler and, behind it, all `parts`."""
+    return jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])[index]

@@ -1,0 +1,150 @@
+"""Where functions turn from rising to falling along the path of a step."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._numbers import Numbers
+from ..step.interval import MOST, TURN, Seen, advance, over
+
+NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
+# Share of a step of the shortest part; what turns faster still is only sampled. And share of a part to which a turn is
+# narrowed down: from there, one step of Newton's method finds it.
+CLOSE = 1e-5
+FIRST = 5  # looks by Newton's method; a turn that takes more is not smooth, or not simple
+
+
+class Turn(NamedTuple):
+    """Where functions turn: between `low` and `high`, which are close together, at the slope `bend` of their rates.
+
+    Where a rate jumps, at a kink, the turn is not smooth.
+    """
+
+    low: Array
+    high: Array
+    bend: Array
+    is_smooth: Array
+    exists: Array
+
+
+class _Walk(NamedTuple):
+    """How far the search has come, for each function by itself: there is no higher turn before `node`.
+
+    While it `narrows` down a turn, this lies between `low` and `high`, on a part on which the rate falls by `fall`.
+    `last` is the point that was looked at before, `x` the time that is looked at next.
+    """
+
+    node: Seen
+    low: Seen
+    high: Seen
+    last: Seen
+    part: Array
+    fall: Array
+    narrows: Array
+    age: Array
+    x: Array
+    best: Array
+    top: Turn
+
+
+def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers, best: Array) -> Turn:
+    """For each function that is `seen`, the turn between two times that leads highest, if any leads beyond the `best`
+    so far.
+
+    Rates are looked at at both ends and in the middle; and in more places where an angle, of which a sine is taken, or
+    a stair turns fast, since while nothing moves, steps are longer than the periods of what varies with a time or an
+    angle. Between two places each function may turn once. Tangents meet above whatever bends one way: only where they
+    meet above the best so far is a turn narrowed down.
+    """
+    n, width = len(best), end - start
+    angle = 0.5 * TURN  # the square of a sine turns twice as fast
+
+    def look(walk: _Walk) -> _Walk:
+        points = jax.vmap(seen)(walk.x)
+        new = points._replace(g=jnp.diagonal(points.g), rate=jnp.diagonal(points.rate))
+        return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
+
+    def walked(walk: _Walk, new: Seen) -> _Walk:
+        """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
+        node, wide = walk.node, new.t - walk.node.t
+        turned = jax.vmap(advance)(node, new)
+        is_far = (turned > angle * (1.0 + 1e-6)) & (wide > 2.0 * CLOSE * width)
+        fall = node.rate - new.rate
+        turns = (node.rate > 0.0) & (new.rate <= 0.0) & ~is_far
+        meet = node.g + node.rate * (new.g - node.g - new.rate * wide) / jnp.where(turns, fall, 1.0)
+        opens = turns & (meet > walk.best)
+        secant = _within(node.t + wide * node.rate / jnp.where(turns, fall, 1.0), node, new, wide)
+        back = node.t + jnp.maximum(jnp.minimum(0.5, over(angle * jnp.ones(n), turned)) * wide, CLOSE * width)
+        return walk._replace(
+            node=_pick(is_far, node, new),
+            low=node,
+            high=new,
+            last=node,
+            part=wide,
+            fall=fall,
+            narrows=opens,
+            age=jnp.zeros(n, int),
+            x=jnp.where(is_far, back, jnp.where(opens, secant, onward(new))),
+        )
+
+    def onward(node: Seen) -> Array:
+        speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
+        part = jnp.maximum(over(angle * jnp.ones(n), speed), CLOSE * width)
+        return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
+
+    def narrowed(walk: _Walk, new: Seen) -> _Walk:
+        """After a look between `low` and `high`."""
+        rises = new.rate > 0.0
+        low, high = _pick(rises, new, walk.low), _pick(rises, walk.high, new)
+        gap, fall = high.t - low.t, low.rate - high.rate
+        is_closed = (gap <= CLOSE * walk.part) | (walk.age >= MOST)
+        value = jnp.maximum(low.g, high.g)
+        is_better = is_closed & (value > walk.best)
+        is_smooth = fall <= jnp.sqrt(jnp.abs(gap / jnp.where(walk.part == 0.0, 1.0, walk.part))) * walk.fall
+        turn = Turn(low.t, high.t, -over(fall, gap), is_smooth, is_closed)
+        # Newton's method on the rate by the slope between the last two points; at a kink, where the tangents meet.
+        slope = over(new.rate - walk.last.rate, new.t - walk.last.t)
+        newton = new.t - over(new.rate, slope)
+        middle, meet = low.t + 0.5 * gap, low.t + over(high.g - low.g - high.rate * gap, fall)
+        is_inside = (slope < 0.0) & (newton > low.t) & (newton < high.t)
+        first = jnp.where(is_inside, newton, middle)
+        later = jnp.where(walk.age % 3 == 0, meet, jnp.where(walk.age % 3 == 1, first, middle))
+        aim = jnp.where((walk.age < FIRST) | ~jnp.isfinite(later), first, later)
+        return walk._replace(
+            low=low,
+            high=high,
+            last=new,
+            narrows=~is_closed,
+            age=walk.age + 1,
+            x=jnp.where(is_closed, onward(walk.node), _within(aim, low, high, walk.part)),
+            best=jnp.where(is_better, value, walk.best),
+            top=_pick(is_better, turn, walk.top),
+        )
+
+    def is_on_the_way(walk: _Walk) -> Array:
+        return jnp.any(walk.narrows | (walk.node.t < end) | (walk.x < end))
+
+    nothing, none = jnp.zeros(n), jnp.zeros(n, bool)
+    angles = jax.eval_shape(seen, start).angle.shape
+    unknown = jnp.full((n, *angles), jnp.inf)
+    point = Seen(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
+    begin = _Walk(
+        node=point, low=point, high=point, last=point, part=nothing, fall=nothing, narrows=none,
+        age=jnp.zeros(n, int), x=jnp.full(n, start), best=best, top=Turn(point.t, point.t, nothing - 1.0, ~none, none),
+    )  # fmt: skip
+    return jax.lax.while_loop(is_on_the_way, look, begin).top
+
+
+def _within(x: Array, low: Seen, high: Seen, part: Array) -> Array:
+    """A time between two others, not quite at either, so that both close in on what is near one of them."""
+    least = 0.5 * CLOSE * part
+    return jnp.clip(x, low.t + least, high.t - least)
+
+
+def _pick(condition: Array, a: PyTree, b: PyTree) -> PyTree:
+    """Function by function one or the other."""
+    return jax.tree.map(lambda x, y: jnp.where(condition.reshape(-1, *[1] * (x.ndim - 1)), x, y), a, b)

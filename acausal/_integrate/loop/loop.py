@@ -1,0 +1,259 @@
+"""The loop over the steps of a run, and what happens at the end of each."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._equinox_private import unvmap_any
+from ..events.event_history import EventHistory
+from ..events.iteration import ACCUMULATED, STOPPED, settle
+from ..events.moment import Approach
+from ..setup.settings import AT_ONCE
+from ..setup.state_vector import Vector
+from ..step.course import Course, on_course, share
+from ..step.rejected import rejectable
+from ..step.span import Span
+from .carry import Carry
+from .starting import Begun
+from .steps import Steps
+
+CROWD = 16  # events accumulate where more than so many, and two of each, are close together
+INTERVAL = 1e-9  # share of the time span within which events are close together
+EARLY = 1e-2  # share of a step within which a relation does not change back by more than an error of the run
+
+
+class Run(Steps):
+    """The steps of a run, up to its end."""
+
+    def first(self, begun: Begun) -> Carry:
+        """What is carried into the first step; no step is recorded yet."""
+        y = begun.y
+        args, core = self.given.carrying(y[self.layout.carried]), self.layout.core(y)
+        dt0 = self.given.numbers.dt0
+        control = self.sizes.init(
+            self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, args, self.solver
+        )
+        first_end = self.planned(self.t0, control.wish, *self.limit(begun.due))
+        inner = None
+        if not self.settings.follows_course:
+            inner = self.solver.init(self.terms, self.t0, first_end, core, args)
+        none = jnp.asarray(0)
+        return Carry(
+            t=self.forward * begun.t,
+            y=y,
+            truths=begun.truths,
+            armed=jnp.ones_like(begun.truths),
+            farthest=jnp.zeros(begun.truths.shape),
+            due=begun.due,
+            outcome=begun.outcome,
+            jumped=jnp.asarray(self.events is not None),
+            seen=self.not_seen(y),
+            mark=jnp.asarray(-jnp.inf),
+            crowd=none,
+            inner=inner,
+            control=control,
+            failed=jnp.asarray(False),
+            n_steps=none,
+            n_accepted=none,
+            history=begun.history,
+            before=jnp.full(1 + self.layout.size if self.settings.keeps_steps else 0, jnp.inf),
+            rows=self.no_rows(),
+            record=None,
+            meter=self.settings.progress.init(),
+        )
+
+    def goes_on(self, c: Carry) -> Array:
+        """Whether the run is not over."""
+        most = self.given.numbers.most
+        goes_on = (c.t < self.t1) & (c.outcome == 0) & ~c.failed
+        return goes_on if most is None else goes_on & (c.n_steps < most)
+
+    def steps(self, c: Carry) -> Carry:
+        """Steps up to the end of the run, or as many as there is room for."""
+        settings = self.settings
+        c = c._replace(record=self.no_record(c))
+        if settings.save == "chunk" and c.history is not None:
+            c = c._replace(history=self.no_history())
+
+        def has_room(c: Carry) -> Array:
+            assert c.history is not None
+            return jnp.asarray(c.history.n <= settings.max_events)
+
+        def goes_on(c: Carry) -> Array:
+            is_in_room = settings.save == "chunk" and c.history is not None
+            return self.goes_on(c) & has_room(c) if is_in_room else self.goes_on(c)
+
+        end = self.kind.loop(goes_on, self.body, c, max_steps=settings.max_steps, buffers=self.buffers)
+        settings.progress.close(end.meter)
+        return end
+
+    def body(self, c: Carry) -> Carry:
+        """A step and what happens at its end."""
+        layout, given, events = self.layout, self.given, self.events
+        t0, y0 = c.t, c.y
+        carried = y0[layout.carried]
+        args = given.carrying(carried)
+        instant, is_before = self.limit(c.due)
+        planned = self.planned(t0, c.control.wish, instant, is_before)
+        meets = is_before & (instant <= planned + given.tick(planned))
+        # Nothing has changed just before an instant, nor at the end of the run, which rounding does not tell from it.
+        is_end = ~is_before & (instant <= planned)
+        early = instant - 0.5 * given.tick(instant)
+        t1 = jnp.where(meets, early, planned - jax.lax.stop_gradient(jnp.where(is_end, planned - early, 0.0)))
+
+        attempt = rejectable(self.attempt, self.settings) if self.kind.is_reversible else self.attempt
+        core0 = layout.core(y0)
+        where = (self.solver, t0, t1, c.jumped, c.inner)
+        core1, error, (info, work, inner, solver_failed) = attempt(core0, args, where)
+        keep, control, is_stuck = self.sizes.adapted(
+            t0, t1, core0, core1, args, error, self.solver.error_order(self.terms), c.control
+        )
+        held = jax.lax.stop_gradient
+        course = None if work is None else Course(self.solver, held(work), args, self.settings)
+        path_of_solver = self.solver.interpolation_cls(t0=t0, t1=t1, **info)
+        path = Span(t0, t1, path_of_solver, carried, layout, course)
+        y1 = layout.joined(core1, carried)
+        if events is None:
+            settled = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1)))
+        else:
+            settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
+            # The step did not resolve what follows an event.
+            keep &= ~is_early
+            control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
+            if np.any(events.curved):
+                keep &= ~jnp.any(jnp.isfinite(found))
+                c = c._replace(due=jnp.where(jnp.isfinite(found), found, c.due))
+        t, y = settled.t, settled.y
+        if self.peaks is not None:
+            new = self.peaks.renewed(path, t, y, args)
+            y = layout.with_part(y, layout.peaks, new)
+        rows = self.saved(path, c, t, keep)
+        record = self.recorded(c, settled, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
+        # A step of which little was used gives no reason for a longer one.
+        wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
+        control = control._replace(wish=wish)
+        chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, record=None, meter=None)
+        old = c._replace(control=control, history=None, rows=None, record=None, meter=None)
+        new = jax.tree.map(lambda a, b: jnp.where(keep, a, b), chosen, old)
+        meter = self.settings.progress.step(c.meter, (new.t - self.t0) / (self.t1 - self.t0))
+        return new._replace(
+            control=control,
+            failed=is_stuck & ~keep | solver_failed & is_stuck,
+            n_steps=c.n_steps + 1,
+            n_accepted=c.n_accepted + keep,
+            history=self.noted(c.history, settled.history, keep),
+            rows=rows,
+            record=record,
+            meter=meter,
+        )
+
+    def through_events(
+        self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
+    ) -> tuple[Carry, Array, Array]:
+        """What is carried on from the end of a step, or from the first events in it, after what happens there; and
+        times that have been found in the step at which equations change: up to the first one it has to be repeated.
+        Last, whether a relation that has just changed changes back at once, so that the step has to be shorter.
+        """
+        events, given, forward = self.events, self.given, self.forward
+        assert events is not None
+        hold = jax.lax.stop_gradient
+        end, short = hold(t1), given.tick(hold(t1))
+        found = self.look(path, c, end, keep)
+        is_partial = ~found.is_any & (found.reached < end)
+        stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
+        instant = hold(instant)
+        is_there = meets & (instant <= stop + 2.0 * short)
+        # Beyond all that is due: equations have changed there.
+        t = jnp.where(is_there, instant + given.tick(instant), stop)
+        is_due = is_there & (forward * c.due <= t)
+        new = jnp.where(found.begins & events.curved & ~is_due, forward * stop, forward * jnp.inf)
+        begins = (is_due | found.begins) & keep
+        changes_back = jnp.any((found.truths != c.truths) & ~c.armed & events.of_laws)
+        is_early = keep & found.is_any & changes_back & (found.t - c.t < EARLY * (end - c.t))
+        is_any = jnp.any(begins)
+        is_cut = is_any | is_partial
+        before = jnp.where(found.is_any, found.before, jnp.where(is_there, instant - 0.5 * short, t))
+        moved, there = path.moving(t)
+        lag = None
+        if events.is_searched and path.course is not None:
+            early = path.moving(before)
+            theta = share(*hold((path.inner, before)))
+            there = on_course(path.course, path.inner, there, found.shift[0], theta, *early)
+            lag = _lag(*hold((path, t, found.shift[1])))
+        y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
+        t = jnp.where(is_cut, moved, t1)
+
+        approach = Approach(forward * before, forward * found.pace, lag)
+        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, begins)
+        # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
+        behind = jnp.where(is_there & (changed.outcome == STOPPED), given.tick(changed.t), 0.0)
+        t = changed.t + behind
+        t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
+        # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
+        y = self.remembered(t, changed.y, anew=is_any | (t >= self.t1))
+        armed, farthest = c.armed & (changed.truths == c.truths), c.farthest
+        if events.is_searched:
+            assert found.end is not None
+            far = jnp.abs(found.end.g)
+            armed |= ~is_any & (far > given.back)
+            farthest = jnp.maximum(farthest, far)
+        carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, seen=found.end)
+        return carried, new, is_early
+
+    def happened(self, c: Carry, approach: Approach, begins: Array) -> Carry:
+        """What is carried on from an instant, after the events that begin there and all that follows from them."""
+        events, given, forward = self.events, self.given, self.forward
+        assert events is not None
+        log = EventHistory.empty(AT_ONCE, events.n_model)
+
+        def settled() -> dict[str, Any]:
+            # What is not due has no time, and reverse mode must not meet its infinity.
+            due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
+            holds = events.circuit.hold(c.truths)
+            end = settle(
+                events, forward * c.t, approach, c.y, begins, c.truths, holds, due, log, given, n_before=len(c.before)
+            )
+            y = events.with_algebraic(end.t, end.y, given, anew=True)
+            mark, crowd, is_crowd = self.crowded(c, forward * end.t, begins)
+            outcome = jnp.where(end.outcome != 0, end.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
+            return dict(
+                t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, given), history=end.history,
+                before=end.before,
+                outcome=outcome, mark=mark, crowd=crowd,
+            )  # fmt: skip
+
+        def idle() -> dict[str, Any]:
+            return dict(
+                t=c.t,
+                y=c.y,
+                truths=c.truths,
+                due=c.due,
+                history=log,
+                before=jnp.full(len(c.before), jnp.inf),
+                outcome=c.outcome,
+                mark=c.mark,
+                crowd=c.crowd,
+            )
+
+        return c._replace(**jax.lax.cond(unvmap_any(jnp.any(begins)), settled, idle))
+
+    def crowded(self, c: Carry, t: Array, begins: Array) -> tuple[Array, Array, Array]:
+        """Since when events have been close together, how many, and whether they accumulate."""
+        assert self.events is not None
+        span = jnp.abs(self.t1 - self.t0)
+        happens = jnp.any(begins & ~self.events.scheduled)
+        is_close = jnp.abs(t - c.mark) < INTERVAL * span
+        crowd = jnp.where(happens, jnp.where(is_close, c.crowd + 1, 0), c.crowd)
+        mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), c.mark)
+        return mark, crowd, crowd > CROWD + 2 * self.events.total
+
+
+def _lag(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
+    """What rates miss at the first event: see `Approach`."""
+    assert path.course is not None
+    _, pace = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
+    return jax.tree_util.Partial(Course.lag, path.course, pace[path.layout.states] + shift_rate)

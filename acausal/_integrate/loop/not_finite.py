@@ -1,0 +1,87 @@
+"""The first of the saved points of a run at which a variable is not finite."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from ..._evaluate.observe import pairs_of
+from ..._numbers import Numbers, Truth
+from ..setup.field import Given
+from ..setup.settings import Settings
+from .carry import Carry
+
+
+class Point(NamedTuple):
+    """A time, the vector that the equations are evaluated from, and whether the solution shows the point."""
+
+    t: Numbers
+    y: Array
+    is_shown: Truth
+
+
+class NotFinite(NamedTuple):
+    """Whether there is such a point, and which; if there is none, the last one that was looked at."""
+
+    exists: Truth
+    point: Point
+
+
+def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
+    """The first saved point at which a variable is not finite. The end of the run is not one of them.
+
+    Parameters and discrete variables do not count: an infinite time may mean "never".
+    """
+    given, end = jax.lax.stop_gradient((given, end))
+    system, forward = settings.system, given.direction
+    none = NotFinite(jnp.asarray(False), Point(forward * end.t, end.y[settings.layout.point], jnp.asarray(True)))
+    if settings.save == "end":
+        return none
+    pairs = pairs_of(system, system.flat.variable_leaves)
+    n, point_at = (_of_times if end.record is None else _of_steps)(settings, forward, end)
+
+    def goes_on(carry: tuple[Array, NotFinite]) -> Array:
+        return (carry[0] < n) & ~carry[1].exists
+
+    def look(carry: tuple[Array, NotFinite]) -> tuple[Array, NotFinite]:
+        point = point_at(carry[0])
+        values = system.evaluate(point.t, point.y, given.inputs, pairs, anew=True)
+        return carry[0] + 1, NotFinite(point.is_shown & ~values.is_finite(), point)
+
+    return jax.lax.while_loop(goes_on, look, (jnp.asarray(0), none))[1]
+
+
+Points = tuple[Array, Callable[[Array], Point]]  # how many there are, and the point of a number
+
+
+def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
+    """The times asked for."""
+    rows, here = end.rows, settings.layout.point
+    assert rows is not None
+
+    def row(i: Array) -> Point:
+        return Point(forward * rows.ts[i], rows.ys[i, here], jnp.asarray(True))
+
+    # The last of the times asked for fills up those that the program is compiled for.
+    return jnp.minimum(rows.n, 1 + jnp.sum(rows.ts < rows.ts[rows.n - 1])), row
+
+
+def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
+    """The recorded steps, and what was before events."""
+    record, here = end.record, settings.layout.point
+    assert record is not None
+
+    def row(i: Array) -> Point:
+        return Point(forward * record.ts[i], record.ys[i, here], jnp.asarray(True))
+
+    n = record.n + 1
+
+    def point(i: Array) -> Point:
+        j = jnp.maximum(i - n, 0)
+        is_shown = jnp.isfinite(record.moments[j]) & (record.moments[j] > record.ts[0])
+        before = Point(forward * record.moments[j], record.befores[j, here], is_shown)
+        return jax.tree.map(lambda a, b: jnp.where(i < n, a, b), row(i), before)
+
+    return n + record.n, point

@@ -1,0 +1,147 @@
+"""What is at the start of a run, before anything is integrated: past events, and what they lead to."""
+
+import dataclasses
+import functools as ft
+from typing import NamedTuple
+
+import diffrax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._declare.past import Past
+from ..._equinox_private import while_loop
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..events.event_history import EventHistory
+from ..events.iteration import CONTRADICTED, REFUSED, STOPPED, settle
+from ..events.moment import Approach
+from ..events.run_events import RunEvents
+from ..setup.field import Given
+from ..setup.result import Result, sentence
+from ..setup.settings import AT_ONCE, RunNumbers, Settings
+from ..setup.state_vector import Vector
+from ..solvers import Rodas5P
+from .peaks import Peaks
+
+
+class Begun(NamedTuple):
+    """The start of a run: its time, the vector after what happens there, the truths of relations and the conditions
+    that hold, when scheduled events are due, what happened, and why the run ends there, 0 if it does not.
+    """
+
+    t: Array
+    y: Vector
+    truths: Array
+    holds: Array
+    due: Array
+    history: EventHistory | None
+    outcome: Array
+
+
+def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None) -> tuple[Given, Begun]:
+    """The start of a run from its states, and the numbers of the run, from when it counts among them."""
+    system, layout, numbers = settings.system, settings.layout, given.numbers
+    values = given.inputs.params.leaves
+    discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
+    guess = system.starts.values(given.inputs, system.carried.memory)
+    y = jnp.concatenate([y0, guess, *discrete, jnp.zeros(layout.size - layout.discrete.stop)])
+    if events is None:
+        y = _with_peaks(settings, given, _remembered(settings, given, y))
+        nothing = jnp.zeros(0, bool)
+        return given, Begun(jnp.asarray(numbers.t0, float), y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0))
+    t0 = numbers.t0
+    given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
+    band, back = events.bands(given)
+    given = dataclasses.replace(given, band=band, back=back)
+    past = events.past(t0, y, given)
+    history = EventHistory.empty(AT_ONCE, events.n_model)
+    none = jnp.zeros(events.total, bool)
+    begins = none if settings.is_started else jnp.isfinite(past)
+    if settings.is_resumed:
+        begins &= past >= t0 - given.tick(t0)
+    if numbers.past is not None:
+        begins &= past > numbers.past.time + given.tick(numbers.past.time)
+    approach = Approach(t0, jnp.zeros(events.total))  # nothing has led here
+    truths, due = jnp.zeros(events.n_margins, bool), jnp.zeros(events.total)
+    settled = settle(events, t0, approach, y, begins, truths, none, due, history, given, order=past)
+    y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
+    due = events.due(t0, y, given, events.past(t0, y, given))
+    y = _with_peaks(settings, given, y)
+    history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
+    loop = ft.partial(while_loop, kind="bounded" if events.is_reversible else "lax")
+    history = history.followed_by(settled.history, loop)
+    # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
+    is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))
+    t = jnp.where(is_past, t0 + 2.0 * given.tick(t0), t0)
+    return given, Begun(t, y, settled.truths, settled.holds, due, history, settled.outcome)
+
+
+def _remembered(settings: Settings, given: Given, y: Array) -> Array:
+    system, layout = settings.system, settings.layout
+    if not system.carried.memory:
+        return y
+    new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
+    return layout.with_part(y, layout.memory, new)
+
+
+def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
+    if settings.peaks is None:
+        return y
+    t0 = given.direction * given.numbers.t0
+    return settings.layout.with_part(y, settings.layout.peaks, Peaks(settings).begun(t0, y, given))
+
+
+class Start(NamedTuple):
+    """The events of a model, the stepped vector after those at the start, the conditions that hold there, and why a run
+    would end there, 0 if it would not.
+    """
+
+    events: RunEvents
+    given: Given
+    y: Array
+    holds: Array
+    outcome: Array
+
+    @property
+    def states(self) -> Array:
+        return self.y[self.events.layout.states]
+
+    @property
+    def discrete(self) -> Array:
+        """The discrete variables, one after the other."""
+        return self.y[self.events.layout.discrete]
+
+
+def start_of(
+    system: System,
+    t0: Array,
+    states: Array,
+    inputs: Inputs,
+    past: Past | None,
+    *,
+    is_started: bool = False,
+    is_search: bool = False,
+) -> Start:
+    """What happens at the start of a run from these states, in a model with events, or of a search from there; past
+    events happen unless they have already.
+    """
+    none = diffrax.NoProgressMeter()
+    settings = Settings(
+        system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, none, is_started, is_search=is_search
+    )
+    end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
+    given = Given(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
+    events = RunEvents(settings, settings.layout, is_reversible=True)
+    given, begun = begin(settings, given, states, events)
+    return Start(events, given, begun.y, begun.holds, begun.outcome)
+
+
+def why_ended(system: System, outcome: float, holds: Array) -> str:
+    """What to say of a run that ends at its start."""
+    events = system.events
+    assert events is not None
+    if outcome == REFUSED:
+        refused = [entry.kind == "refuse" for entry in events.members]
+        return events.refusal(int(np.argmax(refused & np.asarray(holds)[: events.total])))
+    return sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)

@@ -1,0 +1,245 @@
+"""A step of a run and what is read of it: its end, its dense output, the first event in it, and what is saved."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._equinox_private import while_loop, written
+from ..._evaluate.invariants import onto_invariants
+from ..._numbers import Numbers, Truth
+from ..._reduce.instants import first
+from ..events.crossing import Found, first_crossing
+from ..events.event_history import EventHistory
+from ..events.run_events import RunEvents
+from ..setup.field import Given, vector_field
+from ..setup.settings import AT_ONCE, Settings
+from ..setup.state_vector import Vector
+from ..solvers import AbstractRosenbrock
+from ..step.adjoint import Kind
+from ..step.controller import StepSizes, step_sizes
+from ..step.interval import Seen, seen, seen_on_course
+from ..step.record import Record
+from ..step.span import Span
+from .carry import Carry, Rows
+from .peaks import Peaks
+
+
+class Steps:
+    """The parts of a step, as functions of the numbers of a run."""
+
+    def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: Kind) -> None:
+        self.settings, self.layout, self.system = settings, settings.layout, settings.system
+        self.given, self.events, self.kind = given, events, kind
+        self.peaks = Peaks(settings) if settings.peaks else None
+        self.forward = given.direction
+        self.t0, self.t1 = self.forward * given.numbers.t0, self.forward * given.numbers.t1
+        self.sizes = step_sizes(settings, given)
+        self.solver = _method(settings, self.sizes, kind)
+        field = vector_field(settings)
+        self.terms = diffrax.ODETerm(lambda t, y, args: args.direction * field(args.direction * t, y, args))
+
+    def attempt(self, core: Array, given: Given, where: tuple[Any, Array, Array, Array, Any]) -> Any:
+        """The end of a step, its error, and what else it leaves; `where` has the solver and what it takes beside the
+        core. All numbers are arguments, since derivatives are defined by them.
+        """
+        solver, t0, t1, jumped, inner = where
+        if self.settings.follows_course:
+            core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, given)
+            return core, error, (info, work, None, jnp.asarray(False))
+        core, error, info, inner, result = solver.step(self.terms, t0, t1, core, given, inner, jumped)
+        failed = result != diffrax.RESULTS.successful
+        return core, jnp.where(failed, jnp.inf, error), (info, None, inner, jnp.asarray(failed))
+
+    def projected(self, t: Array, y: Vector) -> Vector:
+        """The vector on the invariants."""
+        if not self.system.ordered.invariants:
+            return y
+        new = onto_invariants(self.system, self.forward * t, y[self.layout.point], self.given.inputs)
+        return self.layout.with_part(y, self.layout.states, new)
+
+    def remembered(self, t: Array, y: Vector, *, anew: Truth = False) -> Vector:
+        """The vector with the unknowns that belong to it."""
+        memory = self.layout.memory
+        if not self.system.carried.memory:
+            return y
+        new = self.system.with_memory(self.forward * t, y[self.layout.point], self.given.inputs, anew=anew)
+        return self.layout.with_part(y, memory, new[memory])
+
+    def limit(self, due: Array) -> tuple[Array, Array]:
+        """The next instant at which something is known to happen, and whether that is before the end of the run."""
+        if self.events is None:
+            return jnp.asarray(jnp.inf), jnp.asarray(False)
+        instant = self.forward * first(due, self.forward)
+        return instant, instant < self.t1 - self.given.tick(self.t1)
+
+    def planned(self, t: Array, wish: Array, instant: Array, is_before: Array) -> Array:
+        """The end of a step of this length, or the instant or the end of the run that comes before."""
+        end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
+        # Not a step of rounding afterwards.
+        return jnp.where(t + wish > end - 100.0 * self.given.tick(end), end, t + wish)
+
+    def not_seen(self, y: Vector) -> Seen | None:
+        """What is not known at the start of the run."""
+        events = self.events
+        if events is None or not events.is_searched:
+            return None
+        read = events.margins_and_rates if self.settings.follows_course else events.margins
+        found = jax.eval_shape(lambda t: seen(lambda t: read(t, y, self.given), t), jnp.asarray(0.0))
+        if self.settings.follows_course:
+            found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
+        return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
+
+    def look(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
+        """The first event of a step by crossing functions."""
+        assert self.events is not None
+        if not self.events.is_searched:
+            n = self.events.total
+            no, none, nowhere = jnp.asarray(False), jnp.zeros(n, bool), jnp.zeros(n)
+            return Found(no, end, end, none, nowhere, c.truths, (), c.seen, end)
+        hold = jax.lax.stop_gradient
+        path, given = hold((path, self.given))
+        events, forward, course = self.events, self.forward, path.course
+
+        def values(t: Numbers, y: Array) -> tuple[Array, Array]:
+            margins, rates = events.margins_and_rates(forward * t, y, given)
+            return margins, forward * rates
+
+        def see(t: Numbers) -> Seen:
+            if course is None:
+                return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
+            return seen_on_course(values, path.plain, ft.partial(course.error_at, path.inner), t)
+
+        assert c.seen is not None
+        start = hold(c.seen)._replace(t=hold(c.t))
+        return first_crossing(
+            events.conditions(see, hold(end), c.armed, given),
+            start,
+            ~c.jumped,
+            c.truths,
+            hold(end),
+            given.tick(end),
+            goes,
+        )
+
+    # What is saved
+
+    def noted(self, history: EventHistory | None, instant: EventHistory | None, keep: Array) -> EventHistory | None:
+        """The history with the events of a step."""
+        if history is None or instant is None:
+            return history
+        kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, EventHistory.empty(*instant.happened.shape))
+        return history.followed_by(kept, self._inner_loop)
+
+    def no_history(self) -> EventHistory | None:
+        """A history with room for the moments to come, and for those of one instant more."""
+        events = self.events
+        return None if events is None else EventHistory.empty(self.settings.max_events + AT_ONCE, events.n_model)
+
+    @property
+    def _inner_loop(self) -> Callable[..., PyTree]:
+        """A loop within a step."""
+        return ft.partial(while_loop, kind="bounded" if self.kind.is_reversible else "lax")
+
+    def saved(self, path: Span, c: Carry, t: Array, keep: Array) -> Rows | None:
+        """The rows after a step along a path, which ends at t."""
+        times = self.given.numbers.times
+        if times is None:
+            return None
+        ordered = self.forward * times
+
+        def is_passed(rows: Rows) -> Array:
+            i = jnp.minimum(rows.n, len(times) - 1)
+            return keep & (rows.n < len(times)) & (ordered[i] <= t)
+
+        def save(rows: Rows) -> Rows:
+            at = ordered[jnp.minimum(rows.n, len(times) - 1)]
+            y = path.evaluate(at)
+            true = jnp.asarray(True)
+            return Rows(written(rows.ts, at, rows.n, true), written(rows.ys, y, rows.n, true), rows.n + 1)
+
+        return self._inner_loop(is_passed, save, c.rows, max_steps=len(times), buffers=lambda rows: (rows.ts, rows.ys))
+
+    def no_rows(self) -> Rows | None:
+        """The rows of a run that has not begun."""
+        times = self.given.numbers.times
+        if times is None:
+            return None
+        return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
+
+    def recorded(self, c: Carry, settled: Carry, y: Vector, keep: Array, info: PyTree) -> Record | None:
+        """The record after a step that leads to `settled`, there with the vector y, and whose dense output is evaluated
+        from `info`.
+        """
+        record = c.record
+        if record is None:
+            return None
+        rows = [(record.moments, self.forward * settled.before[0]), (record.befores, settled.before[1:])]
+        if record.infos is not None:
+            values, structure = jax.tree.flatten(info)
+            rows += zip(structure.flatten_up_to(record.infos), values, strict=True)
+        moments, befores, *infos = (written(buffer, value, record.n, keep) for buffer, value in rows)
+        ts, ys = written(record.ts, settled.t, record.n + 1, keep), written(record.ys, y, record.n + 1, keep)
+        infos = None if record.infos is None else jax.tree.structure(info).unflatten(infos)
+        return Record(ts, ys, moments, befores, infos, record.n + keep)
+
+    def no_record(self, c: Carry) -> Record | None:
+        """The record of steps to come."""
+        if not self.settings.keeps_steps:
+            return None
+        n, y = self.settings.max_steps, c.y
+
+        def empty(n: int, *row: Any) -> Any:
+            return jax.tree.map(lambda x: jnp.full((n, *x.shape), jnp.inf, x.dtype), row)
+
+        ts, ys, (moments, befores) = empty(n + 1, c.t)[0], empty(n + 1, y)[0], empty(n, c.t, y)
+        infos = None
+        if self.settings.save != "steps":
+            carried = y[self.layout.carried]
+            where = (self.solver, c.t, c.t, c.jumped, c.inner)
+            args = (self.layout.core(y), self.given.carrying(carried), where)
+            inner = eqx.filter_eval_shape(lambda: self.attempt(*args)[2][0])
+            (infos,) = empty(n, {"inner": inner, "begin": c.t, "end": c.t, "carried": carried})
+        return Record(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
+
+    def buffers(self, c: Carry) -> PyTree:
+        """What is written to, one row after the other."""
+        # What there is none of is not asked of the carry, in whose place there may be a tree of other leaves.
+        found: list[PyTree] = []
+        if self.given.numbers.times is not None:
+            found += [c.rows.ts, c.rows.ys]  # pyright: ignore[reportOptionalMemberAccess]
+        if self.events is not None:
+            found += [c.history.times, c.history.happened]  # pyright: ignore[reportOptionalMemberAccess]
+        if self.settings.keeps_steps:
+            names = ["ts", "ys", "moments", "befores", *(["infos"] if self.settings.save != "steps" else [])]
+            found += [getattr(c.record, name) for name in names]
+        return found
+
+
+def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:
+    """The solver, with what it has to know of the model, of the tolerances, and of how it is differentiated."""
+    system, solver = settings.system, settings.solver
+    if isinstance(solver, AbstractRosenbrock):
+        mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
+        solver = dataclasses.replace(solver, n_integrals=settings.n_extra)
+        return solver if mass is None else dataclasses.replace(solver, mass=mass)
+    if isinstance(solver, diffrax.AbstractImplicitSolver):
+        finder: Any = solver.root_finder
+        for name in ("rtol", "atol", "norm"):
+            value = getattr(finder, name)
+            if not callable(value) and not isinstance(value, float | int | jax.Array | np.ndarray):
+                # Not given: that of the steps.
+                finder = eqx.tree_at(lambda f, name=name: getattr(f, name), finder, getattr(sizes.pid, name))
+        solver = eqx.tree_at(lambda s: s.root_finder, solver, finder)
+    if isinstance(solver, diffrax.AbstractRungeKutta) and solver.scan_kind is None:
+        # Steps are differentiated in forward mode, which the solver's own loop over its stages does not allow.
+        solver = dataclasses.replace(solver, scan_kind="bounded" if kind.is_reversible else "lax")
+    return solver

@@ -1,0 +1,1 @@
+"""Compiled programs of runs, kept for later processes."""

@@ -1,0 +1,214 @@
+"""Programs that earlier processes have left in the library's cache, which need neither tracing nor lowering.
+
+jax's own cache is asked for a program once that is traced and lowered, which takes longer than all else in a second
+process. Here it is found by what it would be traced from (`made_from.py`). Where there is any doubt about that, a
+function is traced, and nothing is stored.
+"""
+
+import contextlib
+import functools as ft
+import io
+import pickle
+import re
+import threading
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import jax
+import numpy as np
+from jax import monitoring
+from jaxtyping import PyTree
+
+from ... import _program_files as files
+from ..._fingerprint import NoFingerprintError
+from ..._jax_private import trace_context
+from ..._jax_settings import programs
+from ..._tracing import is_traced, within_transformation
+from .made_from import is_as_imported, key_of
+
+Kinds = tuple[tuple[tuple[int, ...], Any], ...]  # shape and type of each number
+Program = Callable[[list[Any]], PyTree]
+
+
+class Storable(Protocol):
+    """A compiled function of one pytree of numbers; equal and with equal hashes for equal functions."""
+
+    def __hash__(self) -> int: ...
+
+    def __call__(self, given: Any) -> PyTree: ...
+
+    @property
+    def name(self) -> str:
+        """What the files of its programs begin with."""
+        ...
+
+    def contents(self, given: Any) -> list[object]:
+        """All that it is traced from, but for the library itself and the numbers; `given` has their kinds in place of
+        them. Raises `NoFingerprintError` where that cannot be told.
+        """
+        ...
+
+    def held(self) -> Mapping[str, Any]:
+        """What its outputs hold that is there already, and cannot all be stored."""
+        ...
+
+
+def result_of(function: Storable, given: Any) -> PyTree:
+    """The outputs, where possible by a stored program; else what is compiled is stored, where that is possible."""
+    return program_for(function, given)(given)
+
+
+def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
+    """The function, where possible by a stored program, for numbers of the same shapes and structure."""
+    if not _can_be_stored(given):
+        return function
+    program = _program(function, *_structure_and_kinds(given))
+    return function if program is None else lambda given: program(jax.tree.leaves(given))
+
+
+def is_missing(function: Storable, given: Any) -> bool:
+    """Whether the program of a function can be stored and is not there yet."""
+    if not _can_be_stored(given):
+        return False
+    file = _file_of(function, *_structure_and_kinds(given))
+    return file is not None and not file.exists()
+
+
+def _can_be_stored(given: Any) -> bool:
+    is_usual = not within_transformation() and programs.folder is not None and _is_usual()
+    return is_usual and all(map(_is_plain, jax.tree.leaves(given)))
+
+
+def _structure_and_kinds(given: Any) -> tuple[Any, Kinds]:
+    leaves, structure = jax.tree.flatten(given)
+    return structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+
+
+def _is_plain(leaf: Any) -> bool:
+    """Whether a number is known and lies where programs run by default, or has only a shape."""
+    if isinstance(leaf, np.ndarray | np.generic | jax.ShapeDtypeStruct):
+        return True
+    return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1 and not leaf.weak_type
+
+
+def _is_usual() -> bool:
+    """Whether jax compiles for the processor, and with the settings that it had when the library was imported."""
+    config: Any = jax.config
+    others = (config.jax_debug_nans, config.jax_debug_infs, config.jax_disable_jit, config.jax_default_device)
+    if any(others) or not config.jax_enable_x64 or trace_context() != programs.context:
+        return False
+    return jax.default_backend() == "cpu" and jax.device_count() == 1
+
+
+@ft.lru_cache(maxsize=256)
+def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
+    """The program for numbers of these shapes; None where what it is made from cannot be told."""
+    file = _file_of(function, structure, kinds)
+    if file is None:
+        return None
+    if (found := _loaded(file, function, len(kinds))) is not None:
+        return found
+    return _compiled(file, function, structure, kinds)
+
+
+@ft.lru_cache(maxsize=256)
+def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
+    """The file of a program; None where what it is made from cannot be told."""
+    assert programs.folder is not None
+    try:
+        key = key_of(function.contents(structure.unflatten(kinds)), structure, kinds)
+    except NoFingerprintError:
+        return None
+    return programs.folder / f"{function.name}-{key}-program"
+
+
+def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> Program:
+    """Compile a function and store its program."""
+    outputs: list[Any] = []
+
+    def run(*leaves: Any) -> list[Any]:
+        found, whole = jax.tree.flatten(function(structure.unflatten(leaves)))
+        outputs[:] = [whole]
+        return found
+
+    run.__name__ = file.stem.replace("-", "_")  # in jax's own cache, too, each version has a name
+    lowered = jax.jit(run).lower(*(jax.ShapeDtypeStruct(*kind) for kind in kinds))
+    with _loads() as loaded:
+        call = lowered.compile()
+    n = lowered.out_tree.num_leaves
+    library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
+    # A program that jax has read from its own cache cannot be serialised. One that calls other libraries than LAPACK is
+    # not stored: only LAPACK is known to be ready where it is loaded again.
+    if not loaded and all(name.startswith("lapack_") for name in library) and is_as_imported():
+        with contextlib.suppress(Exception):  # the program runs all the same
+            _store(file, _pickled(outputs[0].unflatten(range(n)), function), call, bool(library))
+    return lambda leaves: outputs[0].unflatten(call(*leaves))
+
+
+@contextlib.contextmanager
+def _loads() -> Any:
+    """What jax reads from its own cache meanwhile, in this thread."""
+    found: list[str] = []
+    own = threading.get_ident()
+
+    def note(event: str, **others: Any) -> None:
+        if event.endswith("/cache_hits") and threading.get_ident() == own:
+            found.append(event)
+
+    monitoring.register_event_listener(note)
+    try:
+        yield found
+    finally:
+        monitoring.unregister_event_listener(note)
+
+
+def _store(file: Path, whole: bytes, call: Any, needs_lapack: bool) -> None:
+    from jax.experimental import serialize_executable
+
+    payload, _, outputs = serialize_executable.serialize(call)
+    files.write(file, zlib.compress(pickle.dumps((payload, outputs.num_leaves, whole, needs_lapack)), 1))
+
+
+def _loaded(file: Path, function: Storable, n: int) -> Program | None:
+    """The program in a file; None where there is none, or none that can be read."""
+    from jax.experimental import serialize_executable
+
+    content = files.read(file)
+    if content is None:
+        return None
+    try:
+        payload, n_outputs, pickled, needs_lapack = pickle.loads(zlib.decompress(content))
+        if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
+            jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
+        takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
+        call = serialize_executable.deserialize_and_load(payload, takes, gives)
+        whole = jax.tree.structure(_Reader(io.BytesIO(pickled), function).load())
+    except Exception:  # a file that cannot be read is made anew
+        return None
+    return lambda leaves: whole.unflatten(call(*leaves))
+
+
+def _pickled(outputs: PyTree, function: Storable) -> bytes:
+    stream = io.BytesIO()
+    _Writer(stream, function).dump(outputs)
+    return stream.getvalue()
+
+
+class _Writer(pickle.Pickler):
+    def __init__(self, stream: io.BytesIO, function: Storable) -> None:
+        super().__init__(stream)
+        self.names = {id(value): name for name, value in function.held().items() if value is not None}
+
+    def persistent_id(self, obj: Any) -> str | None:
+        return self.names.get(id(obj))
+
+
+class _Reader(pickle.Unpickler):
+    def __init__(self, stream: io.BytesIO, function: Storable) -> None:
+        super().__init__(stream)
+        self.held = function.held()
+
+    def persistent_load(self, pid: str) -> Any:
+        return self.held[pid]

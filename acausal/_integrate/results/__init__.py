@@ -1,0 +1,1 @@
+"""Solutions, and what is read from them."""

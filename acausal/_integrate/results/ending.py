@@ -1,0 +1,183 @@
+"""The end of a run: its outcome, and the solution that it becomes."""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._compiled_once import compiled_once
+from ..._evaluate.packing import ModelParameters
+from ..._evaluate.singular import singular_blocks
+from ..._evaluate.starts import Inputs
+from ..._indices import first_true
+from ..._numbers import Truth
+from ..events.event_history import EventHistory
+from ..events.iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
+from ..loop.carry import Carry
+from ..setup.field import Given
+from ..setup.options import sentences
+from ..setup.result import Result
+from ..setup.settings import Settings
+from ..step.record import Record
+from .solution import Solution
+from .unresolved import are_unresolved
+
+
+class Integrated(NamedTuple):
+    """The vector that the steps started with, which start values are bad, what the steps lead to, and how far the
+    crossing functions of relations were from zero at most that have changed and could not change back, zero for all
+    others.
+    """
+
+    start: Array
+    bad_starts: Array
+    end: Carry
+    blurred: Array
+
+
+class Ending(NamedTuple):
+    """The outcome of a run, the index of the demand, parameter, start value or block that is to blame for a bad one,
+    and the numbers of its solution that need no record.
+    """
+
+    result: Any
+    culprit: Array
+    t1: Array
+    start: tuple[Array, Array]
+    end: tuple[Array, Array]
+    integrals: Array
+    losses: Array
+    peaks: Array
+    errors: Array
+    largest: Array
+    blurred: Array
+    unresolved: Array
+    n_steps: Array
+    n_accepted: Array
+
+
+class Kept(NamedTuple):
+    """What a run has kept: the times asked for and the vectors there, its recorded steps and its events."""
+
+    path: tuple[Any, Any] | None
+    record: Record | None
+    history: EventHistory | None
+
+
+def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> Ending:
+    """The end of a run; `wrong` are the demands on its numbers that are not met."""
+    layout, numbers = settings.layout, given.numbers
+    y0, _, end, blurred = integrated
+    t, y, control, n = given.direction * end.t, end.y, end.control, layout.n_states
+    result, culprit = _outcome(settings, given, integrated, wrong)
+    values, times = jnp.split(y[layout.peaks], 2)
+    return Ending(
+        result=result,
+        culprit=culprit,
+        t1=t if settings.stop is None else jnp.where(result == Result.stopped, t, jnp.inf),
+        start=(jnp.asarray(numbers.t0, float), y0[layout.point]),
+        end=(t, y[layout.point]),
+        integrals=y[layout.integrals][: settings.n_integrals],
+        losses=y[layout.losses],
+        peaks=jnp.concatenate([values, given.direction * times]),
+        errors=control.error[:n],
+        largest=control.largest[:n],
+        blurred=blurred,
+        unresolved=are_unresolved(settings.system.nominals, numbers.rtol, control.largest[:n], control.total[:n]),
+        n_steps=end.n_steps,
+        n_accepted=end.n_accepted,
+    )
+
+
+def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) -> Solution:
+    """The solution, except for the parameters of the model."""
+    system, layout, numbers = settings.system, settings.layout, given.numbers
+    path, record, history = kept
+    return Solution(
+        t1=ending.t1,
+        result=ending.result,
+        stats={
+            "max_steps": settings.max_steps,
+            "num_accepted_steps": ending.n_accepted,
+            "num_rejected_steps": ending.n_steps - ending.n_accepted,
+            "num_steps": ending.n_steps,
+        },
+        _start=ending.start,
+        _end=ending.end,
+        _path=path,
+        _end_integrals=ending.integrals,
+        _culprit=ending.culprit,
+        _not_finite=ending.end,
+        _params={},
+        _inputs=read_inputs(given),
+        _record=record,
+        _losses=ending.losses,
+        _peaks=ending.peaks,
+        _errors=ending.errors,
+        _largest=ending.largest,
+        _blurred=ending.blurred,
+        _unresolved=ending.unresolved,
+        _history=None if system.events is None else history,
+        system=system,
+        _solver=settings.solver,
+        _layout=layout,
+        _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin", "dtmax")},
+        _choices=settings.choices,
+        _demands=sentences(system, numbers),
+        _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
+        _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
+    )
+
+
+def read_inputs(given: Given) -> Inputs:
+    """The inputs of the equations; those of functions of the whole model are left to whoever has them."""
+    return dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots))
+
+
+def with_saved(settings: Settings, ending: Ending, exists: Truth) -> Ending:
+    """The ending of a run, of whose saved values one that is not finite `exists` or not; an earlier fault counts."""
+    result = ending.result
+    is_worse = exists & ((result == Result.stopped) | (result == _at_end(settings)))
+    t1 = ending.t1 if settings.stop is None else jnp.where(is_worse, jnp.inf, ending.t1)
+    return ending._replace(result=Result.where(is_worse, Result.not_finite, result), t1=t1)
+
+
+def _at_end(settings: Settings) -> Any:
+    """The result of a run that comes to its end time."""
+    return Result.reached_end if settings.stop is None else Result.never_stopped
+
+
+def _outcome(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> tuple[Result, Array]:
+    """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
+    system, layout, inputs = settings.system, settings.layout, given.inputs
+    _, bad_starts, end, _ = integrated
+    most = settings.max_steps if given.numbers.most is None else given.numbers.most
+    t, y, why = given.direction * end.t, end.y, end.outcome
+    bound = system.carried.with_discrete(inputs, y[layout.point])
+    everything = system.evaluate_all(t, y[layout.point], bound)
+    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
+    rules = [  # of all that apply the first one counts
+        ([wrong], Result.bad_option),
+        (system.intake.bad_values(inputs), Result.bad_parameter),
+        ([bad_starts], Result.bad_start),
+        (no_start, Result.bad_start),
+        ([~everything.is_finite()], Result.not_finite),
+        (singular_blocks(system, everything, bound), Result.undetermined),
+        ([why == REFUSED], Result.refused),
+        ([why == CONTRADICTED], Result.bad_reset),
+        ([why == ENDLESS], Result.events_endless),
+        ([why == ACCUMULATED], Result.events_accumulate),
+        ([end.failed & jnp.any(jnp.isnan(end.control.error))], Result.not_finite),
+        ([end.failed], Result.step_too_small),
+        ([(end.n_steps >= most) & (end.t < given.direction * given.numbers.t1) & (why == 0)], Result.too_many_steps),
+        ([why == STOPPED], Result.stopped),
+    ]
+    index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)
+    result = _at_end(settings)
+    culprit, ends = jnp.asarray(-1), np.cumsum([sum(mask.size for mask in masks) for masks, _ in rules]).tolist()
+    for low, high, (_, outcome) in zip([0, *ends], ends, rules, strict=False):
+        is_it = (index >= low) & (index < high)
+        result, culprit = Result.where(is_it, outcome, result), jnp.where(is_it, index - low, culprit)
+    return result, culprit

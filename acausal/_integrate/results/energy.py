@@ -1,0 +1,98 @@
+"""The energy account of a whole model, from the accounts of its components."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.array import Array
+from ..._declare.component import Component, Energy
+from ..._declare.node import Node
+from ..._extras import Axes
+from ..._numbers import Numbers, Scalar
+from ..._reduce.connections import children
+
+
+def accounts(view: Node, path: str = "") -> Iterator[tuple[str, Energy]]:
+    """The account of every component that has one, at the values that a view of the model holds.
+
+    The members of an array of components are summed.
+    """
+    if isinstance(view, Component) and type(view).energy is not Component.energy:
+        account = view.energy()
+        if account is not None:
+            yield path, Energy(*(jnp.asarray(item, float) for item in account))
+    for part_path, part in children(view, path):
+        if isinstance(view, Array):
+            yield from _stacked(part, part_path)
+        else:
+            yield from accounts(part, part_path)
+
+
+def _stacked(item: Node, path: str) -> Iterator[tuple[str, Energy]]:
+    def members(part: Node) -> dict[str, Energy]:
+        return dict(accounts(part, path))
+
+    for name, account in jax.vmap(members)(item).items():
+        yield name, Energy(*(jnp.sum(value) for value in account))
+
+
+def powers(view: Node) -> dict[str, tuple[Scalar, Scalar]]:
+    """Dissipated and supplied power of each component, in W."""
+    return {path: (account.dissipated, account.supplied) for path, account in accounts(view)}
+
+
+def stored(view: Node) -> dict[str, Scalar]:
+    """Stored energy of each component, in J."""
+    return {path: account.stored for path, account in accounts(view)}
+
+
+@dataclasses.dataclass(frozen=True)
+class EnergyAccount:
+    """What became of the energy in a run, in J: supplied = change of stored + dissipated + lost at events.
+
+    The first three are by component, `events` by event. The account begins after the events at the start.
+
+    `print` it for a table. `imbalance` is what is missing; it measures the error of the integration.
+    """
+
+    supplied: dict[str, Any]
+    stored: dict[str, Any]
+    dissipated: dict[str, Any]
+    events: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    @property
+    def totals(self) -> tuple[Any, Any, Any]:
+        """Sums over the components: supplied, stored, dissipated."""
+        return sum(self.supplied.values()), sum(self.stored.values()), sum(self.dissipated.values())
+
+    @property
+    def imbalance(self) -> jax.Array:
+        supplied, stored, dissipated = self.totals
+        return supplied - stored - dissipated - sum(self.events.values())
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
+        from .energy_plot import plot_energy
+
+        return plot_energy(self, ax)
+
+    def __str__(self) -> str:
+        width = max([len(name) for name in (*self.supplied, *self.events)] + [10])
+        lines = [f"{'energy [J]':{width}}  {'supplied':>12}  {'stored':>12}  {'dissipated':>12}"]
+        for name in self.supplied:
+            numbers = (self.supplied[name], self.stored[name], self.dissipated[name])
+            lines.append(f"{name:{width}}  " + "  ".join(_cell(number) for number in numbers))
+        lines += [f"{name:{width}}  {'':12}  {'':12}  {_cell(lost)}" for name, lost in self.events.items() if lost != 0]
+        supplied, stored, dissipated = self.totals
+        columns = (supplied, stored, dissipated + sum(self.events.values()))
+        lines.append(f"{'total':{width}}  " + "  ".join(_cell(number) for number in columns))
+        return "\n".join([*lines, f"imbalance: {float(self.imbalance):.3g} J"])
+
+
+def _cell(value: Numbers) -> str:
+    number = float(np.asarray(value))
+    return f"{number:12.6g}" if number else f"{'':12}"

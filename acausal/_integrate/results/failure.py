@@ -1,0 +1,257 @@
+"""What to raise for a run that failed: where, when and what to do."""
+
+import contextlib
+import contextvars
+import math
+from collections.abc import Iterator
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._errors import ModelError, ParameterError, SimulationError
+from ..._evaluate.diagnosis import block_of, first_not_finite, without_storage
+from ..._evaluate.initial import checked_names
+from ..._evaluate.singular import linear_blocks
+from ..._evaluate.system import System
+from ..._reduce.incidence import Pair
+from ..._reduce.ranges import requirements
+from ..._reduce.tear import Torn
+from ..._tracing import known
+from ..setup.result import Result, is_success, sentence
+from ..setup.schedule import tick
+from .solution import Solution
+
+LAST = 8  # how many of the last moments at which something happened are named
+SHOWN = 3  # how many variables with large errors are named
+SMALL = 1e-3  # an error below this share of the tolerance tells nothing, as in the short step after an event
+_is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
+
+
+@contextlib.contextmanager
+def trials() -> Iterator[None]:
+    """Let runs that fail return, as with `throw=False`: what tries designs looks at their results itself."""
+    token = _is_trial.set(True)
+    try:
+        yield
+    finally:
+        _is_trial.reset(token)
+
+
+def is_trial() -> bool:
+    """Whether a run is one of those that `trials` lets return."""
+    return _is_trial.get()
+
+
+def report_failure(solution: Solution) -> Solution:
+    """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
+    result = solution.result
+    fine = is_success(result)
+    are_fine = known(fine)
+    if are_fine is None:
+        return _checked_at_run_time(solution, ~fine)
+    if not np.all(are_fine):
+        raise _error(jax.tree_util.tree_map(jax.lax.stop_gradient, solution))
+    return solution
+
+
+def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
+    """The solution, whose computation raises, and so does that of its derivatives. A bad parameter or option is named;
+    other culprits are told by eager runs only.
+
+    A check is carried out only if its output is used. Derivatives do not use the values of the solution, so each real
+    number of it is multiplied by a checked 1, which is a factor of all its derivatives too, in both modes.
+    """
+    system, result = solution.system, solution.result
+    real, others = eqx.partition(solution, eqx.is_inexact_array)
+    checked = jnp.asarray(1.0), jax.tree.leaves(others)
+    bad, bad_option = result == Result.bad_parameter, result == Result.bad_option
+    if texts := [f"{sentence}." for sentence in system.intake.needed(solution._inputs.given)]:
+        checked = eqx.branched_error_if(checked, bad, solution._culprit, texts)
+    checked = eqx.branched_error_if(checked, bad_option, solution._culprit, list(solution._demands))
+    one, leaves = result.error_if(checked, failed & ~bad & ~bad_option)
+    real = jax.tree.map(lambda x: x * one.astype(x.dtype), real)
+    return eqx.combine(real, jax.tree.unflatten(jax.tree.structure(others), leaves))
+
+
+def _error(solution: Solution) -> Exception:
+    system, result = solution.system, solution.result
+    if solution.is_batched:
+        return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
+    if result == Result.bad_option:
+        return ModelError(solution._demands[int(solution._culprit)])
+    if result == Result.bad_parameter:
+        return ParameterError(system.intake.bad_value(int(solution._culprit), solution._inputs))
+    if result == Result.bad_start:
+        name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
+        return SimulationError(
+            f"{sentence(result)} {name} cannot have the value it is given: leave out the start value of this "
+            "variable, or of those that it is connected to rigidly."
+        )
+    t, _ = solution._end
+    where = f"At t = {float(t):.6g} s: "
+    if any(result == outcome for outcome in (Result.events_accumulate, Result.events_endless, Result.bad_reset)):
+        return SimulationError(f"{where}{sentence(result)} The last events were {_last_events(solution)}.")
+    if result == Result.refused:
+        return SimulationError(f"{where}{_refusal(solution) or sentence(result)}")
+    if result == Result.undetermined:
+        return SimulationError(
+            where + sentence(result) + about_block(system, linear_blocks(system)[int(solution._culprit)])
+        )
+    if result == Result.never_stopped:
+        return SimulationError(where + sentence(result))
+    found = _first_not_finite(solution)
+    if found is not None:
+        t, culprit = found
+        where = f"At t = {t:.6g} s: "
+        name = system.ordered.table.variable_name(*culprit)
+        since = t - float(tick(t, solution._start[0]))
+        if refused := _refusal(solution, since):
+            return SimulationError(f"{where}{refused}")
+        after = _events_at(solution, since) if t == float(solution._end[0]) else ""
+        said = f"After {after}, {name} is infinite or not a number." if after else ""
+        said = said or f"{sentence(Result.not_finite)} The first one is {name}."
+        said += about_range(system, culprit)
+        return SimulationError(f"{where}{said}{about_block(system, culprit)}")
+    return SimulationError(f"{where}{sentence(result)}{_about_steps(solution)}")
+
+
+def _about_steps(solution: Solution) -> str:
+    """What was hard to integrate, and what happened last."""
+    system, errors = solution.system, np.asarray(solution._errors)
+    names = system.element_names
+    values = np.asarray(solution._end[1])
+    lines = []
+    if np.all(np.isfinite(errors)):
+        largest = np.argsort(-errors[: len(names)], kind="stable")[:SHOWN]
+        said = [f"{names[i]} (now {values[i]:.6g}, {errors[i]:.3g} tolerances)" for i in largest if errors[i] > SMALL]
+        if said:
+            lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
+    else:
+        lines.append("The last step led to numbers that are infinite or not a number.")
+    if solution.result == Result.step_too_small:
+        lines.append(_about_fastest(solution))
+    if last := _last(solution):
+        span = float(solution._end[0]) - last[0][0]
+        lines.append(f"The last events were {_last_events(solution)}, {len(last)} within {span:.3g} s.")
+        mean = (float(solution._end[0]) - float(solution._start[0])) / int(solution.stats["num_steps"])
+        if solution.result == Result.too_many_steps and abs(span) <= len(last) * abs(mean):
+            lines.append(_SLIDES)
+    return "".join(f" {line}" for line in lines)
+
+
+_SLIDES = (
+    "They end nearly every step: what switches to and fro slides along a surface. Remedy: an element that is made for "
+    "it, such as friction, a stop, a freewheel or a diode, or a band between the two conditions."
+)
+
+
+def _about_fastest(solution: Solution) -> str:
+    """The state that runs away, if one does, and what its component says of that."""
+    system, (t, y) = solution.system, solution._end
+    rates = np.abs(system.vector_field(t, y, solution._inputs))
+    sizes = np.maximum(np.abs(y[: len(rates)]), system.nominals[: len(rates)])
+    fastest = int(np.nanargmax(rates / sizes))
+    counts = [system.plan.size(variable) for variable, _ in system.states]
+    variable, order = system.states[int(np.searchsorted(np.cumsum(counts), fastest, side="right"))]
+    block = block_of(system, (variable, order + 1))
+    said = f"{system.element_names[fastest]} changes fastest, by {rates[fastest]:.3g} in a second"
+    if block is None or not (meaning := _if_singular(system, block)):
+        return f"{said}."
+    equations = ", ".join(map(system.ordered.table.row_name, block.rows))
+    return f"{said}, by the equations {equations} for it: {meaning}."
+
+
+def _if_singular(system: System, block: Torn) -> str:
+    """What the components of a block say that it means where its equations become singular."""
+    families = (family for family, _ in map(system.ordered.table.place, block.rows))
+    owners = [family.instances for family in families if family.instances is not None]
+    return "; ".join(filter(None, dict.fromkeys(owner.kind.cls.if_singular for owner in owners)))
+
+
+def _last(solution: Solution) -> list[tuple[float, int]]:
+    """When what happened last, in order, however much happened before."""
+    history = solution._history
+    if history is None:
+        return []
+    times, happened = np.asarray(history.times), np.asarray(history.happened)
+    last = np.flatnonzero(np.isfinite(times))[-LAST:]
+    return [(float(times[moment]), number) for moment in last for number in np.flatnonzero(happened[moment]).tolist()]
+
+
+def _last_events(solution: Solution) -> str:
+    """The different ones among the last events of a run, those that are listed if there are any."""
+    events = solution.system.events
+    numbers = [number for _, number in _last(solution)]
+    if events is None or not numbers:
+        return "those at the start"
+    listed = [number for number in numbers if not events.members[number].is_internal] or numbers
+    return ", ".join(dict.fromkeys(events.labels[number] for number in listed))
+
+
+def _refusal(solution: Solution, since: float = -math.inf) -> str:
+    """What components say that cannot do what is asked of them; empty where none says anything."""
+    events = solution.system.events
+    if events is None:
+        return ""
+    numbers = [number for time, number in _last(solution) if time >= since]
+    return " ".join(dict.fromkeys(events.refusal(number) for number in numbers if events.members[number].reason))
+
+
+def _events_at(solution: Solution, since: float) -> str:
+    """The events from a time on, empty if there were none."""
+    if solution.system.events is None:
+        return ""
+    labels = solution.system.events.labels
+    names = [labels[number] for time, number in _last(solution) if time >= since]
+    return f"the event {names[0]}" if len(names) == 1 else f"the events {', '.join(names)}" if names else ""
+
+
+def about_range(system: System, pair: Pair) -> str:
+    """What is declared of the ranges of a variable, and of those it is solved for with; empty where nothing is."""
+    block = block_of(system, pair)
+    pairs = [system.ordered.unknowns[u] for u in block.unknowns] if block else [pair]
+    return "".join(f" {said}: outside it has no value." for said in requirements(system.ordered.table, pairs))
+
+
+def about_block(system: System, pair: Pair) -> str:
+    """What to say of a variable that is solved for together with others."""
+    block = block_of(system, pair)
+    if block is None:
+        return ""
+    table = system.ordered.table
+    equations = ", ".join(table.row_name(row) for row in block.rows)
+    unknowns = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.unknowns)
+    guesses = ", ".join(system.ordered.unknown_name(unknown) for unknown in block.tears)
+    if block.method == "linear":
+        reason = "are singular there: they do not determine their unknowns"
+        remedy = _if_singular(system, block)
+        remedy = remedy or "look for parameters of zero, or for ideal elements that fix one value twice"
+    else:
+        reason = "have no solution there, or none that iterations reach"
+        remedy = (
+            f"give start values near the solution for {guesses}, or check the limits of what these equations describe"
+        )
+    said = f" The equations {equations} for {unknowns} {reason}. Remedy: {remedy}."
+    for ports, storage in without_storage(system, block):
+        said += f" Nothing takes up what flows in at {ports}: if it has nowhere to go, connect {storage} there."
+    return said
+
+
+def _first_not_finite(solution: Solution) -> tuple[float, Pair] | None:
+    """The first variable that is not finite, and when: at the start or at a saved point, if no state depends on it, or
+    else at the last good state or a little further on.
+    """
+    system, (t, y) = solution.system, solution._end
+    for point in (solution._start, *([solution._not_finite] if solution.result == Result.not_finite else [])):
+        if (pair := first_not_finite(system, *point, solution._inputs)) is not None:
+            return float(point[0]), pair
+    rates = system.vector_field(t, y, solution._inputs)
+    for ahead in (0.0, 1e-12, 1e-9, 1e-6, 1e-4):
+        point = y.at[: len(rates)].add(ahead * jnp.where(jnp.isfinite(rates), rates, 0.0))
+        pair = first_not_finite(system, t + ahead, point, solution._inputs)
+        if pair is not None:
+            return float(t), pair
+    return None

@@ -1,0 +1,129 @@
+"""The vectors of a run at any time, from its recorded steps."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..._numbers import Numbers
+from ..._tracing import are_traced
+from ..programs.made_from import digest_of
+from ..programs.stored_program import result_of
+from ..setup.state_vector import StateVector, Vector
+from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
+from ..step.course import share, within
+from ..step.interval import LOOKS
+from ..step.record import Record
+from ..step.span import Span
+
+AT_ONCE = 64  # steps for which matrices are held
+STEPS, SHARES = 128, 4  # steps and shares of each that known points are read at, together
+
+
+@dataclasses.dataclass(frozen=True)
+class Reading:
+    """The points of runs of a model by a method within their steps, as the runs themselves would have read them. Time
+    counts forwards, also in a run that goes back.
+    """
+
+    system: System
+    solver: diffrax.AbstractSolver
+    layout: StateVector
+
+    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Any) -> Any:
+        """The vectors at times [times]; not a number where the run has not come to."""
+        xp = jnp if are_traced(t, record, inputs) else np
+        if xp is np:
+            t, record = jax.tree.map(np.asarray, (t, record))
+        ts, n = record.ts, len(record.moments)
+        i = xp.clip(xp.searchsorted(ts, t) - 1, 0, n - 1)
+        end = ts[i + 1]
+        is_there = (t >= ts[0]) & (i < record.n) & (t <= end)
+        begin = xp.where(is_there, record.infos["begin"][i], t)  # rows that are not there are infinite
+        theta = (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0)
+        ys = self.within(i, theta[:, None], record, inputs, forward)[1][:, 0]
+        is_start = (t == ts[0]) & ~is_there
+        return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
+
+    def within(self, i: Any, theta: Any, record: Record, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
+        """Times and vectors at shares [steps, shares] of some steps."""
+        steps = record.infos, record.ts[1:]
+        if are_traced(i, theta, steps, inputs):
+            return self((jax.tree.map(lambda x: x[i], steps), theta, inputs, forward))
+        i, theta, steps = jax.tree.map(np.asarray, (i, theta, steps))
+        blocks, more = [], SHARES - theta.shape[1]
+        shares = np.pad(theta, ((0, 0), (0, more)), mode="edge")
+        for begin in range(0, len(i), STEPS):
+            rows = np.minimum(np.arange(begin, begin + STEPS), len(i) - 1)
+            given = jax.tree.map(lambda x: x[i[rows]], steps), shares[rows]  # noqa: B023
+            blocks.append([np.asarray(x)[:, : theta.shape[1]] for x in result_of(self, (*given, inputs, forward))])
+        ts, ys = (np.concatenate(parts)[: len(i)] for parts in zip(*blocks, strict=True))
+        return ts, ys
+
+    def __call__(self, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
+        return _read(self, given)
+
+    def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
+        """The vector at each time of a step, with its stiff states brought nearer to what the equations say."""
+        layout, solver, mass = self.layout, self.solver, self.system.mass
+        if not isinstance(solver, AbstractRosenbrock) or not layout.n_states:
+            return span.plain
+        solver = solver if mass is None else dataclasses.replace(solver, mass=mass)
+        path, n = span.inner, layout.n_states
+        assert isinstance(path, RosenbrockInterpolation)
+        path = RosenbrockInterpolation(
+            t0=path.t0, t1=path.t1, y0=path.y0[:n], y1=path.y1[:n], coeffs=path.coeffs[:, :n]
+        )  # the integrals do not act on the states
+        kept = span.carried[: layout.discrete.stop - n]
+
+        def rates(t: Numbers, states: Array) -> Array:
+            point = jnp.concatenate([states, kept])
+            return forward * self.system.vector_field(forward * t, point, inputs)
+
+        work = jax.lax.stop_gradient(solver.work(rates, path))
+
+        def vector(t: Array) -> Vector:
+            s = within(path, t)
+            theta, states = share(path, s), path.evaluate(s)
+
+            # Once for the values, and once more for their derivatives
+            def again(shift: Array, _: None) -> tuple[Array, None]:
+                return shift + solver.error_within(path, work, theta, path.t1 - path.t0, rates(s, states + shift)), None
+
+            found = states + jax.lax.scan(again, jnp.zeros(n), None, length=LOOKS)[0]
+            y = span.plain(t)
+            return layout.with_part(y, layout.states, jnp.where(jnp.isfinite(found), found, y[layout.states]))
+
+        return vector
+
+    @property
+    def name(self) -> str:
+        return "reading"
+
+    def contents(self, given: tuple[Any, Any, Inputs, Any]) -> list[object]:
+        return [given[2].given, digest_of(self.system), self.solver, self.layout]
+
+    def held(self) -> dict[str, Any]:
+        return {}
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
+    (infos, ends), theta, inputs, forward = given
+
+    def of_step(step: tuple[Any, Array, Array]) -> tuple[Any, Any]:
+        info, end, theta = step
+        path = reading.solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
+        span = Span(path.t0, path.t1, path, info["carried"], reading.layout)
+        t = jnp.asarray(span.t0 + theta * (end - span.t0))
+        return t, jax.vmap(reading.on(span, inputs, forward))(t)
+
+    return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)

@@ -1,0 +1,392 @@
+"""The solution of a simulation, read by the names of the model."""
+
+import html
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, TypeVar
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.tree_util import PyTreeDef
+from jaxtyping import PyTree
+
+from ..._declare.array import deepened
+from ..._declare.by_name import parameters
+from ..._declare.component import Component
+from ..._declare.tree import as_html, as_text, branch
+from ..._errors import ModelError, UnknownNameError, listed, suggestion
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..._extras import DataFrame, Dataset, Panels
+from ..._numbers import Numbers, Scalar
+from ..._save_load import described
+from ..._tracing import is_traced, known
+from ..events.event_history import EventHistory
+from ..loop.peaks import Peak
+from ..programs.made_from import equations_of
+from ..setup.result import sentence
+from ..setup.state_vector import StateVector
+from ..setup.user_function import as_function, trace
+from ..step.record import Record
+from .columns import Item, columns, to_pandas, to_xarray
+from .energy import EnergyAccount, powers, stored
+from .event_log import EventLog
+from .over_run import OverRun
+from .reading import Reading
+from .rows import chosen
+from .trajectories import both_sides, over_batch, trajectories
+from .unresolved import unresolved
+
+M = TypeVar("M", bound=Component)
+
+
+class Solution(eqx.Module, Generic[M]):
+    """Trajectories of all variables of a model.
+
+    `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
+    `sol.values`, `sol.final` and `sol.at(t)` are the model with the values at the saved times, at the end, and at any
+    time. To editors and type checkers these are the model: they complete
+    `sol.values.motor.emf.w`, where `sol.motor` could be anything.
+
+    - `t1`: the time at which the run ended; infinite where a stop condition was never met.
+    - `result`: a `Result`; `stats`: numbers of steps.
+    """
+
+    t1: Array
+    result: Any
+    stats: dict[str, Scalar]
+    _start: tuple[Array, Array]  # time and state vector
+    _end: tuple[Array, Array]
+    _path: tuple[Array, Array] | None  # at the times asked for, infinite after the end; None: those of the steps
+    _end_integrals: Array
+    _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
+    _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if there is one
+    _params: dict[int, Array]  # parameters of the model, by the number of their leaves
+    _inputs: Inputs
+    _record: Record | None  # of the steps
+    _losses: Array  # energies lost at events
+    _peaks: Array  # values and times
+    _errors: Array  # of the states in the last step, in tolerances
+    _largest: Array  # absolute values of the states in the run
+    _blurred: Array  # how large what relations compare is that stayed within the tolerance, zero for all others
+    _unresolved: Array  # which states are so small that the tolerance means little for them
+    _history: EventHistory | None  # of the events
+    system: System = eqx.field(static=True)
+    _solver: diffrax.AbstractSolver = eqx.field(static=True)
+    _layout: StateVector = eqx.field(static=True)
+    _numbers: dict[str, Array | None]  # that the run was called with
+    _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # that it was compiled for
+    _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
+    _peaks_tree: PyTreeDef | None = eqx.field(static=True)
+    _integrals_tree: PyTreeDef | None = eqx.field(static=True)
+
+    @property
+    def is_batched(self) -> bool:
+        return jnp.ndim(self.t1) > 0
+
+    @property
+    def ts(self) -> Array | np.ndarray:
+        """The saved times; in a single solution, those that the run did not reach are left out."""
+        return self._saved(None)
+
+    @property
+    def ys(self) -> Array | np.ndarray:
+        """The state vector at the saved times; see `sol.system.state_names`."""
+        return self._saved(slice(len(self.system.nominals)))
+
+    def _saved(self, columns: slice | None) -> Array | np.ndarray:
+        """The saved times, or columns of the vectors there; in a single solution of which the steps are shown, with
+        those before each event.
+        """
+        record, forward = self._record, self._forward
+        if self._path is not None:
+            ts, ys = self._path
+        else:
+            assert record is not None
+            ts, ys = forward[..., None] * record.ts, record.ys
+        rows, times = ts if columns is None else ys[..., columns], known(ts)
+        if self.is_batched or times is None:
+            return rows
+        if self._path is not None or record is None:
+            return chosen(rows, np.isfinite(times))
+        before = forward * record.moments if columns is None else record.befores[:, columns]
+        return both_sides(rows, before, *map(np.asarray, (known(record.ts), known(record.moments))))
+
+    @property
+    def _forward(self) -> Any:
+        """1, or -1 for a run that went back in time."""
+        t0, t1 = self._numbers["t0"], self._numbers["t1"]
+        assert t0 is not None
+        assert t1 is not None
+        xp = jnp if is_traced(t0) or is_traced(t1) else np
+        return xp.broadcast_to(xp.where(t1 < t0, -1.0, 1.0), jnp.shape(self.t1))
+
+    @property
+    def values(self) -> M:
+        """The model with trajectories in place of its variables."""
+        return self._view(self._saved(None), self._saved(self._layout.point))
+
+    @property
+    def final(self) -> M:
+        """The model with the values at the end of the run in place of its variables."""
+        return self._view(*self._end)
+
+    def at(self, t: Numbers) -> M:
+        """The model with the values at time(s) `t`, read from the dense output of the steps."""
+        record = self._dense("value at a time")
+        reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
+
+        def read(record: Record, inputs: Inputs, forward: Numbers) -> Any:
+            found = reading.at(forward * jnp.ravel(t), record, inputs, forward)
+            return found[:, self._layout.point].reshape(*t.shape, -1)
+
+        points = over_batch(read, len(batch))(record, self._inputs, self._forward)
+        return self._view(jnp.broadcast_to(t, batch + t.shape), points)
+
+    def _view(self, ts: Numbers, ys: Numbers) -> M:
+        batch = jnp.ndim(self.t1)
+        numbers = trajectories(self.system, batch, ts, ys, self._inputs)
+        leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.own_leaves))]
+        # Indexing an array of components must find the time axis in all of its leaves.
+        for i, flat_leaf in enumerate(self.system.flat.own_leaves):
+            if i not in numbers and flat_leaf.stack:
+                along = jnp.expand_dims(leaves[i], range(batch, jnp.ndim(ts)))
+                leaves[i] = jnp.broadcast_to(along, jnp.shape(ts) + jnp.shape(leaves[i])[batch:])
+        return deepened(self.system.flat.structure.unflatten(leaves), jnp.ndim(ts))
+
+    @property
+    def events(self) -> EventLog:
+        """The events of the run in their order; `print` it for a table. Empty where no component states any."""
+        events = self.system.events
+        if self._history is None or events is None:
+            return EventLog.empty(jnp.shape(self.t1))
+        is_listed = np.array([entry.is_listed for entry in events.members], bool)
+        return EventLog.of(self._history, events.labels, is_listed, int(dict(self._choices)["max_events"] or 0))
+
+    @property
+    def unresolved(self) -> dict[str, float]:
+        """Variables that are so small that the error tolerance means little for them, with their largest values.
+
+        They stay below a hundredth of their nominal sizes, and the errors of all steps add up to more than a hundredth
+        of them; or an `ifelse` compares them, and the difference stays within `rtol` times their nominal sizes, so that
+        it changes once and not back. With these as `nominal` sizes they are as accurate as the others.
+        """
+        return unresolved(self)
+
+    @property
+    def integrals(self) -> PyTree:
+        """Trajectories of the `integrals` asked for."""
+        return self._integrals(self._saved(self._layout.integrals))["user"]
+
+    def _integrals(self, columns: Array | np.ndarray) -> PyTree:
+        if self._integrals_tree is None:
+            raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
+        return self._integrals_tree.unflatten([chosen(columns, (..., i)) for i in range(columns.shape[-1])])
+
+    @property
+    def peaks(self) -> PyTree:
+        """The largest values over the run of the `peaks` asked for, each a `Peak` with `value` and `time`."""
+        if self._peaks_tree is None:
+            raise ModelError("No peaks were asked for: pass peaks=... to simulate.")
+        n = self._peaks_tree.num_leaves
+        values, times = self._peaks[..., :n], self._peaks[..., n:]
+        return self._peaks_tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(n)])
+
+    def integral(self, function: Callable[[M], PyTree]) -> PyTree:
+        """The integral over the run of a real function of the variables, or of several in a dictionary (any pytree).
+
+        It is computed from the recorded steps by Gauss' quadrature; `integrals=` of `simulate` integrates with the
+        states, under the control of the step size.
+        """
+        over, tree = self._over_run(function, "integral", OverRun.integral)
+        return tree.unflatten([over[..., i] for i in range(tree.num_leaves)])
+
+    def peak(self, function: Callable[[M], PyTree]) -> PyTree:
+        """The largest value over the run of a real function of the variables, or of several in a dictionary (any
+        pytree): each a `Peak` with `value` and `time`. The smallest one is that of the negative.
+        """
+        (values, times), tree = self._over_run(function, "peak", OverRun.peak)
+        return tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(tree.num_leaves)])
+
+    def _over_run(
+        self, function: Callable[[M], PyTree], what: str, compute: Callable[[OverRun], Any]
+    ) -> tuple[Any, PyTreeDef]:
+        """What is computed of a function over the run, and the structure of its values."""
+        record, reading = self._dense(what), Reading(self.system, self._solver, self._layout)
+        traced, constants = trace(as_function(function, what), self.system.flat, what)
+        params: dict[int, Numbers] = {i: self._params[i] for i in traced.leaves if i in self._params}
+
+        def of_run(params: dict[int, Numbers], record: Record, inputs: Inputs, forward: Numbers) -> Any:
+            return compute(OverRun(reading, traced, constants, params, record, inputs, forward))
+
+        found = over_batch(of_run, jnp.ndim(self.t1))(params, record, self._inputs, self._forward)
+        return found, traced.tree
+
+    def _dense(self, wanted: str) -> Record:
+        """The recorded steps, for what is read between their ends."""
+        if self._record is None or self._record.infos is None:
+            raise ModelError(
+                f"The {wanted} is read from the dense output of the steps, which the run has not kept. Remedy: "
+                'simulate(..., save="dense"), which within jit, vmap and grad keeps it, too.'
+            )
+        return self._record
+
+    @property
+    def energy(self) -> EnergyAccount:
+        """The energy account of the run: integrated with the states where `energy=True` asks for that, and otherwise
+        from the recorded steps, where all that is lost at an instant is that of the first event listed there.
+        """
+        asked = {} if self._integrals_tree is None else self._integrals(self._end_integrals)["energy"]
+        integrals = asked or self.integral(powers)
+        before, after = stored(self._view(*self._start)), stored(self.final)
+        return EnergyAccount(
+            supplied={name: supplied for name, (_, supplied) in integrals.items()},
+            stored={name: after[name] - before[name] for name in integrals},
+            dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
+            events=self._lost() if asked else self._lost_in_record(),
+        )
+
+    def _lost_in_record(self) -> dict[str, Array]:
+        """The energies that events have taken, by their labels, from the recorded steps."""
+        events = self.system.events
+        if events is None:
+            return {}
+        lost = self._over_run(lambda s: sum(stored(s).values(), jnp.zeros(())), "energy", OverRun.lost)[0]
+        assert self._record is not None
+        assert self._history is not None
+        is_listed = np.array([entry.is_listed for entry in events.members], bool)
+
+        def by_event(moments: Array, lost: Array, times: Array, happened: Array) -> Array:
+            # A row behind the others, for what is not there: there may be no events, or too many for a traced history.
+            times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
+            rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
+            first = jnp.argmax(happened[rows] & is_listed, axis=1)
+            taken = jnp.where(jnp.isfinite(moments) & (times[rows] != moments), jnp.nan, lost)
+            return jnp.zeros(len(is_listed)).at[first].add(taken)
+
+        moments = self._forward[..., None] * self._record.moments
+        found = over_batch(by_event, jnp.ndim(self.t1))(moments, lost, self._history.times, self._history.happened)
+        return {name: found[..., i] for i, name in enumerate(events.labels)}
+
+    def _lost(self) -> dict[str, Array]:
+        events = self.system.events
+        return {} if events is None else {n: self._losses[..., i] for i, n in enumerate(events.labels)}
+
+    def __getitem__(self, name: str) -> Array:
+        """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
+        return self._pick(jax.tree_util.tree_leaves(self.values), name)
+
+    def _pick(self, leaves: list[Array], name: str) -> Array:
+        """The value behind a name, among the leaves of a view."""
+        leaf, index = self._place(name)
+        value = leaves[leaf]
+        stack = self.system.flat.leaves[leaf].stack
+        if not stack:
+            return value
+        lead = value.ndim - len(stack) - len(self.system.flat.leaves[leaf].sizes)
+        return value[(slice(None),) * lead + tuple(np.unravel_index(index, stack))]
+
+    def _place(self, name: str) -> tuple[int, int]:
+        """The leaf that a name belongs to, and which of its stacked members."""
+        names = self.system.flat.leaf_names
+        where = names.get(name)
+        if where is None:
+            hint = suggestion(name, names)
+            raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
+        return where
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name in type(self).__dataclass_fields__:
+            raise AttributeError(name)
+        if name in self.system.flat.root_fields:
+            return getattr(self.values, name)
+        hint = suggestion(name, self.system.flat.root_fields)
+        raise UnknownNameError(f"Neither the solution nor the model has an attribute {name!r}.{hint}")
+
+    def __repr__(self) -> str:
+        if self._cannot_be_shown:
+            return f"<Solution of {self.system.name}: t1 of shape {jnp.shape(self.t1)}>"
+        ends = f"t1 = {float(self.t1):.6g} s. {sentence(self.result)}"
+        small = {} if known(self._unresolved) is None else self.unresolved
+        said = f" Not resolved: {listed(list(small))}." if small else ""
+        return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}{said}>"
+
+    def __str__(self) -> str:
+        """What became of the run, and the values at its end as a tree, with units."""
+        if self._cannot_be_shown:
+            return repr(self)
+        return f"{repr(self)[1:-1]}\nAt the end:\n{as_text(branch(self.final))}"
+
+    def _repr_html_(self) -> str:
+        """The same for a notebook, where parts fold."""
+        said = f"<div>{html.escape(repr(self)[1:-1])}</div>"
+        return said if self._cannot_be_shown else f"{said}<div>At the end:</div>{as_html(branch(self.final))}"
+
+    @property
+    def _cannot_be_shown(self) -> bool:
+        return self.is_batched or is_traced(self.t1)
+
+    def keys(self) -> list[str]:
+        """The paths of all variables and parameters, which `sol[path]` takes."""
+        return list(self.system.flat.leaf_names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.system.flat.leaf_names
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.keys()
+
+    def unit(self, name: str) -> str:
+        """The unit of a variable or parameter; "" for a signal, which declares none."""
+        return self.system.flat.leaves[self._place(name)[0]].declaration.unit
+
+    @property
+    def options(self) -> dict[str, object]:
+        """What `simulate` was asked for: times, tolerances, limits, solver."""
+        return {**self._numbers, **dict(self._choices)}
+
+    def _described(self) -> dict[str, object]:
+        """For the file that it is saved to."""
+        return {
+            "model": self.system.name,
+            "equations": equations_of(self.system),
+            "parameters": described(parameters(self.final)),
+            "options": {name: value for name, value in self.options.items() if value is not None},
+            "t1": self.t1,
+            "result": None if self._cannot_be_shown else sentence(self.result),
+        }
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.system.flat.root_fields]
+
+    def to_numpy(self) -> dict[str, np.ndarray]:
+        """Trajectories of all variables by name, and the time as "t"."""
+        return {"t": np.asarray(self.ts)} | {column.label: column.values for column in columns(self, (), ())}
+
+    def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> DataFrame:
+        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` are its units.
+
+        `items` and `units` are those of `plot`; without items, all variables.
+        """
+        return to_pandas(self, items, units)
+
+    def to_xarray(self, *items: Item, units: Sequence[str] = ()) -> Dataset:
+        """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
+        return to_xarray(self, items, units)
+
+    def plot(
+        self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Panels | None = None
+    ) -> np.ndarray:
+        """Draw variables over time, a panel for each unit; returns the matplotlib axes.
+
+        - `items`: paths, scalar functions of the variables, or several of both by label, as in
+          `{"shaft power": lambda s: s.load.w * s.spring.tau}`; without any, the states.
+        - `units`: units to draw in wherever they fit, as in `["rpm", "bar"]`; the others are in SI.
+        - `events`: whether dotted lines mark their times.
+        """
+        from .solution_plot import plot_solution
+
+        return plot_solution(self, items, units, events, axes)

@@ -1,0 +1,115 @@
+"""Trajectories of all variables from the vectors that a run has saved."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._evaluate.observe import observe
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..._numbers import Numbers
+from ..._tracing import are_traced, is_traced
+from ..programs.made_from import digest_of
+from ..programs.stored_program import result_of
+from .rows import NUMBERS, chosen, shared
+
+
+def both_sides(rows: Array | np.ndarray, before: Array | np.ndarray, times: np.ndarray, moments: np.ndarray) -> Any:
+    """The rows of the times that were reached, and those before the events at some moments, in the order of time.
+
+    `times` and `moments` count forwards; what was before the start is not shown.
+    """
+    reached, shown = np.isfinite(times), np.isfinite(moments) & (moments > times[0])
+    order = np.lexsort(
+        (np.repeat([0, 1], [np.sum(shown), np.sum(reached)]), np.concatenate([moments[shown], times[reached]]))
+    )
+    rows, before = chosen(rows, reached), chosen(before, shown)
+    xp = jnp if is_traced(before) or is_traced(rows) else np
+    return xp.concatenate([before, rows])[order]
+
+
+def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:
+    """The function mapped over leading axes of all its arguments."""
+    return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
+
+
+def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> dict[int, Array]:
+    """The values of the variables of a model, by the numbers of their leaves, at times and state vectors.
+
+    `batch` leading axes of all of them are those of a batch of runs.
+    """
+    if batch or np.ndim(ts) != 1 or not len(ts) or are_traced(ts, ys, inputs):
+        return result_of(_Trajectories(system, batch), (ts, ys, inputs))
+    blocks = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
+    if len(blocks) == 1:
+        return jax.device_put(blocks[0])
+    return {leaf: jax.device_put(np.concatenate([block[leaf] for block in blocks])) for leaf in blocks[0]}
+
+
+def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
+    """The number of the first of some known points at which a variable is not finite; None if there is none.
+
+    Parameters and discrete variables do not count: an infinite time may mean "never".
+    """
+    begin = 0
+    for t, y in _blocks(ts, ys):
+        values = _block(system, np.asarray(t), np.asarray(y), inputs)
+        columns = [np.reshape(values[leaf], (len(t), -1)) for leaf in system.flat.variable_leaves]
+        is_bad = ~np.all(np.isfinite(np.concatenate([np.zeros((len(t), 1)), *columns], axis=1)), axis=1)
+        if np.any(is_bad):
+            return begin + int(np.argmax(is_bad))
+        begin += len(t)
+    return None
+
+
+def _blocks(ts: Any, ys: Any) -> Iterator[tuple[Any, Any]]:
+    """Rows, as many at a time as programs are compiled for."""
+    for i in range(0, len(ts), NUMBERS[-1]):
+        yield ts[i : i + NUMBERS[-1]], ys[i : i + NUMBERS[-1]]
+
+
+def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> dict[int, np.ndarray]:
+    """The values at known points."""
+    rows = shared(len(ts))
+    found = result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs))
+    return {leaf: np.asarray(values)[: len(ts)] for leaf, values in found.items()}
+
+
+@dataclasses.dataclass(frozen=True)
+class _Trajectories:
+    """`trajectories` as a function of numbers alone."""
+
+    system: System
+    batch: int
+
+    @property
+    def name(self) -> str:
+        return "trajectories"
+
+    def __call__(self, given: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
+        return _traced(self.system, self.batch, *given)
+
+    def contents(self, given: tuple[Any, Any, Inputs]) -> list[object]:
+        return [given[2].given, digest_of(self.system), self.batch]
+
+    def held(self) -> dict[str, Any]:
+        return {}
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _traced(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
+    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
+        if jnp.ndim(t) > 0:
+            return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
+        leaves = system.flat.variable_leaves
+        values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
+        return values | system.carried.discrete_values(y, inputs)
+
+    return over_batch(at, batch)(ts, ys, inputs)

@@ -1,0 +1,1 @@
+"""Numbers, settings and options of a run, and the vector field."""

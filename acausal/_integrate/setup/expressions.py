@@ -1,0 +1,80 @@
+"""Trajectories of expressions in the variables of a model, and their units."""
+
+from collections.abc import Callable, Sequence
+
+import jax
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._declare.annotations import Declaration
+from ..._errors import ModelError
+from ..._numbers import Numbers
+from ..._reduce.flat_model import FlatModel
+from ..._unit_check.interpret import Interpreter
+from ..._unit_check.values import Value, constant
+from ..._units.dimension import DERIVED, NUMBER
+from ..._units.parsing import UnknownUnit, parsed
+from .user_function import UserFunction, as_function, trace
+
+
+def expression(
+    flat: FlatModel, leaves: Sequence[Array], times: tuple[int, ...], function: Callable[..., PyTree]
+) -> Array:
+    """The values of a scalar function of the variables, from the leaves of a view with trajectories."""
+    quantity, constants = _traced(function, flat)
+    axes = [0 if varies(flat, i) else None for i in quantity.leaves]
+    evaluate = lambda *values: quantity(constants, list(values))[0]  # noqa: E731
+    many = evaluate if all(axis is None for axis in axes) else jax.vmap(evaluate, in_axes=axes)
+    return jax.numpy.broadcast_to(many(*(leaves[i] for i in quantity.leaves)), times)
+
+
+def varies(flat: FlatModel, leaf: int) -> bool:
+    """Whether a leaf of a view with trajectories has an axis of times."""
+    return flat.leaves[leaf].declaration.role != "param" or flat.leaves[leaf].stack != ()
+
+
+def _traced(function: Callable[..., PyTree], flat: FlatModel) -> tuple[UserFunction, list[Numbers]]:
+    quantity, constants = trace(as_function(function, "An expression"), flat, "An expression")
+    if quantity.n_outputs != 1:
+        raise ModelError(f"An expression must be one real number, but this one returned {quantity.n_outputs}.")
+    return quantity, constants
+
+
+def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel) -> str:
+    """The unit that a function of the variables has in SI; "" where it does not follow from what it computes."""
+    quantity, constants = _traced(function, flat)
+    declared = [flat.leaves[i].declaration for i in quantity.leaves]
+    interpreter = Interpreter()
+    (result,) = interpreter.run(quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared])
+    if interpreter.problems or result.dimension is None:
+        return ""
+    # A dimension may have several units, such as rad/s and 1/s: the result has that of the variables it is computed
+    # from. Where these have several of this dimension, or none, it has the name of the dimension.
+    same = {one.unit for one in declared if one.unit and parsed(one.unit).dimension == result.dimension}
+    named = "1" if result.dimension == NUMBER else DERIVED.get(result.dimension, str(result.dimension))
+    return same.pop() if len(same) == 1 else named
+
+
+def _value(declaration: Declaration) -> Value:
+    return Value(parsed(declaration.unit).dimension if declaration.unit else None, "", unit=declaration.unit or None)
+
+
+def shown_unit(unit: str, wanted: Sequence[str]) -> str:
+    """Of the units that are wanted, the first one that measures the same as `unit`; else `unit` itself.
+
+    Raises `ModelError` for a wanted unit that is not known.
+    """
+    try:
+        kinds = {_measured(other): other for other in reversed(wanted)}
+    except UnknownUnit as error:
+        raise ModelError(f"units: {error}") from error
+    try:
+        return kinds.get(_measured(unit), unit)
+    except UnknownUnit:  # none, or one with roots
+        return unit
+
+
+def _measured(unit: str) -> tuple[object, ...]:
+    """What has to agree between units for one to be converted into the other."""
+    found = parsed(unit)
+    return found.dimension, found.has_angle, found.counts

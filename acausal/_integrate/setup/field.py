@@ -1,0 +1,95 @@
+"""The rates of states and integrals, from all numbers of a run."""
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from ..._evaluate.groups import Store
+from ..._evaluate.observe import leaf_value, pairs_of
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..._numbers import Numbers
+from ..._reduce.incidence import Pair
+from .schedule import tick
+from .settings import RunNumbers, Settings
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass
+class Given:
+    """All numbers of a run; `carried` is what is held while the core of the stepped vector moves.
+
+    `counted_from` is the time farthest from zero among the start and those from which repeated events are counted; None
+    where nothing repeats. `band` is the hysteresis of each relation, and `back` that
+    of its change back.
+    """
+
+    inputs: Inputs
+    numbers: RunNumbers
+    carried: Any = None
+    counted_from: Any = None
+    band: Any = None
+    back: Any = None
+
+    def carrying(self, carried: Array) -> "Given":
+        """With what is carried along behind the states."""
+        return dataclasses.replace(self, carried=carried)
+
+    @property
+    def direction(self) -> Array:
+        """1, or -1 for a run that goes back in time."""
+        return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
+
+    def tick(self, t: Numbers) -> Numbers:
+        """Times of the run as close to t as this are one and the same."""
+        return tick(t, self.numbers.t0 if self.counted_from is None else self.counted_from)
+
+
+Field = Callable[[Numbers, Array, Given], Array]
+
+
+def vector_field(settings: Settings) -> Field:
+    """The rates of the core of the stepped vector, from it and from what is carried along."""
+    system, integrand = settings.system, settings.integrand
+    n = len(system.nominals)
+
+    def field(t: Numbers, core: Array, given: Given) -> Array:
+        point = jnp.concatenate([core[:n], given.carried])
+        if integrand is None or settings.n_integrals == 0:
+            rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
+            return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
+        wanted = wanted_pairs(system, integrand.leaves)
+        rates, store = system.vector_field_and_store(t, point, given.inputs, wanted, watch=True)
+        values = values_of(system, t, point, given.inputs, store, integrand.leaves)
+        integrals = integrand(given.numbers.rates, [values[leaf] for leaf in integrand.leaves])
+        return jnp.concatenate([rates, jnp.stack(integrals)])
+
+    return field
+
+
+def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Pair]:
+    """What has to be computed for the values of leaves."""
+    return pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
+
+
+def values_of(
+    system: System, t: Numbers, point: Array, inputs: Inputs, store: Store | None, leaves: Iterable[int]
+) -> dict[int, Numbers]:
+    """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
+    was computed there.
+    """
+    discrete = system.carried.discrete_values(point, inputs)
+
+    def value(leaf: int) -> Numbers:
+        if leaf in discrete:
+            return discrete[leaf]
+        if not system.flat.is_variable(leaf):
+            return inputs.params.leaves[leaf]
+        assert store is not None
+        return leaf_value(system, store, leaf, t)
+
+    return {leaf: value(leaf) for leaf in leaves}

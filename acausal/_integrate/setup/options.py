@@ -1,0 +1,202 @@
+"""The numbers a run is asked for: refused where they are known, and a result of the run where they are not."""
+
+import dataclasses
+import operator
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._declare.converters import as_parameter
+from ..._declare.past import Past
+from ..._errors import ModelError, suggestion
+from ..._evaluate.system import System
+from ..._numbers import Numbers, Truth
+from ..._tracing import known
+from .schedule import tick
+from .settings import RunNumbers
+
+T = TypeVar("T")
+SAVES = ("steps", "end", "dense")
+HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, dtmax=1.0, rtol=1e-6, times=0.0)  # options of a run of no length
+
+
+class Demand(NamedTuple):
+    """What an option has to meet, the sentence that says so, and the option's name."""
+
+    holds: Truth
+    text: str
+    name: str
+
+
+def number(value: object, name: str, unit: str = "s") -> Any:
+    """An option that is one number; raises `ParameterError` or `ModelError` for anything else."""
+    if isinstance(value, float | int):
+        return np.asarray(float(value))
+    value = as_parameter(value, unit=unit, where=name)
+    if jnp.ndim(value):
+        raise ModelError(f"{name} must be one number, got an array of shape {jnp.shape(value)}: use jax.vmap for many.")
+    return value
+
+
+def instant(value: Any, name: str) -> Any:
+    """An option that is a time."""
+    value = number(value, name)
+    is_finite = known(abs(value) < np.inf)
+    if is_finite is not None and not np.all(is_finite):
+        raise ModelError(f"{name} must be a finite time in s, got {name}={_shown(known(value))}.")
+    return value
+
+
+def flag(value: object, name: str) -> bool:
+    """An option that is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise ModelError(f"{name} must be True or False, known before the run, got {value!r}.")
+    return bool(value)
+
+
+def names_of(value: object, name: str) -> tuple[str, ...]:
+    """An option that is a name or several names."""
+    found: tuple[Any, ...] = (
+        (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
+    )
+    if not all(isinstance(item, str) for item in found):
+        raise ModelError(f"{name} must be a name or a sequence of names, got {value!r}.")
+    return found
+
+
+def count(value: Any, name: str) -> int:
+    """An option that counts: an integer of at least 1."""
+    try:
+        found = 0 if isinstance(value, bool) else operator.index(value)
+    except (TypeError, jax.errors.ConcretizationTypeError):
+        found = 0
+    if found < 1:
+        raise ModelError(f"{name} must be an integer of at least 1, known before the run, got {value!r}.")
+    return found
+
+
+def times_of(save: object) -> Array | None:
+    """The times to save at; None where steps are saved, or the end."""
+    if isinstance(save, str):
+        if save not in SAVES:
+            raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
+        return None
+    times = as_parameter(save, unit="s", where="save")
+    if jnp.ndim(times) != 1:
+        raise ModelError(f"save must be an array of times with one axis, got one of shape {jnp.shape(times)}.")
+    if not jnp.size(times):
+        raise ModelError('save must name at least one time: use "end" for the end only.')
+    return times
+
+
+def kind_of(value: object, name: str, kind: type[T], example: str) -> T:
+    """An option that is an object of some class."""
+    if not isinstance(value, kind):
+        raise ModelError(f"{name}={value!r} is not known: give {example}.")
+    return value
+
+
+def one_of(value: object, name: str, known_ones: Mapping[Any, T]) -> T:
+    """What a name stands for."""
+    if not isinstance(value, str | None) or value not in known_ones:
+        names = [repr(one) for one in known_ones]
+        raise ModelError(f"{name}={value!r} is not known: use {' or '.join(names)}.{suggestion(str(value), names)}")
+    return known_ones[value]
+
+
+def demands(system: System, numbers: RunNumbers) -> list[Demand]:
+    """What the numbers of a run have to meet."""
+    t0, t1 = numbers.t0, numbers.t1
+    found = [
+        Demand(abs(t0) < np.inf, "t0 must be a finite time in s", "t0"),
+        Demand(abs(t1) < np.inf, "t1 must be a finite time in s", "t1"),
+        Demand(_is_positive(numbers.rtol), "rtol must be a positive number, such as 1e-6", "rtol"),
+    ]
+    if numbers.dt0 is not None:
+        found.append(Demand(_is_positive(numbers.dt0), "dt0, the size of the first step in s, must be positive", "dt0"))
+    if numbers.dtmin is not None:
+        found.append(Demand(_is_positive(numbers.dtmin), "dtmin, a step in s, must be positive", "dtmin"))
+    if numbers.dtmax is not None:
+        found.append(Demand(_is_positive(numbers.dtmax), "dtmax, a step in s, must be positive", "dtmax"))
+    if (times := numbers.times) is not None:
+        low, high = (t0 <= t1) * t0 + (t1 < t0) * t1, (t0 <= t1) * t1 + (t1 < t0) * t0
+        inside, ahead = (times >= low) & (times <= high), (times[1:] - times[:-1]) * (t1 - t0) >= 0.0
+        found.append(Demand(inside, "The times to save at must lie between t0 and t1", "times"))
+        found.append(Demand(ahead, "The times to save at must be in the order in which the run meets them", "times"))
+    if (event := _lasting(system)) is not None:
+        text = f"A run cannot go back in time, to t1 before t0, as it cannot undo the event {event}"
+        found.append(Demand(t1 >= t0, text, "t1"))
+    if numbers.past is not None:
+        found.append(begun_late(system, numbers.past, t0, "begin there, or give resume=False"))
+    return found
+
+
+def begun_late(system: System, past: Past, t0: Numbers, remedy: str = "begin there", name: str = "t0") -> Demand:
+    """That a model which was started is begun no earlier, where it knows of events at known times."""
+    text = f"The start is that of a later time, until which events have happened: {remedy}"
+    return Demand((t0 >= past.time - tick(past.time, t0)) | (not _counts_times(system)), text, name)
+
+
+def check_begun_late(system: System, past: Past | None, t0: Numbers, name: str = "t0") -> None:
+    """Raise `ModelError` for a time that is known and before that of a start."""
+    if past is not None:
+        _check(begun_late(system, past, t0, name=name), t0)
+
+
+def _is_positive(value: Numbers) -> Truth:
+    return (value > 0.0) & (value < np.inf)
+
+
+def _counts_times(system: System) -> bool:
+    """Whether something changes at times known ahead."""
+    return system.events is not None and any(e.kind == "at" and e.targets for e in system.events.entries)
+
+
+def _lasting(system: System) -> str | None:
+    """The first event that changes something."""
+    entries = () if system.events is None else system.events.entries
+    return next((entry.label(0) for entry in entries if entry.targets and entry.kind != "hold"), None)
+
+
+def check_known(system: System, numbers: RunNumbers) -> None:
+    """Raise `ModelError` for numbers that are known and wrong."""
+    names = [field.name for field in dataclasses.fields(numbers) if field.name in HARMLESS]
+    values = {name: None if getattr(numbers, name) is None else known(getattr(numbers, name)) for name in names}
+    for name in names:
+        if values[name] is None and getattr(numbers, name) is not None:
+            values[name] = getattr(numbers, name)
+    for demand in demands(system, dataclasses.replace(numbers, **values)):
+        _check(demand, values[demand.name])
+
+
+def _check(demand: Demand, value: Numbers | None) -> None:
+    met = known(demand.holds)
+    if met is not None and not np.all(met):
+        raise ModelError(f"{demand.text}, got {demand.name}={_shown(value)}.")
+
+
+def _shown(value: Any) -> str:
+    return f"{float(value):g}" if np.ndim(value) == 0 else str(np.asarray(value))
+
+
+def unmet(system: System, numbers: RunNumbers) -> Array:
+    """For each of the demands, whether it is not met."""
+    return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
+
+
+def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
+    """What the demands say."""
+    return tuple(f"{text}." for _, text, _ in demands(system, numbers))
+
+
+def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
+    """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
+    given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
+    safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
+    if "dt0" in safe:
+        safe["dt0"] = jnp.where(safe["t1"] < safe["t0"], -safe["dt0"], safe["dt0"])
+    return dataclasses.replace(numbers, **safe)

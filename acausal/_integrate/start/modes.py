@@ -1,0 +1,169 @@
+"""The modes at a start: together with the start values, since each decides on the other."""
+
+import functools as ft
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._evaluate.system import System
+from ..._numbers import Numbers
+from ..._reduce.jaxpr import slice_output
+from ..._reduce.logic import begun
+from ..events.changes import with_discrete
+from ..events.rounds import TOGETHER, first_of, most_rounds, repeated
+from ..events.run_events import RunEvents
+from ..loop.starting import Start
+from ..setup.field import Given
+from .search import is_met
+
+
+class Modes(NamedTuple):
+    """A point and the discrete variables there; the events that make one another happen, where that has no end; those
+    that are refused; and those whose condition is true, that have happened.
+    """
+
+    x: PyTree
+    discrete: Array
+    happen: Array
+    refused: Array
+    holds: Array
+
+
+class _Point(NamedTuple):
+    x: PyTree
+    y: Array
+    holds: Array
+    truths: Array
+    values: list[Array]  # what events would set
+    lack: Array  # by how much each condition of the search is missed
+
+
+class _Round(NamedTuple):
+    """`y` and `holds` are what is to be looked at next, `kept` what has been found."""
+
+    y: Array
+    holds: Array
+    kept: _Point
+    fired: Numbers
+    late: Array  # which events happened after the first rounds, one by one
+    count: Any
+    tried: Array  # number of the single event that is tried; 0 as long as events happen by themselves
+
+
+class Solver(NamedTuple):
+    """What finds the point that belongs to modes.
+
+    - `root(discrete)`: the point, and by how much it misses the conditions; without derivatives.
+    - `followed(x, discrete)`: the same point, differentiable with respect to the numbers of the run.
+    - `at(x, given)`: the states at a point, and the numbers of the run with the parameters found there.
+    """
+
+    root: Callable[[Array], tuple[PyTree, Array]]
+    followed: Callable[[PyTree, Array], PyTree]
+    at: Callable[[PyTree, Given], tuple[Array, Given]]
+
+
+def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
+    """The modes in which nothing happens at the point that they lead to.
+
+    A complementarity problem at one instant: the events at the point that belongs to modes are those to be changed.
+    First all of them are, later the first one only, which comes to an end as least-index methods for linear
+    complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4). What
+    events set besides discrete variables does not happen here, but at the start of a run.
+
+    Where the modes found have no point that meets the conditions, as a body that is pushed to a stop far away is at
+    rest nowhere before it, single events are tried one after the other. One is kept if no event whose condition is true
+    then, whether it has happened before or not, changes a mode, and at most half is lacking.
+
+    Modes are constants. Where events set discrete variables to values that depend on numbers, such as what is measured
+    at the time, all rounds are differentiated.
+    """
+    events, layout = start.events, start.events.layout
+    is_smooth = sets_values(events.system)
+    given, y = (start.given, start.y) if is_smooth else jax.lax.stop_gradient((start.given, start.y))
+    t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
+    matters = events.responds
+    most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters]
+
+    def point(y: Array, holds: Array) -> tuple[_Point, Array]:
+        """The point that belongs to modes, and the events that begin there."""
+        discrete = y[layout.discrete]
+        x, lack = solver.root(discrete)
+        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
+        y = layout.with_part(y, layout.states, states)
+        here = events.here(t0, y, found)
+        truths = events.circuit.hold(here.margins > 0)
+        return _Point(x, y, holds, truths, here.values, lack), begun(truths, holds, events.either) & matters
+
+    def lasts(point: _Point) -> Numbers:
+        changes = jnp.where(events.either, point.truths != point.holds, point.truths)
+        after = with_discrete(events, point.y, point.values, changes & matters)
+        return jnp.all(after[layout.discrete] == point.y[layout.discrete])
+
+    def next_round(r: _Round) -> _Round:
+        new, begins = point(r.y, r.holds)
+        is_trial = r.tried > 0
+        is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
+        kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
+        fired = jnp.where(r.count < TOGETHER, begins, first_of(begins)) & ~is_trial
+        late = r.late | (fired & (r.count >= TOGETHER))
+        tries = ~jnp.any(fired) & (len(single) > 0)
+        number = jnp.where(is_trial & is_better, 0, r.tried)
+        tried = jnp.asarray(single)[jnp.minimum(number, len(single) - 1)] if len(single) else fired
+        y = with_discrete(events, kept.y, kept.values, jnp.where(tries, tried, fired))
+        holds = jnp.where(events.either, jnp.where(fired, kept.truths, kept.holds), kept.truths & (kept.holds | fired))
+        return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
+
+    def goes_on(r: _Round) -> Array:
+        tries = ~is_met(r.kept.lack) & (r.tried > 0) & (r.tried <= len(single))
+        return jnp.where(jnp.any(r.fired), r.count < most, tries & (not is_smooth))
+
+    none = jnp.zeros(events.total, bool)
+    empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), jax.eval_shape(point, y, start.holds)[0])
+    begin = _Round(y, start.holds, empty, ~none, none, jnp.asarray(0), jnp.asarray(0))
+    trials = 0 if is_smooth else len(single) * (len(single) + 1)
+    end = repeated(goes_on, next_round, begin, most + trials, is_smooth)
+    if is_smooth:
+        return _modes(events, end, end.kept.y[layout.discrete])
+    before, after = start.discrete, end.kept.y[layout.discrete]
+    # A discrete variable that a past event has set may depend on parameters, and keeps its derivatives. One that has
+    # changed since is a mode, a constant.
+    return _modes(events, end, jnp.where(after == before, before, after))
+
+
+def _size(point: _Point) -> Array:
+    """How much is lacking, of all conditions."""
+    return jnp.sum(point.lack**2)
+
+
+def _modes(events: RunEvents, end: _Round, discrete: Array) -> Modes:
+    truths = end.kept.truths
+    happen, holds = end.late & jnp.any(end.fired), truths & events.responds
+    return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
+
+
+@ft.lru_cache(maxsize=64)
+def sets_values(system: System) -> bool:
+    """Whether events that are not scheduled set discrete variables to what has derivatives, not to one of some
+    numbers.
+    """
+    if system.events is None:
+        return False
+    actions, entries = system.events.actions, system.events.entries
+    avals = actions.closed.in_avals
+    shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
+
+    def along(values: list[Array], tangents: list[Array]) -> list[Array]:
+        return jax.jvp(lambda *values: actions(values), values, tangents)[1]
+
+    closed = jax.make_jaxpr(along)(shapes, shapes)
+    # An output without derivatives has a tangent that reads no tangent of an input.
+    moves = [max(slice_output(closed, i).used, default=-1) >= len(avals) for i in range(len(closed.jaxpr.outvars))]
+    places = system.carried.discrete_places
+    counts = [entry.kind != "at" and leaf in places for entry in entries for leaf in entry.targets]
+    return any(is_moving and is_own for is_moving, is_own in zip(moves, counts, strict=True))

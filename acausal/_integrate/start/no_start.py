@@ -1,0 +1,143 @@
+"""What to raise where no start values are found."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._errors import SimulationError, listed
+from ..._evaluate.constraints import CLOSE
+from ..._evaluate.initial import constrained_names
+from ..._numbers import Numbers
+from ..._reduce.ranges import ranges_of, requirements
+from .problem import Problem
+from .search import RANK, NearestPoint
+from .start_search import Outcome
+
+EDGE = 1e-3  # how near to the edge of its range a variable counts as being at it, relative to its nominal size
+
+
+def report_no_start(
+    problem: Problem, outcome: Outcome, leaves: Sequence[Numbers | None], new: dict[int, Array], t0: Numbers
+) -> None:
+    """Raise `SimulationError` for a search from leaves of a model that did not find what it was asked for; `new` ones
+    are what it found.
+    """
+    found, events = outcome.found, problem.system.events
+    if np.any(outcome.happen):
+        assert events is not None
+        names = [events.labels[i] for i in np.flatnonzero(outcome.happen)]
+        raise SimulationError(
+            f"No modes agree with the start values that they lead to: {listed(names)} would happen, one after the "
+            "other without end. What switches to and fro has no rest, but a cycle, into which a simulation leads. "
+            "Remedy: other first guesses or start values of the discrete variables, or conditions that fit one mode."
+        )
+    if not found.violation <= CLOSE:
+        is_kept = problem.system.flat.is_variable
+        leaves = [leaf if is_kept(i) else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
+        said = [_contradiction(problem, found), _about_flat(problem, found)]
+        raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
+    if np.any(outcome.refused):
+        assert events is not None
+        raise SimulationError(f"There is no start. {events.refusal(int(np.argmax(outcome.refused)))}")
+    if np.any(outcome.unmet):
+        system = problem.system
+        values = system.intake.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
+        told = system.intake.requirements.told(int(np.argmax(outcome.unmet)), system.intake.packed(values))
+        raise SimulationError(
+            f"The conditions lead to a parameter that is not admissible: {told} Remedy: other conditions, a first "
+            "guess nearer to an admissible value, or other parameters in solve_for."
+        )
+    if problem.strict and np.any(outcome.is_open):
+        every = [*constrained_names(problem.system), *problem.trim.names]
+        names = sorted({every[i] for i in np.flatnonzero(outcome.is_open)})
+        count = round(float(np.sum(found.freedom)))
+        what = "the start values and parameters" if problem.trim.leaves else "the start values"
+        raise SimulationError(
+            f"The conditions leave {count} of {what} undetermined, among these variables: "
+            f"{listed(names)}. Remedy: give their start values, add conditions, or leave out strict=True "
+            "to keep them where they are."
+        )
+
+
+def _contradiction(problem: Problem, found: NearestPoint) -> str:
+    """Which conditions are not met, and with which others they clash."""
+    names = problem.residual_names
+    residual, slopes = np.asarray(found.residual), np.asarray(found.slopes)
+    if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(slopes)):
+        bad = [name for name, value in zip(names, residual, strict=True) if not np.isfinite(value)]
+        return (
+            f"No start values were found: {listed(bad or names)} became infinite or not a number. Remedy: better "
+            "first guesses, as start values with free=[...], or an `easier` model to start from."
+        )
+    # What is missed by the same amount but for rounding stays in the order in which it is stated.
+    order = np.argsort(-np.round(np.abs(residual), 6), kind="stable")
+    missed = [names[i] for i in order if abs(residual[i]) > CLOSE]
+    lines = [f"No start values satisfy the conditions. Not met: {listed(missed)}."]
+    left, sizes, _ = np.linalg.svd(slopes)
+    rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
+    clashes = [vector for vector in left.T[rank:] if abs(vector @ residual) > CLOSE]
+    for vector in clashes:
+        lines.append(f"  These depend on each other and contradict: {listed([names[i] for i in _large(vector)])}.")
+    given = _given_names(problem)
+    less = "remove one of the conditions" + (f", or leave out or free a start value: {listed(given)}" if given else "")
+    other = "better first guesses, as start values with free=[...], or an `easier` model to start from"
+    lines.append(f"  Remedy: {less if clashes else other}.")
+    return "\n".join(lines)
+
+
+def _about_flat(problem: Problem, found: NearestPoint) -> str:
+    """The conditions that no unknown that may move changes at the end of a search, as the flow of a closed valve."""
+    residual, slopes = np.abs(found.residual), np.max(np.abs(found.slopes), axis=1, initial=0.0)
+    is_flat = (residual > 1.0 / RANK) | ((slopes <= RANK) & (residual > CLOSE) & bool(problem.trim.leaves))
+    names = [name for name, flat in zip(problem.residual_names, is_flat, strict=True) if flat]
+    if not names:
+        return ""
+    guesses = f", as of {listed(problem.trim.names)}" if problem.trim.leaves else ""
+    return (
+        f"\n  Where the search ended, {listed(names)} hardly changes with anything that may move, and a search follows "
+        f"derivatives. Remedy: first guesses at which it does{guesses}."
+    )
+
+
+def _about_modes(problem: Problem) -> str:
+    events = problem.system.events
+    if events is None or not any(entry.targets for entry in events.entries):
+        return ""
+    return (
+        "\n  Modes were tried that the start values imply, those that follow from these, and those of one more event "
+        "at a time. Remedy, where the conditions can be met in others: start values from which these follow, such as a "
+        "place beyond a stop."
+    )
+
+
+def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Numbers | None], t0: Numbers) -> str:
+    """The ranges at whose edges a search ended, or out of which its next step leads."""
+    system, constraints = problem.system, problem.system.constraints
+    table, count = system.ordered.table, len(constraints.sizes)
+    pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
+    if not pairs or not np.all(np.isfinite(found.x)) or not np.all(np.isfinite(found.slopes)):
+        return ""
+    inputs, end = system.intake.inputs_of(leaves), np.asarray(found.x)[:count]
+    scale = constraints.sizes * np.sqrt(constraints.weights(problem.held, 0.0))
+    step = -scale * (np.linalg.pinv(found.slopes, rtol=RANK) @ np.asarray(found.residual))[:count]
+    here, next_ = (
+        [system.collected(t0, jnp.asarray(x)[constraints.states], inputs, [pair]) for pair in pairs]
+        for x in (end, end + step)
+    )
+    left = [
+        pair
+        for pair, x, y in zip(pairs, here, next_, strict=True)
+        if not np.all(np.abs(x) > EDGE * system.sizes_of([pair])) or np.any(np.isnan(y))
+    ]
+    said = requirements(table, left)
+    return f"\n  The search ended where it would lead out of a range: {'; '.join(said)}." if said else ""
+
+
+def _given_names(problem: Problem) -> list[str]:
+    return [problem.system.flat.leaves[i].path for i in sorted(problem.fixed)]
+
+
+def _large(vector: np.ndarray) -> np.ndarray:
+    return np.flatnonzero(np.abs(vector) > 1e-6 * np.max(np.abs(vector), initial=0.0))

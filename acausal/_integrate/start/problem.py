@@ -1,0 +1,234 @@
+"""What start values are searched for: the conditions, and which of the numbers of a model may move."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._declare.component import Equation
+from ..._errors import ModelError, suggestion
+from ..._evaluate.given_unknowns import given_unknowns, lack_of_given
+from ..._evaluate.initial import given_pairs, pair_names
+from ..._evaluate.observe import observe_with_rates
+from ..._evaluate.packing import ModelParameters
+from ..._evaluate.starts import Inputs
+from ..._evaluate.system import System
+from ..._numbers import Numbers
+from ..._reduce.incidence import Pair
+from ..setup.options import names_of
+from ..setup.user_function import DERIVATIVES, VARIABLES, UserFunction, as_function, trace
+from .trim import Trim
+
+Conditions = Callable[[PyTree, PyTree], Mapping[str, Equation]]
+
+
+class Values(NamedTuple):
+    """The numbers of a search: those of the model, the time, those in the conditions, and the sizes of parameters that
+    are searched for.
+    """
+
+    inputs: Inputs
+    t0: Array
+    constants: list[Numbers]
+    sizes: Array
+
+    def in_modes(self, system: System, discrete: Array | None) -> "Values":
+        """With these values of the discrete variables, one after the other."""
+        if not system.carried.discrete_places:
+            return self
+        inputs = dataclasses.replace(self.inputs, discrete=discrete)
+        return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)))
+
+    def at(self, trim: Trim, x: Array) -> "Values":
+        """With the parameters that are among the unknowns."""
+        return self._replace(inputs=trim.applied(x, self.sizes, self.inputs))
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """What a search for start values is compiled for."""
+
+    system: System
+    conditions: UserFunction | None
+    names: tuple[str, ...]  # of the conditions
+    rests: tuple[int, ...]  # the elements of the state vector whose derivatives vanish
+    given: frozenset[int]
+    fixed: frozenset[int]  # those of the given ones that must not move
+    wanted: tuple[int, ...]  # the leaves that get start values
+    given_unknowns: tuple[Pair, ...]  # algebraic, which must have the start values that are given for them
+    strict: bool
+    trim: Trim  # the parameters that are searched for
+
+    @property
+    def of_components(self) -> "Problem":
+        """The search for start values that meet the initial equations of components alone."""
+        return dataclasses.replace(
+            self, conditions=None, names=(), rests=(), given_unknowns=(), strict=False, trim=Trim(self.system, ())
+        )
+
+    @property
+    def held(self) -> np.ndarray:
+        """For each element of the constrained pairs, whether its start value is given and must not move."""
+        return given_pairs(self.system, Inputs(ModelParameters(), jnp.zeros(0), self.fixed))
+
+    @property
+    def foreign(self) -> np.ndarray:
+        """For each element of them, whether it is a state that the components with initial equations do not own."""
+        system, initial = self.system, self.system.initial_equations
+        leaves = () if initial is None else initial.own()
+        own = _tied(system, {pair for leaf in leaves for pair in _pairs_of(system, leaf)})
+        sizes = [system.plan.size(variable) for variable, _ in system.constraints.pairs]
+        is_own = np.repeat([pair in own for pair in system.constraints.pairs], sizes).astype(bool)
+        return system.constraints.is_state & ~is_own
+
+    def residual(self, x: Array, values: Values) -> Array:
+        """What is to vanish at x: the constraints between its elements, and what the conditions are short of."""
+        constraints, values, x = self.system.constraints, values.at(self.trim, x), self.trim.own(x)
+        return jnp.concatenate([constraints.residuals(x, values.t0, values.inputs.params), self._lack(x, values)])
+
+    def _lack(self, x: Array, values: Values) -> Array:
+        system, (inputs, t0, constants, _) = self.system, values
+        params = inputs.params.leaves
+        y, initial = x[system.constraints.states], system.initial_equations
+        seen, rates = {}, {}
+        parts = [jnp.zeros(0)]
+        if self.rests:
+            parts.append(system.vector_field(t0, y, inputs)[np.array(self.rests)])
+        leaves, moving = self._read
+        if leaves or moving:
+            seen, rates = observe_with_rates(system, t0, y, inputs, leaves, moving)
+        if initial is not None:
+            parts.append(initial.residuals(params, seen, rates))
+        if self.given_unknowns:
+            parts.append(lack_of_given(system, t0, y, inputs, self.given_unknowns))
+        if self.conditions is not None and self.names:
+            n = len(system.flat.own_leaves)
+            read = [rates[i - n] if i >= n else seen[i] if i in seen else params[i] for i in self.conditions.leaves]
+            parts.append(jnp.stack(self.conditions(constants, read)))
+        return jnp.concatenate(parts)
+
+    @property
+    def _read(self) -> tuple[list[int], list[int]]:
+        """The variables whose values are needed, and those whose derivatives are."""
+        system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.own_leaves)
+        read = () if self.conditions is None else self.conditions.leaves
+        values, rates = {i for i in read if i < n and system.flat.is_variable(i)}, {i - n for i in read if i >= n}
+        if initial is not None:
+            values, rates = values | initial.variables, rates | initial.rates
+        return sorted(values), sorted(rates)
+
+    @property
+    def residual_names(self) -> list[str]:
+        """The names of all that is to vanish, in the order of `residual`."""
+        system, names = self.system, self.system.element_names
+        initial = [] if system.initial_equations is None else system.initial_equations.names
+        unknowns = [f"the start value of {name}" for name in pair_names(system, self.given_unknowns)]
+        rests = [f"der({names[i]}) = 0" for i in self.rests]
+        return [*system.constraints.names, *rests, *initial, *unknowns, *self.names]
+
+
+def problem_of(
+    system: System,
+    leaves: list[Numbers | None],
+    conditions: Conditions | None = None,
+    *,
+    steady: bool = False,
+    moving: Sequence[str] = (),
+    free: object = None,
+    strict: bool = False,
+    trimmed: tuple[int, ...] = (),
+) -> tuple[Problem, list[Numbers]]:
+    """What `initialise` is asked for, and the numbers in its conditions; by default, to meet the initial equations of
+    components.
+    """
+    quantity, constants, names = None, [], ()
+    if conditions is not None:
+        quantity, constants = trace(
+            ft.partial(_residuals, as_function(conditions, "conditions", (VARIABLES, DERIVATIVES))),
+            system.flat,
+            "conditions",
+            n_views=2,
+        )
+        names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
+    given = system.intake.given(leaves)
+    fixed = given - _free(system, given, steady, free)
+    rests = _rests(system, moving) if steady else ()
+    if moving and not steady:
+        raise ModelError("moving= exempts derivatives from steady=True, which is not asked for.")
+    unknowns = tuple(given_unknowns(system, fixed))
+    trim = Trim(system, trimmed)
+    return Problem(
+        system, quantity, names, rests, given, fixed, _wanted(system, given), unknowns, strict, trim
+    ), constants
+
+
+def _residuals(conditions: Conditions, s: PyTree, d: PyTree) -> dict[str, Numbers]:
+    stated = conditions(s, d)
+    if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
+        raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")
+    return {name: equation.residual for name, equation in stated.items()}
+
+
+def _free(system: System, given: frozenset[int], steady: bool, free: object) -> frozenset[int]:
+    if free is None:
+        free = "all" if steady else ()
+    if free == "all":
+        return given
+    return frozenset(_leaf(system, name, "free") for name in names_of(free, "free"))
+
+
+def _leaf(system: System, name: str, what: str) -> int:
+    """The number of a variable leaf by its path."""
+    paths = {leaf.path: i for i, leaf in enumerate(system.flat.leaves) if leaf.declaration.is_variable}
+    if name not in paths:
+        raise ModelError(f"{what}: the model has no variable {name!r}.{suggestion(name, paths)}")
+    return paths[name]
+
+
+def _rests(system: System, moving: Sequence[str]) -> tuple[int, ...]:
+    """The elements of the state vector but for those of variables that move."""
+    moves = {pair for name in names_of(moving, "moving") for pair in _states_of(system, name)}
+    sizes = [system.plan.size(variable) for variable, _ in system.states]
+    is_at_rest = np.repeat([pair not in moves for pair in system.states], sizes)
+    return tuple(np.flatnonzero(is_at_rest).tolist())
+
+
+def _states_of(system: System, name: str) -> set[Pair]:
+    """The states that a variable is, or that constraints tie it to, by its path."""
+    pairs = _tied(system, _pairs_of(system, _leaf(system, name, "moving")))
+    found = {state for state in system.states if state in pairs}
+    if not found:
+        raise ModelError(
+            f"moving: {name} is not tied to a state by constraints alone. Name one of the states: "
+            f"{', '.join(system.state_names) or 'there is none'}."
+        )
+    return found
+
+
+def _pairs_of(system: System, leaf: int) -> set[Pair]:
+    """The pairs whose values a variable leaf has."""
+    flat_leaf = system.flat.leaves[leaf]
+    pairs = {system.pair_of_node(flat_leaf.first + i)[0] for i in range(flat_leaf.count)}
+    return {pair for pair in pairs if pair is not None}
+
+
+def _tied(system: System, pairs: set[Pair]) -> set[Pair]:
+    """Pairs, with those that constraints tie to them."""
+    uses = [use for group in system.constraints.groups for use in group.uses]
+    return pairs.union(*(use.values for use in uses if not pairs.isdisjoint(use.values)))
+
+
+def _wanted(system: System, given: frozenset[int]) -> tuple[int, ...]:
+    """The leaves from which a run starts at the point found: those of the states, or where that is not enough, of all
+    that constraints tie to them; those that iterations start from; and those that are given already."""
+    table = system.ordered.table
+    enough = not system.ordered.invariants and all(order == 0 for _, order in system.states)
+    pairs = [*(system.states if enough else system.constraints.pairs), *system.carried.memory]
+    nodes = [int(table.variables[v]) for v, order in pairs if order == 0]
+    return tuple(sorted({int(system.flat.leaf_of_node[node]) for node in nodes} | given))

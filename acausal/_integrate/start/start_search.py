@@ -1,0 +1,167 @@
+"""The search for start values, together with the modes that they imply."""
+
+import functools as ft
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._declare.past import Past
+from ..._evaluate.constraints import CLOSE, placed
+from ..._evaluate.initial import start_point
+from ..._evaluate.observe import observe
+from ..._evaluate.packing import ModelParameters
+from ..._evaluate.starts import Inputs
+from ..._indices import joined
+from ..._numbers import Numbers
+from ..loop.starting import start_of
+from ..setup.field import Given
+from ..setup.options import begun_late
+from .modes import Solver, modes_at
+from .problem import Problem, Values
+from .search import NearestPoint, Search, is_met
+
+OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
+# Parameters are searched for from their first guesses times 1, 2, 1/2, 4, 1/4, ..., until one leads to a start.
+GUESSES = (1.0, *(2.0**k for n in range(1, 11) for k in (n, -n)))
+
+
+class Outcome(NamedTuple):
+    """What was found; the events that go on to happen there and those that are refused; what is undetermined; the
+    requirements that parameters found do not meet; whether there is no start; and what has happened by then.
+    """
+
+    found: NearestPoint
+    happen: Array
+    refused: Array
+    is_open: Numbers
+    unmet: Array
+    params: Mapping[int, Numbers]  # those found, by number
+    is_bad: Array
+    past: Past | None
+
+
+class Ends(NamedTuple):
+    """Where the search by components ended, and that by all conditions, whose guesses were moved by `shift`."""
+
+    own: Array
+    whole: Array
+    shift: Array
+
+
+class _Searches:
+    """First the own states of components that state initial equations are searched for, by these alone; then, from
+    there, all that may move by all conditions. Other states move only where that has to be.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        constraints, ones = problem.system.constraints, np.ones(problem.trim.count)
+        weights = constraints.weights(problem.held, 0.0)
+        self._whole = Search(problem.residual, np.append(constraints.sizes, ones), np.append(weights, ones))
+        self._guesses = GUESSES if problem.trim.count else GUESSES[:1]
+        own = np.where(problem.foreign, 0.0, weights)
+        self._own: Search | None = None
+        if problem.system.initial_equations is not None:
+            self._own = Search(problem.of_components.residual, constraints.sizes, own)
+
+    def best(self, x0: Array, unknowns: Array, values: Values, easier: Values | None) -> tuple[Ends, Array]:
+        """What each of them ends at, from states x0 and further unknowns, and what is lacking there."""
+        x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
+        own = x0 if self._own is None else self._own.direct(x0, values)
+
+        def attempt(k: Numbers) -> tuple[Array, Array, Array]:
+            guess = jnp.where(unknowns == 0.0, 1.0, unknowns) * jnp.array(self._guesses)[k]
+            shift = jnp.where(k == 0, 0.0, guess - unknowns)
+            return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
+
+        def another(found: PyTree) -> PyTree:
+            k, first = found[0], found[1:]
+            new = attempt(k)
+            return k + 1, *jax.tree.map(lambda a, b: jnp.where((k == 0) | is_met(new[2]), a, b), new, first)
+
+        def goes_on(found: PyTree) -> Array:
+            return (found[0] == 0) | (~is_met(found[3]) & (found[0] < len(self._guesses)))
+
+        if len(self._guesses) == 1:
+            shift, whole, lack = attempt(0)
+        else:
+            nothing = jax.tree.map(lambda a: jnp.zeros(a.shape), jax.eval_shape(attempt, 0))
+            _, shift, whole, lack = jax.lax.while_loop(goes_on, another, (jnp.asarray(0), *nothing))
+        return Ends(own, whole, shift), lack
+
+    def found(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> NearestPoint:
+        """The point found, as the function of all numbers that it is."""
+        origin = jnp.append(self._origin(best, x0, values), unknowns + best.shift)
+        return self._whole.found(best.whole, origin, values)
+
+    def followed(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> Ends:
+        """The points at which they ended, as functions of all numbers."""
+        own = self._origin(best, x0, values)
+        return Ends(own, self._whole.followed(best.whole, jnp.append(own, unknowns + best.shift), values), best.shift)
+
+    def _origin(self, best: Ends, x0: Array, values: Values) -> Array:
+        if self._own is None:
+            return x0
+        found = self._own.found(best.own, x0, values)
+        return jnp.where(found.violation <= CLOSE, found.x, x0)
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def search_start(
+    problem: Problem,
+    params: ModelParameters,
+    easy: ModelParameters | None,
+    starts: Array,
+    t0: Array,
+    constants: list[Numbers],
+    past: Past | None,
+) -> tuple[Outcome, dict[int, Numbers]]:
+    """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps.
+
+    Where there is no start, the values are those at which the search ended.
+    """
+    system, trim, states = problem.system, problem.trim, problem.system.constraints.states
+    sizes, searches = trim.sizes(params), _Searches(problem)
+    inputs = Inputs(system.intake.packed(params), jnp.asarray(starts), problem.given)
+    values = easier = Values(inputs, t0, constants, sizes)
+    if easy is not None:
+        easy_inputs = Inputs(system.intake.packed(easy), inputs.starts, problem.given)
+        easier = Values(easy_inputs, t0, constants, sizes)
+    x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
+
+    def root(discrete: Array | None) -> tuple[Ends, Array]:
+        here = None if easy is None else easier.in_modes(system, discrete)
+        return searches.best(x0, unknowns, values.in_modes(system, discrete), here)
+
+    def followed(best: Ends, discrete: Array) -> Ends:
+        return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
+
+    def at(best: Ends, given: Given) -> tuple[Array, Given]:
+        return best.whole[states], trim.given(best.whole, jax.lax.stop_gradient(sizes), given)
+
+    if system.events is None:
+        best, discrete, happen, refused = root(None)[0], None, jnp.zeros(0, bool), jnp.zeros(0, bool)
+        new_past = None
+    else:
+        start = start_of(system, t0, x0[states], inputs, past, is_search=True)
+        x0 = placed(x0, states, start.states)  # past events set states, too
+        best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
+        new_past = Past(jnp.asarray(t0, float), holds.astype(float))
+    values = values.in_modes(system, discrete)
+    found = searches.found(best, x0, unknowns, values)
+    values = values.at(trim, found.x)
+    is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
+    unmet = joined(system.intake.requirements.broken(values.inputs.params) if trim.leaves else [])
+    is_bad = ~(found.violation <= CLOSE)
+    is_bad |= jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
+    if past is not None:
+        is_bad |= ~begun_late(system, past, t0).holds
+    y = found.x[states]
+    new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
+    trimmed = trim.values(found.x, sizes)
+    outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad, new_past)
+    return outcome, new | trimmed | system.carried.discrete_values(y, values.inputs)

@@ -1,0 +1,1 @@
+"""One step, its dense output and its derivatives."""

@@ -1,0 +1,77 @@
+"""Differentiation of the loop over the steps, in both modes."""
+
+import functools as ft
+import itertools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import diffrax
+import jax
+import numpy as np
+from jaxtyping import PyTree
+
+from ..._equinox_private import while_loop
+from ..._errors import ModelError
+
+BASE = 16  # rounds of each of the nested loops
+HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
+
+
+class Kind(NamedTuple):
+    """How the loop over the steps is repeated, and whether reverse mode goes back through it."""
+
+    loop: Callable[..., PyTree]
+    is_reversible: bool
+
+
+def kind_of_loop(adjoint: diffrax.AbstractAdjoint) -> Kind:
+    """The loop for a way of differentiating that is asked for."""
+    if isinstance(adjoint, diffrax.ForwardMode):
+        return FORWARDS
+    if isinstance(adjoint, diffrax.DirectAdjoint):
+        return BOTH_MODES
+    if isinstance(adjoint, diffrax.RecursiveCheckpointAdjoint):
+        return Kind(ft.partial(while_loop, kind="checkpointed", checkpoints=adjoint.checkpoints), True)
+    raise ModelError(
+        f"adjoint={type(adjoint).__name__}() is not supported: events need the derivative of each step. "
+        "Use ForwardMode, DirectAdjoint or RecursiveCheckpointAdjoint of diffrax, or None."
+    )
+
+
+def nested_loop(
+    cond: Callable[..., PyTree],
+    body: Callable[..., PyTree],
+    init: PyTree,
+    *,
+    max_steps: int,
+    buffers: Callable[[PyTree], PyTree],
+) -> PyTree:
+    """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of `BASE` rounds.
+
+    Reverse mode keeps the state before each of the innermost loops. Where there is too much of it, as when every step
+    is saved, it keeps fewer, and computes more of them again.
+    """
+    levels = next(n for n in itertools.count(1) if BASE**n >= max_steps)
+    saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))
+    is_much = saved * math.ceil(max_steps / BASE) > HELD
+
+    def goes_on(counted: PyTree) -> PyTree:
+        return (counted[0] < max_steps) & cond(counted[1])
+
+    def run(counted: PyTree, level: int) -> PyTree:
+        if level == 0:
+            return counted[0] + 1, body(counted[1])
+        inner = ft.partial(run, level=level - 1)
+        if level == 2 or (level > 2 and is_much):
+            inner = jax.checkpoint(inner, prevent_cse=False)
+        return while_loop(
+            goes_on, inner, counted, max_steps=BASE, base=BASE, kind="bounded",
+            buffers=lambda counted: buffers(counted[1]),
+        )  # fmt: skip
+
+    return run((0, init), levels)[1]
+
+
+FORWARDS = Kind(ft.partial(while_loop, kind="lax"), False)
+BOTH_MODES = Kind(nested_loop, True)

@@ -1,0 +1,120 @@
+"""Step sizes: from the error estimate, on a grid."""
+
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import PyTree
+
+from ..._numbers import Numbers
+from ..setup.field import Given
+from ..setup.settings import Settings
+
+PER_OCTAVE = 4
+SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
+LOST = 1e-14  # a step is too short below this share of the time since the begin of the run
+LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
+
+
+class Control(NamedTuple):
+    """What is carried from step to step.
+
+    - `wish`: how long the next step would be if nothing were known to happen before its end.
+    - `error`: of each element of the core in the last step, in tolerances; not a number where that led to none.
+    - `largest` and `total`: of each element, its largest absolute value and the sum of its errors, over all steps.
+    """
+
+    inner: Any
+    wish: Any
+    error: Array
+    largest: Any
+    total: Array
+
+
+class StepSizes(eqx.Module):
+    """Step sizes of diffrax' `PIDController`, rounded to powers of 2^(1/4).
+
+    Reverse mode computes steps once more, with other rounding than the first time, and its derivative is that of the
+    run only if they are the same steps. A step size that varies in its last digits with the error estimate would go
+    astray; on a grid it comes out the same, but for the rare one that lies half-way between two of its points.
+    """
+
+    pid: diffrax.PIDController
+    sizes: Any
+    begin: Any
+    shortest: Any  # None: what is lost beside the time since the begin
+    longest: Any
+
+    def init(self, terms: Any, t0: Array, t1: Array, core: Array, dt0: Any, args: Any, solver: Any) -> Control:
+        order = solver.error_order(terms)
+        first, state = self.pid.init(terms, t0, t1, core, dt0, args, solver.func, order)
+        nothing = jnp.zeros_like(core)
+        return Control(state, self._allowed(first - t0), nothing, jax.lax.stop_gradient(jnp.abs(core)), nothing)
+
+    def adapted(
+        self, t0: Array, t1: Array, core0: Array, core1: Array, args: Any, error: Array, order: int, before: Control
+    ) -> tuple[Array, Control, Array]:
+        """Whether a step counts, what is carried on, and whether the next one would be too short."""
+        # What is not finite is a step that failed, and must not become a step size.
+        n = len(self.sizes)
+        is_finite = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core1))
+        has_failed = ~is_finite | has_leapt(core0[:n], core1[:n], self.sizes)
+        error = jnp.where(has_failed, jnp.inf, jnp.abs(error))
+        y1 = jnp.where(jnp.isfinite(core1), core1, core0)
+        keep, next_t0, next_t1, _, inner, _ = self.pid.adapt_step_size(
+            t0, t1, core0, y1, args, error, order, before.inner
+        )
+        wish = self._allowed(next_t1 - next_t0)
+        # A step that was cut short says little of how long the next one may be.
+        wish = jnp.where(keep & (t1 - t0 < before.wish), jnp.maximum(wish, before.wish), wish)
+        scale, held = jnp.abs(core0) * self.pid.rtol + self.pid.atol, jax.lax.stop_gradient
+        largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
+        total = before.total + jnp.where(keep, error, 0.0)
+        told = jnp.where(is_finite, error / scale, jnp.nan)
+        control = Control(inner, held(wish), held(told), held(largest), held(total))
+        lost = jnp.maximum(LOST * (t0 - self.begin), args.tick(t0))
+        shortest = lost if self.shortest is None else self.shortest
+        return jnp.asarray(keep), control, wish < shortest
+
+    def _allowed(self, width: Numbers) -> Array:
+        return jax.lax.stop_gradient(jnp.minimum(on_grid(width), self.longest))
+
+
+def step_sizes(settings: Settings, given: Given) -> StepSizes:
+    """Tolerances per variable; the integrals, energies above all, count as of size 1."""
+    numbers, nominals = given.numbers, settings.system.nominals
+    pid = diffrax.PIDController(numbers.rtol, numbers.rtol * sizes_of(settings), norm=root_mean_square)
+    begin = given.direction * numbers.t0
+    return StepSizes(pid, nominals, begin, numbers.dtmin, jnp.inf if numbers.dtmax is None else numbers.dtmax)
+
+
+def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
+    """Whether a step of the linearised equations throws a state out of all proportion. It has failed then, however
+    small its error is beside where it ends.
+    """
+    return jnp.any(jnp.abs(y1) > LEAP * (jnp.abs(y0) + sizes))
+
+
+def sizes_of(settings: Settings) -> np.ndarray:
+    """The typical sizes of the elements of the core; an integral counts as of size 1."""
+    return np.concatenate([settings.system.nominals, np.ones(settings.n_extra)])
+
+
+def is_rejected(settings: Settings, rtol: Numbers, core0: Array, core1: Array, error: Array) -> Array:
+    """Whether a step surely does not count: it has failed, or its `error` is too large by more than rounding."""
+    scale = rtol * (sizes_of(settings) + jnp.maximum(jnp.abs(core0), jnp.abs(core1)))
+    return ~(root_mean_square(error / scale) < 1.0 + SURE)
+
+
+def root_mean_square(error: PyTree) -> Array:
+    return jnp.sqrt(jnp.mean(error**2))
+
+
+def on_grid(width: Numbers) -> Array:
+    """The nearest step size on the grid."""
+    width = jnp.maximum(width, jnp.finfo(jnp.float64).tiny)
+    return jnp.exp2(jnp.round(PER_OCTAVE * jnp.log2(width)) / PER_OCTAVE)

@@ -1,0 +1,62 @@
+"""Dense output of a step that may end before the solver's own."""
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..._numbers import Numbers
+from ..setup.state_vector import StateVector, Vector
+from .course import Course, on_course, share, within
+
+
+class Span(diffrax.AbstractLocalInterpolation):
+    """Dense output of a step as if there were no events, between its own ends; corrected if it follows a `course`.
+
+    Within the step iterations start from where those of its stages did: an event at its end may have led far away.
+    """
+
+    t0: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
+    t1: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
+    inner: diffrax.AbstractLocalInterpolation
+    carried: Vector
+    layout: StateVector = eqx.field(static=True)
+    course: Course | None = None
+
+    def evaluate(self, t0: Numbers, t1: Numbers | None = None, left: bool = True) -> Vector:
+        """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
+        if t1 is not None:
+            return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
+        y = self.plain(t0, left)
+        if self.course is None:
+            return y
+        # Equations may have changed at an instant just behind the end of the step.
+        t = within(self.inner, t0)
+        shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t, y)))
+        return on_course(self.course, self.inner, y, shift, share(self.inner, t), t, y)
+
+    def plain(self, t: Numbers, left: bool = True) -> Vector:
+        """The state at a time as the solver's own dense output has it."""
+        return self.layout.joined(self.inner.evaluate(t, left=left), self.carried)
+
+    def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
+        """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
+        fixed time would be divided by the length of the step, which may be tiny.
+        """
+        ends = jax.lax.stop_gradient((self.inner.t0, self.inner.t1))
+        held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
+        return self.moved(t), held.plain(t)
+
+    def moved(self, t: Numbers) -> Numbers:
+        """The time t, as it moves where the ends of the step do."""
+        inner = self.inner
+        start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
+        theta = share(jax.lax.stop_gradient(inner), t)
+        return t + (1 - theta) * (inner.t0 - start) + theta * (inner.t1 - end)
+
+    def place(self, t: Numbers) -> Numbers:
+        """The inverse of `moved`."""
+        inner = self.inner
+        start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
+        stretch = jnp.where(end == start, 1, end - start) / jnp.where(end == start, 1, inner.t1 - inner.t0)
+        return t + ((t - inner.t0) * stretch - (t - start))
