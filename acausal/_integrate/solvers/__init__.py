@@ -1,4 +1,4 @@
-"""Integrators that diffrax does not have."""
+"""Rosenbrock solvers for diffrax."""
 
 from ._rodas3p import Rodas3P as Rodas3P
 from ._rodas5p import Rodas5P as Rodas5P

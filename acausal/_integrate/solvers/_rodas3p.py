@@ -40,8 +40,8 @@ _tableau = RosenbrockTableau(
 
 
 class Rodas3P(AbstractRosenbrock):
-    """Rodas3P: 5 stages, order 3 with an embedded order 2, stiffly accurate and L-stable, dense output of order 3. For
-    three digits or less; a step takes little less time than one of `Rodas5P`.
+    """Rodas3P: 5 stages, order 3 with an embedded order 2, stiffly accurate and L-stable, dense output of order 3. It
+    suits accuracies of three digits or less. A step takes only slightly less time than a step of `Rodas5P`.
 
     Source: G. Steinebach, Rosenbrock methods within OrdinaryDiffEq.jl - Overview, recent developments and applications,
     Proceedings of the JuliaCon Conferences (2024).

@@ -81,7 +81,7 @@ _tableau = RosenbrockTableau(
 
 
 class Rodas5P(AbstractRosenbrock):
-    """Rodas5P: 8 stages, order 5 with an embedded order 4, stiffly accurate and L-stable, dense output of order 4, and
+    """Rodas5P: 8 stages, order 5 with an embedded order 4, stiffly accurate and L-stable, dense output of order 4, with
     little order reduction on stiff problems and index-1 DAEs.
 
     Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia

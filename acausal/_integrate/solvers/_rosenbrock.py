@@ -1,4 +1,4 @@
-"""Rosenbrock methods for stiff ODEs and index-1 DAEs, as diffrax solvers: everything but the coefficients."""
+"""Rosenbrock methods for stiff ODEs and index-1 DAEs, as diffrax solvers, independent of the coefficients."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ State = Float[Array, " n"]
 Matrix = Float[Array, "n n"]
 Stages = Float[Array, "s n"] | list[State]
 LARGEST_CONSTANT = 100
-FILTERS = 4  # times that errors of what is not stiff are taken out of a correction
-SLOWLY, FAST = 8, 512  # powers with which the corrections at the end and at the start of a step fade within it
-AT_ONCE = 2**30  # with which rounding at the start does
+FILTERS = 4  # passes that remove the non-stiff part of a correction
+SLOWLY, FAST = 8, 512  # decay exponents, within a step, of the corrections at its end and at its start
+AT_ONCE = 2**30  # decay exponent of the rounding error at the start
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 VectorField = Callable[[Scalar, State], State]
 
@@ -57,13 +57,13 @@ class RosenbrockTableau:
 
     @property
     def rows(self) -> Rows:
-        """What makes each stage: a, c, the time, the weight of the time derivative."""
+        """Coefficients of each stage: a, c, the time, and the weight of the time derivative."""
         return self.a, self.c, self.alpha_sums, self.gamma_sums
 
     @property
     def rows_with_defects(self) -> Rows:
-        """Besides, two stages that are the defect of the dense output, in the middle and at the end, times the inverse
-        of the matrix: see `AbstractRosenbrock.consistent`. No other stage depends on them.
+        """The same with two extra stages: the defect of the dense output at the middle and at the end of the step,
+        multiplied by the inverse matrix (see `AbstractRosenbrock.error_within`). No other stage depends on them.
         """
         n = np.arange(len(self.dense))
         powers = 0.5**n
@@ -97,7 +97,7 @@ class RosenbrockInterpolation(diffrax.AbstractLocalInterpolation):
         return self.at((t0 - self.t0) / jnp.where(width == 0, 1, width))
 
     def at(self, theta: Any) -> State:
-        """State at a share of the step."""
+        """State at the relative position `theta` in the step."""
         bend = jnp.polyval(self.coeffs[::-1], theta)
         return (1 - theta) * self.y0 + theta * (self.y1 + (1 - theta) * bend)
 
@@ -107,8 +107,8 @@ def _optional_array(x: ArrayLike | Sequence[float] | None) -> Array | None:
 
 
 class Work(eqx.Module):
-    """What a step computes that its dense output can be corrected by: the factors of its matrix, and the corrections at
-    its ends, where there are to be none.
+    """Data of a step for correcting its dense output: the factors of its matrix, and the raw corrections at its two
+    ends, which are subtracted so that the correction vanishes there.
     """
 
     factors: Factors
@@ -119,30 +119,30 @@ class Work(eqx.Module):
 class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     r"""A Rosenbrock method for $M\,y' = f(t, y)$; $y$ is a flat vector, $M$ constant and singular for an index-1 DAE.
 
-    A step of size $h$ linearises once, $J = \partial f/\partial y$ and $f_t = \partial f/\partial t$ at its start, and
+    A step of size $h$ evaluates $J = \partial f/\partial y$ and $f_t = \partial f/\partial t$ once, at its start, and
     solves for the stages $u_i$ one after the other with one matrix:
 
     $$\left(\tfrac{1}{\gamma} M - hJ\right) u_i = h\,f\Big(t_0 + \alpha_i h,\; y_0 + \sum_{j<i} a_{ij} u_j\Big)
         + M \sum_{j<i} c_{ij} u_j + h^2 \gamma_i f_t,$$
 
-    then $y_1 = y_0 + \sum_j a_{sj} u_j + u_s$. The last stage vanishes with the residual of stiff and of algebraic
-    components, so these are met at the end of a step, and raise no spurious error estimate.
+    then $y_1 = y_0 + \sum_j a_{sj} u_j + u_s$. The last stage vanishes with the residual of the stiff and algebraic
+    components. The end of a step therefore satisfies their equations, and they cause no spurious error estimate.
 
-    The start must satisfy the algebraic equations of a DAE. A matrix that cannot be inverted, or a vector field that
-    is not finite, makes a step of NaN: diffrax counts its error as infinite, and an adaptive controller retries with a
-    smaller step, until `max_steps` or its `dtmin` ends the run with that result. Derivatives of a run of `simulate` are
-    not touched by such steps. Where diffrax drives the method, those of forward mode are not either, but reverse mode,
-    which multiplies by zero what was not used, gives NaN.
+    The start must satisfy the algebraic equations of a DAE. A singular matrix or a non-finite vector field gives a step
+    of NaN. Diffrax treats its error as infinite, and an adaptive controller retries with a smaller step until
+    `max_steps` or its `dtmin` ends the run with that result. Such steps do not affect the derivatives of `simulate`. If
+    diffrax drives the method, they do not affect forward mode either, but reverse mode gives NaN because it multiplies
+    the unused values by zero.
 
     **Fields:**
 
     - `mass`: $M$, as `[n, n]`, or `[n]` for a diagonal (zero in algebraic rows); `None` is the identity.
-    - `nominal`: `[n]`, typical sizes of the components of $y$, with which the rows of the matrix are made comparable
-        before pivots are chosen; `None` is ones. The tolerances, being the controller's, do not follow it.
-    - `n_integrals`: how many of the last components of $y$ are integrals: $f$ does not read them, and $M$ has only its
-        diagonal there. They cost neither directional derivatives nor elimination.
-    - `unroll`: compile the stages one by one. It runs a little faster, and compiles the vector field once per stage
-        rather than twice.
+    - `nominal`: `[n]`, typical sizes of the components of $y$, which scale the rows of the matrix before pivoting;
+        `None` is ones. The tolerances belong to the controller and do not depend on it.
+    - `n_integrals`: number of integrals, the last components of $y$: $f$ does not read them, and $M$ is diagonal there.
+        They need neither directional derivatives nor elimination.
+    - `unroll`: compile the stages one by one. The step runs slightly faster, but the vector field is compiled once per
+        stage instead of twice.
     """
 
     tableau: AbstractClassVar[RosenbrockTableau]
@@ -158,7 +158,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return self.tableau.order
 
     def func(self, terms: Any, t0: Numbers, y0: State, args: PyTree) -> State:
-        """The right-hand side $f$, from which diffrax guesses the first step; with a mass matrix that is not $y'$."""
+        """The right-hand side $f$, which diffrax uses to guess the first step. With a mass matrix it is not $y'$."""
         return terms.vf(t0, y0, args)
 
     def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree) -> None:
@@ -183,9 +183,9 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     def step_to_look_into(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree
     ) -> tuple[State, State, dict[str, Array], Work]:
-        """The end of a step, its error, its dense output, and what it takes to read this.
+        """The end of a step, its error estimate, its dense output, and the data that correct this output.
 
-        The error is that of stiff components in the middle where this is larger.
+        The error estimate is at least the error of the stiff components in the middle of the step.
         """
         y1, error, info, (f0, factors, stages) = self._stepped(terms, t0, t1, y0, args, self.tableau.rows_with_defects)
         first = self._defect_at_start(_width(t0, t1) * f0, **info)
@@ -198,7 +198,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     ) -> tuple[State, State, dict[str, Array], tuple[State, Factors, Stages]]:
         tableau, h = self.tableau, _width(t0, t1)
 
-        # Diffrax integrates backwards by turning time round, which only the control of a term tells.
+        # Diffrax integrates backwards by reversing time, which only the control of a term shows.
         direction = jnp.where(terms.contr(t0, t1) < 0, -1.0, 1.0)
 
         def f(t: Scalar, y: State) -> State:
@@ -225,7 +225,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return f0, f_t, self._mass_matrix(len(y0), t0) / self.tableau.gamma - h * jacobian
 
     def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
-        """What a step has computed, computed anew from its dense output."""
+        """Recomputes the correction data of a step from its dense output."""
         h = _width(path.t0, path.t1)
         f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
         factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
@@ -235,39 +235,39 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return Work(factors, *(self.of_stiff(factors, factors.solve(defect)) for defect in ends))
 
     def _defect_at_start(self, step: State, y0: State, y1: State, coeffs: Array) -> State:
-        """h times the defect, where h f is `step`."""
+        """h times the defect at the start of a step; `step` is h f there."""
         return step - self.mass_times(y1 - y0 + coeffs[0])
 
     def error_within(
         self, path: RosenbrockInterpolation, work: Work, theta: Numbers, width: Numbers, rates: State
     ) -> State:
-        r"""What the dense output `path` lacks at a share `theta` of a step, where the vector field says `rates`.
+        r"""Correction of the dense output `path` at the relative position `theta`; `rates` is the vector field there.
 
-        Dense output is accurate beside $y$, but what depends on a small difference of states, as the current through a
-        small resistance, multiplies its error. The error $e$ of a stiff component shows in the defect
-        $\delta = f - M p'$ of the interpolant $p$, from which it follows with the matrix of the step,
+        The error of the dense output is small relative to $y$, but quantities that depend on a small difference of
+        states, such as the current through a small resistance, amplify it. The error $e$ of a stiff component follows
+        from the defect $\delta = f - M p'$ of the interpolant $p$ and the matrix of the step,
 
         $$e = (I - D)^k A^{-1} h\,\delta, \qquad A = \tfrac{1}{\gamma} M - hJ, \qquad D = A^{-1} \tfrac{1}{\gamma} M.$$
 
-        $D$ is nearly the identity for components that are not stiff: they are left as they are. At the ends of the step
-        nothing is lacking: they are accurate, and what has just happened there decides on what happens next.
+        $D$ is nearly the identity for non-stiff components, so they remain unchanged. The correction is zero at the
+        ends of the step: they are accurate, and the event just handled there determines what happens next.
         """
         _, slope = jax.jvp(path.at, (theta,), (jnp.ones_like(theta),))
         defect = jnp.asarray(width * rates - self.mass_times(slope))
         error = self.of_stiff(work.factors, work.factors.solve(defect))
         error -= _fading(1.0 - theta, SLOWLY) * work.at_end + _fading(theta, FAST) * work.at_start
-        # What is zero at the start is zero just behind it, too, in spite of rounding; but it moves with its rate.
+        # Removes rounding just after the start, so that what is zero at the start stays zero; its rate remains.
         error -= jax.lax.stop_gradient(_fading(theta, AT_ONCE) * error)
         return jnp.where(jnp.all(jnp.isfinite(error)), error, 0.0)
 
     def of_stiff(self, factors: Factors, error: State) -> State:
-        """An error without that of what is not stiff."""
+        """The stiff part of an error."""
         for _ in range(FILTERS):
             error = error - self._slow(factors, error)
         return error
 
     def _slow(self, factors: Factors, error: State) -> State:
-        """The part of it in what is not stiff."""
+        """The non-stiff part of an error."""
         return factors.solve(self.mass_times(error)) / self.tableau.gamma
 
     def _mass_matrix(self, n: int, t: Numbers) -> Matrix:
@@ -276,13 +276,13 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return self.mass[:, None] * _unit_vectors(n, t) if self.mass.ndim == 1 else self.mass
 
     def mass_times(self, v: State) -> State:
-        """M v."""
+        """The product M v."""
         if self.mass is None:
             return v
         return self.mass * v if self.mass.ndim == 1 else self.mass @ v
 
     def _stages(self, rows: Rows, first: State, stage: Callable[[tuple, Stages], State]) -> Stages:
-        """All stages; `stage` makes one from its row and the stages before it."""
+        """All stages; `stage` computes one from its row and the earlier stages."""
         if self.unroll:
             stages = [first]
             for row in list(zip(*rows, strict=True))[1:]:
@@ -300,19 +300,19 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
 
 def _width(t0: Numbers, t1: Any) -> Array:
-    """Of a step. Members of a batch that have ended are stepped on with 0, where the matrix of a DAE is singular."""
+    """Step size. Finished members of a batch would step with size 0, for which the matrix of a DAE is singular."""
     width = jnp.asarray(t1 - t0)
     return jnp.maximum(width, jnp.sqrt(jnp.finfo(width.dtype).tiny))
 
 
 def _fading(theta: Numbers, fast: int) -> Numbers:
-    """1 with slope 0 at the start of a step, 0 at its end."""
+    """Decay from 1 with zero slope at the start of a step to 0 at its end."""
     rest = jnp.clip(1.0 - theta, 0.0, 1.0)
     return rest**fast * (1.0 + fast * (1.0 - rest))
 
 
 def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
-    """Weighted sum of stages, elementwise because XLA on CPU fuses that and is slower at matrix products this small."""
+    """Weighted sum of stages. It is elementwise because XLA on CPU fuses it; such small matrix products are slower."""
     if isinstance(stages, list):
         used = [w * u for w, u in zip(weights, stages, strict=False) if w != 0]
         return sum(used, jnp.zeros_like(stages[0]))
@@ -320,7 +320,7 @@ def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
 
 
 def _unit_vectors(n: int, t: Numbers) -> Matrix:
-    """The identity; a large one depends on `t` in form, lest XLA evaluate it, and what follows, while it compiles."""
+    """Identity matrix. A large one depends formally on `t`, so that XLA does not constant-fold it and its uses."""
     if n <= LARGEST_CONSTANT:
         return jnp.eye(n)
     index = jnp.arange(n)
@@ -328,8 +328,8 @@ def _unit_vectors(n: int, t: Numbers) -> Matrix:
 
 
 def linearise(f: VectorField, t: Numbers, y: State, n_read: int) -> tuple[State, State, Matrix]:
-    r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, in one batch of directional derivatives; f
-    reads the first `n_read` components.
+    r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, from one batch of directional derivatives.
+    $f$ reads only the first `n_read` components.
     """
     unread = len(y) - n_read
 

@@ -14,19 +14,19 @@ from jaxtyping import PyTree
 from ..._equinox_private import while_loop
 from ..._errors import ModelError
 
-BASE = 16  # rounds of each of the nested loops
-HELD = 10_000_000  # numbers that reverse mode may keep in copies of what is saved along a run
+BASE = 16  # iterations of each nested loop
+HELD = 10_000_000  # limit on the numbers that reverse mode stores in copies of the saved data of a run
 
 
 class Kind(NamedTuple):
-    """How the loop over the steps is repeated, and whether reverse mode goes back through it."""
+    """The loop over the steps, and whether it supports reverse mode."""
 
     loop: Callable[..., PyTree]
     is_reversible: bool
 
 
 def kind_of_loop(adjoint: diffrax.AbstractAdjoint) -> Kind:
-    """The loop for a way of differentiating that is asked for."""
+    """The loop for an adjoint method of diffrax."""
     if isinstance(adjoint, diffrax.ForwardMode):
         return FORWARDS
     if isinstance(adjoint, diffrax.DirectAdjoint):
@@ -47,10 +47,10 @@ def nested_loop(
     max_steps: int,
     buffers: Callable[[PyTree], PyTree],
 ) -> PyTree:
-    """`while cond(x): x = body(x)`, for `max_steps` at most, as loops within loops of `BASE` rounds.
+    """`while cond(x): x = body(x)`, for at most `max_steps` iterations, as nested loops of `BASE` iterations.
 
-    Reverse mode keeps the state before each of the innermost loops. Where there is too much of it, as when every step
-    is saved, it keeps fewer, and computes more of them again.
+    Reverse mode stores a checkpoint before each innermost loop. If the state is too large, for example because every
+    step is saved, it stores fewer checkpoints and recomputes more.
     """
     levels = next(n for n in itertools.count(1) if BASE**n >= max_steps)
     saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))

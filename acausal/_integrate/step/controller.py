@@ -1,4 +1,4 @@
-"""Step sizes: from the error estimate, on a grid."""
+"""Step size control on a grid of step sizes."""
 
 from typing import Any, NamedTuple
 
@@ -15,17 +15,17 @@ from ..setup.field import Given
 from ..setup.settings import Settings
 
 PER_OCTAVE = 4
-SURE = 1e-6  # share by which an error is too large for certain, however it is rounded
-LOST = 1e-14  # a step is too short below this share of the time since the begin of the run
-LEAP = 1e8  # a step in which a state grows to more than this many times its size has failed
+SURE = 1e-6  # relative excess of an error over its tolerance that rounding cannot explain
+LOST = 1e-14  # smallest step size, relative to the time since the start of the run
+LEAP = 1e8  # a step fails if a state grows beyond this multiple of its size
 
 
 class Control(NamedTuple):
-    """What is carried from step to step.
+    """State of the step size controller.
 
-    - `wish`: how long the next step would be if nothing were known to happen before its end.
-    - `error`: of each element of the core in the last step, in tolerances; not a number where that led to none.
-    - `largest` and `total`: of each element, its largest absolute value and the sum of its errors, over all steps.
+    - `wish`: size of the next step if no time event limits it.
+    - `error`: error estimate of each element of the core in the last step, in tolerances; NaN after a non-finite step.
+    - `largest` and `total`: largest absolute value and sum of the error estimates of each element, over all steps.
     """
 
     inner: Any
@@ -36,17 +36,17 @@ class Control(NamedTuple):
 
 
 class StepSizes(eqx.Module):
-    """Step sizes of diffrax' `PIDController`, rounded to powers of 2^(1/4).
+    """Step sizes of `PIDController` of diffrax, rounded to powers of 2^(1/4).
 
-    Reverse mode computes steps once more, with other rounding than the first time, and its derivative is that of the
-    run only if they are the same steps. A step size that varies in its last digits with the error estimate would go
-    astray; on a grid it comes out the same, but for the rare one that lies half-way between two of its points.
+    Reverse mode recomputes the steps with different rounding. Its derivative is correct only if the step sizes are the
+    same. A step size that follows the last digits of the error estimate would differ; a step size on a grid is the
+    same, except in the rare case that it lies half-way between two grid points.
     """
 
     pid: diffrax.PIDController
     sizes: Any
     begin: Any
-    shortest: Any  # None: what is lost beside the time since the begin
+    shortest: Any  # None: `LOST` times the time since the start, or the time resolution if that is larger
     longest: Any
 
     def init(self, terms: Any, t0: Array, t1: Array, core: Array, dt0: Any, args: Any, solver: Any) -> Control:
@@ -58,8 +58,8 @@ class StepSizes(eqx.Module):
     def adapted(
         self, t0: Array, t1: Array, core0: Array, core1: Array, args: Any, error: Array, order: int, before: Control
     ) -> tuple[Array, Control, Array]:
-        """Whether a step counts, what is carried on, and whether the next one would be too short."""
-        # What is not finite is a step that failed, and must not become a step size.
+        """Whether the step is accepted, the new controller state, and whether the next step would be too short."""
+        # A non-finite error means that the step failed. It must not enter the step size.
         n = len(self.sizes)
         is_finite = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core1))
         has_failed = ~is_finite | has_leapt(core0[:n], core1[:n], self.sizes)
@@ -69,7 +69,7 @@ class StepSizes(eqx.Module):
             t0, t1, core0, y1, args, error, order, before.inner
         )
         wish = self._allowed(next_t1 - next_t0)
-        # A step that was cut short says little of how long the next one may be.
+        # A shortened step says little about the next step size, which is then at least the planned one.
         wish = jnp.where(keep & (t1 - t0 < before.wish), jnp.maximum(wish, before.wish), wish)
         scale, held = jnp.abs(core0) * self.pid.rtol + self.pid.atol, jax.lax.stop_gradient
         largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
@@ -85,7 +85,7 @@ class StepSizes(eqx.Module):
 
 
 def step_sizes(settings: Settings, given: Given) -> StepSizes:
-    """Tolerances per variable; the integrals, energies above all, count as of size 1."""
+    """The step size controller, with absolute tolerances from the typical sizes of the variables."""
     numbers, nominals = given.numbers, settings.system.nominals
     pid = diffrax.PIDController(numbers.rtol, numbers.rtol * sizes_of(settings), norm=root_mean_square)
     begin = given.direction * numbers.t0
@@ -93,19 +93,19 @@ def step_sizes(settings: Settings, given: Given) -> StepSizes:
 
 
 def has_leapt(y0: Array, y1: Array, sizes: Array | np.ndarray) -> Array:
-    """Whether a step of the linearised equations throws a state out of all proportion. It has failed then, however
-    small its error is beside where it ends.
+    """Whether a state grows out of all proportion in a step of the linearised equations. Such a step has failed, even
+    if its error is small relative to its end.
     """
     return jnp.any(jnp.abs(y1) > LEAP * (jnp.abs(y0) + sizes))
 
 
 def sizes_of(settings: Settings) -> np.ndarray:
-    """The typical sizes of the elements of the core; an integral counts as of size 1."""
+    """Typical sizes of the elements of the core. The size of an integral, such as an energy, is 1."""
     return np.concatenate([settings.system.nominals, np.ones(settings.n_extra)])
 
 
 def is_rejected(settings: Settings, rtol: Numbers, core0: Array, core1: Array, error: Array) -> Array:
-    """Whether a step surely does not count: it has failed, or its `error` is too large by more than rounding."""
+    """Whether a step is certainly rejected: it has failed, or its `error` is too large by more than rounding."""
     scale = rtol * (sizes_of(settings) + jnp.maximum(jnp.abs(core0), jnp.abs(core1)))
     return ~(root_mean_square(error / scale) < 1.0 + SURE)
 

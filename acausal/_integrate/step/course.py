@@ -1,4 +1,4 @@
-"""The dense output of a step where its stiff components are brought nearer to what the equations say."""
+"""Correction of the stiff components of the dense output by the equations."""
 
 import functools as ft
 from collections.abc import Sequence
@@ -19,42 +19,42 @@ from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation, W
 
 
 class Course(eqx.Module):
-    """What it takes to correct the states on the path of a step: see `AbstractRosenbrock.error_within`. Times and rates
-    are those of the solver, which counts forwards.
+    """Data for correcting the states on the dense output of a step (see `AbstractRosenbrock.error_within`). Times and
+    rates are in the solver's time, which always increases.
     """
 
     solver: AbstractRosenbrock
     work: Work
-    given: Given  # with what is carried along the step
+    given: Given  # with the values held during the step
     settings: Settings = eqx.field(static=True)
 
     def rates(self, t: Numbers, y: Vector) -> Array:
-        """Of the states, at a point."""
+        """Rates of the states at a point."""
         layout, forward = self.settings.layout, self.given.direction
         return forward * vector_field(self.settings)(forward * t, layout.core(y), self.given)[layout.states]
 
     def error(self, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, rates: Array) -> Array:
-        """What the states lack at a share of the step on the path, where the equations say `rates`."""
+        """Correction of the states at the relative position `theta`, for the `rates` by the equations there."""
         assert isinstance(inner, RosenbrockInterpolation)
         lacking = self.solver.error_within(inner, self.work, theta, inner.t1 - inner.t0, self._core(rates))
         return lacking[self.settings.layout.states]
 
     def error_at(self, inner: diffrax.AbstractLocalInterpolation, t: Numbers, rates: Array) -> Array:
-        """What the states lack at a time on the path."""
+        """Correction of the states at a time on the dense output."""
         return self.error(inner, share(inner, t), rates)
 
     def shift(self, inner: diffrax.AbstractLocalInterpolation, t: Numbers, y: Vector) -> Array:
-        """What the states y of the path lack at t."""
+        """Correction of the states y of the dense output at t."""
         return self.error_at(inner, t, self.rates(t, y))
 
     def moved(self, y: Vector, shift: Array) -> Vector:
-        """The vector with this added to its states."""
+        """The vector with `shift` added to its states."""
         states = self.settings.layout.states
         return self.settings.layout.with_part(y, states, y[states] + shift)
 
     def lag(self, pace: Array, rates: Vector) -> Vector:
-        """What is to be added to the rates of the vector, in the time of the model, where the states move at this pace
-        on the path: stiff components tell their rates only but for their error, which they multiply.
+        """Correction of the rates of the vector, in the time of the model, if the dense output has the slope `pace`.
+        The rates of stiff components by the equations amplify the errors of these components.
         """
         layout, forward = self.settings.layout, self.given.direction
         core = self._core(forward * pace - rates[layout.states])
@@ -63,17 +63,17 @@ class Course(eqx.Module):
         return layout.with_part(jnp.zeros(layout.size), layout.states, jnp.where(jnp.isfinite(stiff), stiff, 0.0))
 
     def _core(self, states: Array) -> Array:
-        """With nothing for the integrals, on which no state depends."""
+        """The states padded with zeros for the integrals, on which no state depends."""
         return jnp.concatenate([states, jnp.zeros(self.settings.n_extra)]) if self.settings.n_extra else states
 
 
 def share(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
-    """The share of a step that has passed at t."""
+    """The relative position of t in a step."""
     return (t - inner.t0) / jnp.where(inner.t1 == inner.t0, 1.0, inner.t1 - inner.t0)
 
 
 def within(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
-    """The time t, or the end of the step where t is behind that by rounding; it moves as t does."""
+    """The time t, limited to the end of the step, which rounding may exceed. Its derivative is that of t."""
     return t - jax.lax.stop_gradient(jnp.maximum(t - inner.t1, 0.0))
 
 
@@ -87,9 +87,9 @@ def on_course(
     t: Numbers,
     point: Vector,
 ) -> Vector:
-    """The vector y of a path with what it lacks there, which has been found to be `shift`. Its derivatives are
-    corrected in the same way, by rates at t, a share theta of the step, and the `point` of the path there: those of y,
-    or just before, where equations bend at y.
+    """The vector y of a dense output with the known correction `shift`. Its derivatives are corrected in the same way,
+    with the rates at the time t (relative position theta) and the `point` of the dense output there. These are the time
+    and the vector of y, or slightly earlier ones if the equations have a kink at y.
     """
     del inner, theta, t, point
     return course.moved(y, shift)

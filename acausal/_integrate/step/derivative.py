@@ -1,4 +1,4 @@
-"""Derivatives of a run in both modes, from a program that is little larger than the run."""
+"""Derivatives of a run in both modes, from a program only slightly larger than the run."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,17 +17,16 @@ from ..._tangents import array_of
 Arrays = list[Array]
 Function = Callable[[Arrays], PyTree]
 
-FEW = 100  # with up to so many numbers that vary, derivatives are computed along each of them
-HELD = 1_000_000  # if all derivatives together have no more numbers than this
+FEW = 100  # largest number of varying inputs for which the full Jacobian is computed in forward mode
+HELD = 1_000_000  # largest number of elements of this Jacobian
 
 
 def differentiable(quick: Function, reversible: Function, size: int) -> Function:
-    r"""A function of some arrays, to be differentiated to any order in both modes.
+    r"""A function of arrays that can be differentiated to any order in both modes.
 
-    It is given twice: as `quick`, of which there is only the forward mode, and as `reversible`, of which there are
-    both, and which compiles for longer. Where few numbers vary, the derivatives $J$ along all of them are computed as
-    one batch beside the value, by `quick`, and in either mode what follows is a product with $J$. Where many vary, or
-    where $J$ would be large with the `size` of the value, it is `reversible` that is differentiated.
+    It is given in two forms: `quick` supports forward mode only; `reversible` supports both modes, but compiles more
+    slowly. If few inputs vary, `quick` computes the Jacobian $J$ as one batch together with the value, and both modes
+    multiply by $J$. If many vary, or $J$ is large for a value of this `size`, `reversible` is differentiated.
     """
     quick = _traced_once(quick)
 
@@ -52,7 +51,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
 
 
 def _traced_once(function: Function) -> Function:
-    """The function as a program for each shape of its arrays: its value and its derivatives are made from one trace."""
+    """The function, traced once for each set of argument shapes. Its value and its derivatives share the trace."""
     programs: dict[object, Function] = {}
 
     def program(arrays: Arrays) -> PyTree:
@@ -66,7 +65,7 @@ def _traced_once(function: Function) -> Function:
 
 
 def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
-    """The value of a function, and its derivatives along each number of some of its arrays, stacked."""
+    """The value of a function, and its stacked derivatives with respect to each number of the `moving` arrays."""
 
     def both(arrays: Arrays) -> PyTree:
         shapes = [np.shape(arrays[i]) for i in moving]
@@ -88,12 +87,12 @@ def _with_derivatives(function: Function, moving: Sequence[int]) -> Function:
 
 
 def _stacked(one: PyTree) -> PyTree:
-    """As a batch of one; `jax.vmap` would compile more for it."""
+    """A batch of one, which compiles faster than `jax.vmap`."""
     return jax.tree.map(lambda x: x[None], one)
 
 
 def _change(value: Numbers, derivatives: Array | None, step: Array) -> Numbers:
-    if derivatives is None:  # of what is no real number
+    if derivatives is None:  # the value is not floating point
         return np.zeros(np.shape(value), jax.dtypes.float0)
     return jnp.tensordot(step, derivatives, 1)
 

@@ -1,4 +1,4 @@
-"""Functions, their rates and the angles that they are computed with, at times within a step."""
+"""Functions, their rates and their phases at times within a step."""
 
 import math
 from collections.abc import Callable
@@ -12,14 +12,14 @@ from jaxtyping import PyTree
 from ..._numbers import Numbers
 from ..._reduce.angles import with_angles
 
-TURN = 0.5 * math.pi  # most by which the fastest angle turns on a part of a step: half a wave is not passed over
-MOST = 200  # evaluations in one search, all of them safeguarded by bisection; what takes more comes to no end
-LOOKS = 2  # evaluations at a time on a path that is corrected: more, with one matrix, would not converge everywhere
+TURN = 0.5 * math.pi  # largest change of the fastest phase on a part of a step, so that no half-wave is missed
+MOST = 200  # limit on the evaluations of one search, which bisection safeguards; beyond it the search is endless
+LOOKS = 2  # evaluations per time on a corrected path; with one matrix, more of them would not converge everywhere
 
 
 class Seen(NamedTuple):
-    """Margins and the angles that they are computed with, the rates of both at a time, and the sum of the steps of
-    stairs on which they are. Where the path is corrected, `shift` is by how much the states are moved, and its rate.
+    """Crossing functions `g` and their phases at a time, the rates of both, and the sum of the step numbers of stair
+    functions such as floor. If the path is corrected, `shift` is the correction of the states and its rate.
     """
 
     t: Any
@@ -32,7 +32,7 @@ class Seen(NamedTuple):
 
 
 def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
-    """What is there at a time."""
+    """The functions and their phases at a time."""
     here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
     return Seen(t, here.value, rates.value, here.angles, rates.angles, here.steps)
 
@@ -43,10 +43,10 @@ def seen_on_course(
     error: Callable[[Array, Array], Array],
     t: Numbers,
 ) -> Seen:
-    """What is there at a time on a path from which `error(t, rates)` is missing, to be added to its states.
+    """The functions and their phases at a time on a path whose states need the correction `error(t, rates)`.
 
-    `values` gives the margins and the rates of the states at a point. It is evaluated at one place of the program, on
-    the path as it is, and again where this leads to.
+    `values` gives the crossing functions and the rates of the states at a point. It is compiled once, and evaluated
+    first on the uncorrected path and then at the corrected states.
     """
     y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
 
@@ -64,8 +64,8 @@ def seen_on_course(
 
 
 def advance(low: Seen, high: Seen) -> Array:
-    """By how much the fastest angle turns on an interval: by the difference, and lest it turns there and back, by what
-    the rates at both ends agree on.
+    """Change of the fastest phase on an interval: the difference between its ends, or the width times the smaller rate
+    at the ends if that is larger, because a phase may go back and forth.
     """
     turned = (high.t - low.t) * jnp.minimum(jnp.abs(low.speed), jnp.abs(high.speed))
     turned = jnp.maximum(turned, jnp.abs(high.angle - low.angle))

@@ -4,13 +4,13 @@ from typing import Any, NamedTuple
 
 
 class Record(NamedTuple):
-    """The steps of a run, of which `n` are there.
+    """The first `n` steps of a run.
 
-    - `ts`, `ys`: the start and the ends of the steps, in the order of time, infinite after the last one, and the
-      vectors there, after what happens at the end of a step.
-    - `moments`, `befores`: of each step, the time of the first listed event at its end and the vector just before it,
+    - `ts`, `ys`: the start and the ends of the steps in chronological order, infinite after the last one, and the
+      vectors there, after the events at the end of each step.
+    - `moments`, `befores`: the time of the first listed event at the end of each step and the vector just before it,
       infinite if there is none.
-    - `infos`: what the dense output of each step is evaluated from; None if only the ends are kept.
+    - `infos`: the dense output data of each step; None if only the ends are kept.
     """
 
     ts: Any

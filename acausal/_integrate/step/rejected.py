@@ -1,4 +1,4 @@
-"""Reverse mode through steps that are rejected: nothing depends on them."""
+"""Reverse mode through rejected steps, which do not affect the result."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,17 +13,16 @@ from ..setup.field import Given
 from ..setup.settings import Settings
 from .controller import is_rejected
 
-# A step: from the core of the vector and the numbers of the run to its end, its error, and whatever else it leaves.
+# A step: maps the core of the vector and the numbers of the run to its end, its error and its other results.
 Attempt = Callable[[Array, Given, PyTree], tuple[Array, Array, PyTree]]
 
 
 def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
-    """The step that `attempt` takes, without derivatives where it is rejected.
+    """The step function `attempt`, with zero derivatives if the step is rejected.
 
-    A step may be so long that the equations have no root at its end, or a slope without bound, as that of a square
-    root. The controller rejects it, but reverse mode would multiply what is not used, zero, by these slopes. So the
-    tangents of all arguments and of the outcome are replaced by zero where the step does not count; transposed, that
-    replaces the cotangents.
+    A step may be so long that the equations at its end have no root or an unbounded slope, such as that of a square
+    root. The controller rejects it, but reverse mode would multiply its zero cotangents by these slopes. Therefore the
+    tangents, and by transposition the cotangents, of the arguments and the outcome of a rejected step are set to zero.
     """
 
     def counts(args: tuple[Array, Given, PyTree], outcome: tuple[Array, Array, PyTree]) -> Array:
@@ -34,14 +33,14 @@ def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
 
 
 def _harmless(core: Array, error: Array, others: PyTree) -> tuple[Array, Array, PyTree]:
-    """The outcome of a step; of a failed one the error is infinite, and what else is not finite is zero."""
+    """The outcome of a step. If the step failed, its error is infinite and other non-finite numbers are zero."""
     is_good = jnp.all(jnp.isfinite(error)) & jnp.all(jnp.isfinite(core))
     finite = jax.tree.map(lambda x: jnp.where(is_good | jnp.isfinite(x), x, jnp.zeros_like(x)), (core, others))
     return finite[0], jnp.where(is_good, error, jnp.inf), finite[1]
 
 
 def _masked(function: Callable[..., PyTree], is_good: Callable[..., Array]) -> Callable[..., Any]:
-    """A function whose derivatives are zero where its arguments and its value are not good."""
+    """A function with zero derivatives unless `is_good` holds for its arguments and its value."""
 
     def pushed(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[PyTree, PyTree]:
         moves = jax.tree.map(lambda dx: dx is not None, tangents, is_leaf=lambda dx: dx is None)

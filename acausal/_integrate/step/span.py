@@ -1,4 +1,4 @@
-"""Dense output of a step that may end before the solver's own."""
+"""Dense output of a step that may end before the solver's step."""
 
 import diffrax
 import equinox as eqx
@@ -11,9 +11,9 @@ from .course import Course, on_course, share, within
 
 
 class Span(diffrax.AbstractLocalInterpolation):
-    """Dense output of a step as if there were no events, between its own ends; corrected if it follows a `course`.
+    """Dense output of a step without its events, between the ends of the step; corrected if there is a `course`.
 
-    Within the step iterations start from where those of its stages did: an event at its end may have led far away.
+    Iterations within the step start from the same guess as those of its stages, since an event may have led far away.
     """
 
     t0: Numbers  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -30,25 +30,25 @@ class Span(diffrax.AbstractLocalInterpolation):
         y = self.plain(t0, left)
         if self.course is None:
             return y
-        # Equations may have changed at an instant just behind the end of the step.
+        # The equations may change at an instant just after the end of the step.
         t = within(self.inner, t0)
         shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t, y)))
         return on_course(self.course, self.inner, y, shift, share(self.inner, t), t, y)
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
-        """The state at a time as the solver's own dense output has it."""
+        """State at a time by the solver's own dense output, without correction."""
         return self.layout.joined(self.inner.evaluate(t, left=left), self.carried)
 
     def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
-        """The time t, as it moves where the ends of the step do, and the vector there. Derivatives of a vector at a
-        fixed time would be divided by the length of the step, which may be tiny.
+        """The time t, which moves with the ends of the step, and the vector there. Derivatives of a vector at a fixed
+        time would contain a division by the length of the step, which may be tiny.
         """
         ends = jax.lax.stop_gradient((self.inner.t0, self.inner.t1))
         held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
         return self.moved(t), held.plain(t)
 
     def moved(self, t: Numbers) -> Numbers:
-        """The time t, as it moves where the ends of the step do."""
+        """The time t, with the derivatives of a point that moves with the ends of the step."""
         inner = self.inner
         start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
         theta = share(jax.lax.stop_gradient(inner), t)
